@@ -1,0 +1,13 @@
+// Suggests the nearest known name for a mistyped option, key or value.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace grtx {
+
+/// The known name with the smallest edit distance (ties: first in the list); "" when `known` is empty.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
+
+}  // namespace grtx

@@ -1,0 +1,27 @@
+# All dependencies are Debian packages; scripts/install_dependencies.sh lists them.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(embree 3.13 REQUIRED)
+find_package(glm REQUIRED)
+find_package(TBB REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(PNG REQUIRED)
+find_package(OpenEXR REQUIRED)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+
+# SystemC: Debian ships no CMake package, others do.
+find_package(SystemCLanguage CONFIG QUIET)
+add_library(grtx_systemc INTERFACE)
+if(SystemCLanguage_FOUND)
+  target_link_libraries(grtx_systemc INTERFACE SystemC::systemc)
+else()
+  pkg_check_modules(SYSTEMC REQUIRED IMPORTED_TARGET systemc>=2.3.3 tlm)
+  target_link_libraries(grtx_systemc INTERFACE PkgConfig::SYSTEMC)
+  # The library's ABI tag names C++17; this documented hook lets C++20 code link with it.
+  target_compile_definitions(grtx_systemc INTERFACE SC_CPLUSPLUS=201703L)
+endif()

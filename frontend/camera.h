@@ -1,0 +1,37 @@
+// Cameras and primary rays. Internal convention: right, down, forward; pixel centres at +0.5.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace grtx::frontend {
+
+enum class Projection { pinhole, fisheye };
+
+struct Camera {
+  std::string name;
+  unsigned width = 0, height = 0;  ///< pixels
+  glm::dvec3 position{0.0};        ///< camera centre in file coordinates (before recentring)
+  glm::dmat3 rotation{1.0};        ///< camera to world; columns are right, down, forward
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels
+  Projection projection = Projection::pinhole;    ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
+  double fisheye_fov = 0.0;                       ///< radians, full angle; only for fisheye
+
+  /// The same view at another resolution: focal lengths and centre scale per axis, so both fields of view are kept.
+  Camera resized(unsigned new_width, unsigned new_height) const;
+  /// Field of view multiplied by `factor` (tangent of the half angle), for --fov-scale.
+  Camera fov_scaled(double factor) const;
+  /// Unit direction in world space through the centre of pixel (x, y), double precision; zero vector when the
+  /// projection has no ray there (outside the fisheye circle).
+  glm::dvec3 direction(unsigned x, unsigned y) const;
+};
+
+/// 3DGS cameras.json, NeRF transforms.json, or a COLMAP binary folder. Throws Error{file, place, rule}.
+std::vector<Camera> load_cameras(const std::string& path);
+
+/// Writes 3DGS cameras.json.
+void write_cameras_json(const std::string& path, const std::vector<Camera>& cameras);
+
+}  // namespace grtx::frontend

@@ -1,0 +1,34 @@
+// What a module is made of: storage bits and operators, stated from the parameters it simulates with. The cost model
+// only walks these.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace grtx::modules {
+
+enum class StorageKind : std::uint8_t { flip_flop, ram, cache };
+
+struct Storage {
+  std::string name;
+  StorageKind kind = StorageKind::flip_flop;
+  std::uint64_t bits = 0;
+  unsigned read_ports = 1;
+  unsigned write_ports = 1;
+  bool added_by_grtx = false;  ///< part of the paper's hardware-cost table
+};
+
+struct Operators {
+  std::string name;      ///< add, mul, fma, compare, reciprocal, adder_64, ...
+  unsigned width = 32;   ///< bits
+  std::uint64_t count = 0;
+};
+
+struct Inventory {
+  std::string module;  ///< hierarchical name
+  std::vector<Storage> storage;
+  std::vector<Operators> operators;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,82 @@
+// A registered link between two modules: one producer, one consumer, latency >= 1 cycle, finite capacity.
+// Items sent in cycle c are visible from c + latency; space freed in cycle c is visible to the producer from c + 1.
+// So results never depend on the order in which the kernel runs the two processes within a cycle.
+//
+// Modules reach links through sc_core::sc_port<Link<T>>; the methods are not virtual, so a port costs a pointer.
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "base/strong.h"
+
+namespace grtx::modules {
+
+template <typename T>
+class Link final : public virtual sc_core::sc_interface {
+ public:
+  Link(std::string name, unsigned latency, std::size_t capacity)
+      : name_(std::move(name)), latency_(latency), capacity_(capacity), slots_(capacity) {
+    assert(latency >= 1 && capacity >= 1);
+  }
+
+  const std::string& name() const { return name_; }
+
+  // Producer side.
+  bool can_push(Cycle now) const { return occupied(now) < capacity_; }
+  std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
+  void push(Cycle now, const T& item) {
+    assert(can_push(now));
+    slots_[tail_] = {item, now + latency_};
+    tail_ = next(tail_);
+    ++size_;
+    ++pushed_;
+  }
+
+  // Consumer side.
+  /// Oldest item if it has arrived by `now`, else nullptr.
+  const T* front(Cycle now) const { return size_ > 0 && slots_[head_].visible <= now ? &slots_[head_].item : nullptr; }
+  void pop(Cycle now) {
+    assert(front(now) != nullptr);
+    if (last_pop_cycle_ != now) {
+      last_pop_cycle_ = now;
+      popped_this_cycle_ = 0;
+    }
+    head_ = next(head_);
+    --size_;
+    ++popped_this_cycle_;
+  }
+  /// Cycle at which the oldest item becomes visible; max when empty.
+  Cycle next_visible() const { return size_ > 0 ? slots_[head_].visible : ~Cycle{0}; }
+
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  unsigned latency() const { return latency_; }
+  std::uint64_t pushed() const { return pushed_; }
+
+ private:
+  struct Slot {
+    T item{};
+    Cycle visible = 0;
+  };
+  std::size_t next(std::size_t i) const { return i + 1 == capacity_ ? 0 : i + 1; }
+  // A slot popped in this very cycle still counts: the producer learns of it at the next edge.
+  std::size_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
+
+  std::string name_;
+  unsigned latency_;
+  std::size_t capacity_;
+  std::vector<Slot> slots_;
+  std::size_t head_ = 0;
+  std::size_t tail_ = 0;
+  std::size_t size_ = 0;
+  Cycle last_pop_cycle_ = ~Cycle{0};
+  std::size_t popped_this_cycle_ = 0;
+  std::uint64_t pushed_ = 0;
+};
+
+}  // namespace grtx::modules

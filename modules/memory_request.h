@@ -1,0 +1,53 @@
+// What travels between the RT unit, the SIMT core and the memory hierarchy: one 32-byte sector a request.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace grtx::modules {
+
+inline constexpr std::uint64_t kSectorBytes = 32;
+
+/// What a memory request is for; caches count hits by it.
+enum class Region : std::uint8_t {
+  tlas,        ///< internal nodes of the monolithic BVH or the TLAS, and their headers
+  blas,        ///< nodes of the shared BLAS
+  leaf,        ///< triangle or procedural leaves of a monolithic BVH
+  instance,    ///< TLAS instance leaves
+  checkpoint,  ///< checkpoint buffers
+  eviction,    ///< eviction buffers
+  k_buffer,
+  gaussian,  ///< Gaussian records read when blending
+  sh,        ///< SH coefficients read when blending
+  ray,       ///< ray generation input, frame buffer, and stack spills
+  count
+};
+inline constexpr std::size_t kRegionCount = static_cast<std::size_t>(Region::count);
+inline constexpr std::array<std::string_view, kRegionCount> kRegionNames = {
+    "tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray"};
+/// The regions that count as node fetches.
+constexpr bool is_node(Region r) { return r <= Region::instance; }
+
+/// address: byte address in the flat GPU address space, a multiple of kSectorBytes. Every request gets one response.
+struct MemoryRequest {
+  std::uint64_t address = 0;
+  std::uint32_t tag = 0;     ///< chosen by the requester, returned in the response
+  std::uint8_t client = 0;   ///< port of the L1 that issued it
+  std::uint8_t sm = 0;       ///< set by the L1 when a miss leaves the SM
+  Region region = Region::tlas;
+  bool write = false;
+  bool prefetch = false;
+};
+
+struct MemoryResponse {
+  std::uint64_t address = 0;
+  std::uint32_t tag = 0;
+  std::uint8_t client = 0;
+  std::uint8_t sm = 0;
+  Region region = Region::tlas;
+  bool write = false;
+  bool prefetch = false;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,61 @@
+// Statistics with a name, a unit and a description. Modules count in plain integers and describe them once, at the end.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace grtx::modules {
+
+struct Statistic {
+  std::string name;  ///< hierarchical, lower_snake_case, dots between levels, e.g. gpu.rt.node_fetches
+  std::variant<std::uint64_t, double> value;
+  std::string unit;
+  std::string description;
+};
+
+/// An ordered list of statistics, filled by modules' `statistics(StatisticList&)`.
+class StatisticList {
+ public:
+  void add(std::string name, std::uint64_t value, std::string unit, std::string description) {
+    items_.push_back({std::move(name), value, std::move(unit), std::move(description)});
+  }
+  void add(std::string name, double value, std::string unit, std::string description) {
+    items_.push_back({std::move(name), value, std::move(unit), std::move(description)});
+  }
+  const std::vector<Statistic>& items() const { return items_; }
+
+ private:
+  std::vector<Statistic> items_;
+};
+
+/// Exact mean with an integer sum, and a power-of-two histogram (bin b counts values in [2^(b-1), 2^b), bin 0 zeros).
+class Distribution {
+ public:
+  void add(std::uint64_t value) {
+    ++count_;
+    sum_ += value;
+    if (value > max_) max_ = value;
+    unsigned bin = 0;
+    while (value != 0) {
+      value >>= 1;
+      ++bin;
+    }
+    ++bins_[bin < kBins ? bin : kBins - 1];
+  }
+  std::uint64_t count() const { return count_; }
+  std::uint64_t sum() const { return sum_; }
+  std::uint64_t max() const { return max_; }
+  double mean() const { return count_ == 0 ? 0.0 : static_cast<double>(sum_) / static_cast<double>(count_); }
+  static constexpr unsigned kBins = 33;
+  std::uint64_t bin(unsigned i) const { return bins_[i]; }
+
+ private:
+  std::uint64_t count_ = 0;
+  std::uint64_t sum_ = 0;
+  std::uint64_t max_ = 0;
+  std::uint64_t bins_[kBins] = {};
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,118 @@
+// The event model: what one ray did, in order, independent of timing. This is all that the hardware model replays.
+//
+// A ray's round is a list of events. The traversal stack is implied: visit_internal pops nothing by itself, every
+// event that handles "the top of the stack" pops it first. In a round that starts at the root (replay = false) the
+// stack initially holds the root. In a replay round the stack is empty and entries are taken from the source
+// checkpoint buffer whenever the stack runs empty.
+//
+//   visit_internal   top of stack: internal node fetched, its child boxes tested. Children in `pushed()` are pushed
+//                    (near first: the nearest ends on top); children in `checkpoints` (box hit, t beyond t_max) are
+//                    written to the destination buffer; when checkpointing is off or has overflowed they are dropped.
+//   visit_instance   top of stack: TLAS leaf fetched, ray transformed. `detail` 0: the BLAS root is pushed;
+//                    1: transform only, for a BLAS node taken from the checkpoint buffer (the node itself stays on top).
+//   visit_leaf       top of stack: primitive fetched and tested, see LeafOutcome.
+//   cull             top of stack is beyond the current t_max: popped without a fetch; `checkpoints` = 1 if written to
+//                    the destination buffer, 0 if dropped.
+//   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1 follows.
+//   replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the destination.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "traces/node_layout.h"
+
+namespace grtx::traces {
+
+enum class EventKind : std::uint8_t {
+  visit_internal = 0,
+  visit_instance = 1,
+  visit_leaf = 2,
+  cull = 3,
+  replay_take = 4,
+  replay_forward = 5
+};
+
+/// What the primitive test of a leaf gave. any_hit outcomes invoke the any-hit shader.
+enum class LeafOutcome : std::uint8_t {
+  miss = 0,       ///< not hit (or culled: back face, origin inside the proxy)
+  behind = 1,     ///< hit, but t < t_min: already blended, no any-hit
+  beyond = 2,     ///< hit, but t > t_max: leaf checkpointed (checkpoints = 1) or dropped
+  inserted = 3,   ///< any-hit: k-buffer had room
+  displaced = 4,  ///< any-hit: inserted, the last entry fell out (evicted when checkpointing)
+  rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; reported, so t_max becomes t_hit
+  ignored = 6     ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
+};
+constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted; }
+
+struct Event {
+  std::uint32_t node = 0;         ///< visit_internal: index into RayGroup::nodes; else node address / kNodeUnit
+  std::uint8_t detail = 0;        ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
+  std::uint8_t checkpoints = 0;   ///< visit_internal: mask of checkpointed children; others: 0/1
+  std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer entries moved by the insertion (12 bits)
+
+  EventKind kind() const { return static_cast<EventKind>(kind_shifts & 0xF); }
+  unsigned shifts() const { return kind_shifts >> 4; }
+  LeafOutcome outcome() const { return static_cast<LeafOutcome>(detail); }
+  unsigned pushed() const { return detail; }
+  static constexpr std::uint16_t pack(EventKind kind, unsigned shifts = 0) {
+    return static_cast<std::uint16_t>(static_cast<unsigned>(kind) | (shifts << 4));
+  }
+  friend bool operator==(const Event&, const Event&) = default;
+};
+static_assert(sizeof(Event) == 8);
+inline constexpr unsigned kMaxShifts = 4095;
+
+/// An internal node that a ray group visited: where its children lie. Children are contiguous in slot order.
+struct NodeDefinition {
+  std::uint32_t address = 0;                      ///< / kNodeUnit
+  std::uint32_t child_base = 0;                   ///< address of child 0 / kNodeUnit
+  std::array<NodeKind, kMaxWidth> child_kinds{};  ///< per slot; unused slots: internal
+  std::uint8_t child_count = 0;
+  friend bool operator==(const NodeDefinition&, const NodeDefinition&) = default;
+};
+
+/// A k-buffer entry that the ray generation shader looked at when blending, front to back.
+struct Processed {
+  std::uint32_t gaussian : 31 = 0;
+  std::uint32_t blended : 1 = 0;  ///< 0: its alpha was below 1/255 or d2 > kappa2, nothing was added
+  friend bool operator==(const Processed&, const Processed&) = default;
+};
+static_assert(sizeof(Processed) == 4);
+
+/// One traceRay call of one ray.
+struct Round {
+  std::uint32_t event_count = 0;
+  std::uint16_t preloaded = 0;            ///< entries moved from the eviction buffer into the k-buffer before tracing
+  std::uint16_t k_count = 0;              ///< entries in the k-buffer when tracing ended
+  std::uint16_t processed_count = 0;      ///< of those, how many were looked at before early ray termination
+  bool replay = false;                    ///< replay flag: false = started at the root
+  bool overflow = false;                  ///< destination buffer ran full: written entries are dropped, next round restarts
+  bool terminated = false;                ///< transmittance fell below the threshold
+  std::uint32_t eviction_dropped = 0;     ///< eviction buffer entries dropped at the end of an overflowed round
+  friend bool operator==(const Round&, const Round&) = default;
+};
+
+/// One ray: its rounds, with the events and processed entries of all rounds one after the other.
+struct Ray {
+  std::uint32_t pixel = 0;  ///< y * width + x
+  std::vector<Round> rounds;
+  std::vector<Event> events;
+  std::vector<Processed> processed;
+  friend bool operator==(const Ray&, const Ray&) = default;
+};
+
+/// What the rays of a group are.
+enum class RayKind : std::uint8_t { primary = 0, glass = 1, mirror = 2 };
+
+/// The rays of one warp (as the tracer mapped them), one chunk of the file. Rays without rounds met nothing to trace.
+struct RayGroup {
+  std::uint32_t index = 0;  ///< position in the file
+  RayKind kind = RayKind::primary;
+  std::vector<NodeDefinition> nodes;  ///< distinct internal nodes visited, ascending address
+  std::vector<Ray> rays;              ///< lane order; at most the header's warp_size
+  friend bool operator==(const RayGroup&, const RayGroup&) = default;
+};
+
+}  // namespace grtx::traces

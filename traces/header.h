@@ -1,0 +1,66 @@
+// Header of a trace: everything about the run that is not an event. Stored as JSON at the start of the file; Totals
+// are stored in the footer, because they are known only at the end.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace grtx::traces {
+
+inline constexpr std::uint32_t kFormatVersion = 1;
+
+struct Header {
+  // What was traced.
+  std::string accel = "tri20";
+  unsigned k = 8;
+  bool checkpoint = false;
+  std::string checkpoint_order = "fifo";  ///< order in which a replay round reads the source buffer: fifo, lifo, nearest
+  std::string child_order = "near_first";
+  unsigned width = 0;   ///< image, pixels
+  unsigned height = 0;  ///< image, pixels
+  unsigned warp_size = 32;
+  std::string warp_mapping = "tile8x4";  ///< how pixels form groups: tile8x4 or linear
+  std::uint64_t groups = 0;
+  // Node image. Addresses in events count from its first byte.
+  unsigned bvh_width = 6;
+  std::uint64_t node_image_bytes = 0;
+  std::uint64_t root = 0;       ///< byte address of the (TLAS) root
+  bool two_level = false;
+  std::uint64_t blas_base = 0;  ///< byte address of the BLAS header; 0 when monolithic
+  std::uint64_t blas_root = 0;  ///< byte address of the BLAS root; 0 when monolithic
+  std::uint64_t blas_bytes = 0;
+  bool blas_root_is_leaf = false;
+  // Shader-side records.
+  std::uint64_t gaussians = 0;
+  unsigned sh_degree = 0;
+  std::uint64_t gaussian_record_bytes = 48;  ///< mean, scale, rotation, opacity, padded (3DGRT's record)
+  std::uint64_t sh_record_bytes = 12;        ///< 12 (degree + 1)^2
+  // Buffers a ray.
+  std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer; 0 when checkpointing is off
+  // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
+  std::map<std::string, std::string> inputs;
+};
+
+/// Sums over the whole trace, computed by the writer from the events themselves.
+struct Totals {
+  std::uint64_t rays = 0;
+  std::uint64_t rounds = 0;
+  std::uint64_t visits_internal = 0;
+  std::uint64_t visits_instance = 0;
+  std::uint64_t visits_leaf = 0;
+  std::uint64_t culls = 0;
+  std::uint64_t any_hit_calls = 0;
+  std::uint64_t evictions = 0;
+  std::uint64_t checkpoints_written = 0;
+  std::uint64_t checkpoints_read = 0;
+  std::uint64_t overflows = 0;
+  std::uint64_t processed = 0;
+  std::uint64_t blended = 0;
+  std::uint64_t max_checkpoints_per_round = 0;  ///< most entries one ray had in one buffer
+  std::uint64_t max_evictions_per_ray = 0;      ///< most entries one ray had in its eviction buffer
+  std::uint64_t visits() const { return visits_internal + visits_instance + visits_leaf; }
+  friend bool operator==(const Totals&, const Totals&) = default;
+};
+
+}  // namespace grtx::traces

@@ -1,0 +1,64 @@
+// Writing and reading trace files. docs/trace-format.md describes the bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "traces/event.h"
+#include "traces/header.h"
+
+namespace grtx::traces {
+
+/// Streams groups to a file. append() may be called from many threads in any order of index; chunks land in the file in
+/// index order, so the file is byte-identical for any number of threads. Memory is bounded by the groups in flight.
+class Writer {
+ public:
+  /// Creates `path` (under a temporary name until finish()). header.groups groups must be appended, indices 0..groups-1.
+  Writer(const std::string& path, const Header& header);
+  ~Writer();
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  /// Encodes and stores one group. Thread-safe. Encoding runs in the caller's thread.
+  void append(const RayGroup& group);
+  /// Writes the index and totals, gives the file its final name. All groups must have been appended.
+  void finish();
+  const Totals& totals() const;
+  std::uint64_t bytes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Random access to the groups of a file. Never holds more than the group asked for. Thread-safe for concurrent read().
+/// Throws Error{path, offset, rule} on anything that does not obey the format, including a wrong hash or version.
+class Reader {
+ public:
+  explicit Reader(const std::string& path);
+  ~Reader();
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  const Header& header() const;
+  const Totals& totals() const;
+  const std::string& path() const;
+  std::uint64_t bytes() const;
+  /// XXH3 of the whole file content except the footer's own hash, hexadecimal: identifies the trace in results.
+  const std::string& content_hash() const;
+  std::uint64_t group_count() const;
+  /// Decodes group `index` into `group` (reusing its memory).
+  void read(std::uint64_t index, RayGroup& group) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Proves a trace consistent by replaying the rules on the file alone. Throws Error naming group, lane, round and event
+/// of the first violation; returns the totals it counted, which must equal the stored ones.
+Totals check(const Reader& reader, bool quiet);
+
+}  // namespace grtx::traces
