@@ -12,17 +12,19 @@ enum class Projection { pinhole, fisheye };
 
 struct Camera {
   std::string name;
-  unsigned width = 0, height = 0;  ///< pixels
-  glm::dvec3 position{0.0};        ///< camera centre in file coordinates (before recentring)
-  glm::dmat3 rotation{1.0};        ///< camera to world; columns are right, down, forward
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels
+  unsigned width = 0, height = 0;                 ///< pixels
+  glm::dvec3 position{0.0};                       ///< camera centre in file coordinates (before recentring)
+  glm::dmat3 rotation{1.0};                       ///< camera to world; columns are right, down, forward
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels; fisheye: fx, fy are pixels a radian (0: see fisheye_fov)
   Projection projection = Projection::pinhole;    ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
-  double fisheye_fov = 0.0;                       ///< radians, full angle; only for fisheye
+  double fisheye_fov = 0.0;  ///< radians, full angle; no ray beyond; with fx, fy = 0 it spans the image
 
   /// The same view at another resolution: focal lengths and centre scale per axis, so both fields of view are kept.
   Camera resized(unsigned new_width, unsigned new_height) const;
   /// Field of view multiplied by `factor` (tangent of the half angle), for --fov-scale.
   Camera fov_scaled(double factor) const;
+  /// The same view through an equidistant fisheye whose full angle `fov` (radians) spans width and height.
+  Camera as_fisheye(double fov) const;
   /// Unit direction in world space through the centre of pixel (x, y), double precision; zero vector when the
   /// projection has no ray there (outside the fisheye circle).
   glm::dvec3 direction(unsigned x, unsigned y) const;

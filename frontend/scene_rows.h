@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct RawRows {
   std::vector<float> opacity_logit;  ///< 1 a row
   std::vector<float> sh;             ///< coefficient-major, r g b inner, (degree + 1)^2 * 3 a row
   unsigned sh_degree = 0;
+  std::map<std::string, std::uint64_t> noticed;  ///< by the reader; passed on to the scene's report
 };
 
 /// Applies the rules of docs/numerics.md (drop non-finite rows, zero quaternions, opacity -inf; clamp tiny scales ...),

@@ -22,7 +22,11 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
 
   /// Encodes and stores one group. Thread-safe. Encoding runs in the caller's thread.
+  /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming group,
+  /// lane, round and event, when the events contradict each other, and Error when the file cannot be written.
   void append(const RayGroup& group);
+  /// Wakes callers that wait in append(), with an Error. For a thread that will not append its group after all.
+  void cancel();
   /// Writes the index and totals, gives the file its final name. All groups must have been appended.
   void finish();
   const Totals& totals() const;
@@ -51,6 +55,8 @@ class Reader {
   std::uint64_t group_count() const;
   /// Decodes group `index` into `group` (reusing its memory).
   void read(std::uint64_t index, RayGroup& group) const;
+  /// Reads the whole file once and compares it with content_hash().
+  void verify_content() const;
 
  private:
   struct Impl;

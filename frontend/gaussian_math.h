@@ -1,0 +1,99 @@
+// Arithmetic of one Gaussian that every part of the tracer must evaluate identically on every host: kernel radius,
+// response, spherical harmonics. What runs per ray uses only +, -, * and /, so images do not depend on a maths library.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <glm/vec3.hpp>
+
+namespace grtx::frontend {
+
+inline constexpr float kAlphaMax = 0.99f;          // 3DGS, 3DGRT
+inline constexpr float kAlphaMin = 1.0f / 255.0f;  // 3DGS, 3DGRT
+inline constexpr double kMinResponse = 0.0113;     // 3DGRT particlePrimitives.cu
+inline constexpr double kMaxResponse = 0.97;       // keeps the radius real for tiny opacities (3DGRT)
+
+/// Radius of the bounding ellipsoid in standard deviations: where opacity * response falls to 0.0113 (adaptive), or 3.
+/// opacity: 0..1. Result: 0.2468 .. 2.9943. Source: 3DGRT, kernel degree 2.
+inline double kernel_radius(double opacity, bool adaptive) {
+  if (!adaptive) return 3.0;
+  const double modulated = opacity > 0.0 ? kMinResponse / opacity : kMaxResponse;
+  return std::sqrt(-2.0 * std::log(std::min(modulated, kMaxResponse)));
+}
+
+/// e^x for x in [-80, 0] with a relative error below 1e-8, from plain arithmetic.
+inline float exp_negative(float x) {
+  // x = n ln2 + r, |r| <= ln2 / 2; e^r from its Taylor polynomial of degree 9 (remainder < 7e-12).
+  const double value = static_cast<double>(x);
+  const double scaled = value * 1.4426950408889634;
+  const int n = static_cast<int>(scaled - 0.5);
+  const double r = value - static_cast<double>(n) * 0.6931471805599453;
+  double p = 1.0 / 362880.0;
+  p = p * r + 1.0 / 40320.0;
+  p = p * r + 1.0 / 5040.0;
+  p = p * r + 1.0 / 720.0;
+  p = p * r + 1.0 / 120.0;
+  p = p * r + 1.0 / 24.0;
+  p = p * r + 1.0 / 6.0;
+  p = p * r + 0.5;
+  p = p * r + 1.0;
+  p = p * r + 1.0;
+  const std::uint64_t bits = static_cast<std::uint64_t>(1023 + n) << 52;
+  double power = 0.0;
+  std::memcpy(&power, &bits, sizeof power);
+  return static_cast<float>(p * power);
+}
+
+/// alpha of a hit. d2: squared distance of the ray from the centre in units of the kernel radius (<= 1 counts);
+/// kappa2: squared kernel radius in sigma; 0 when the hit does not count.
+inline float hit_alpha(float opacity, float kappa2, float d2) {
+  if (!(d2 <= 1.0f)) return 0.0f;
+  const float alpha = std::min(kAlphaMax, opacity * exp_negative(-0.5f * (kappa2 * d2)));
+  return alpha >= kAlphaMin ? alpha : 0.0f;
+}
+
+/// Real SH basis up to degree 4's first 16 functions (degree 3) for a unit direction; signs as in 3DGS.
+inline std::array<float, 16> sh_basis(const glm::vec3& d, unsigned degree) {
+  std::array<float, 16> b{};
+  const float x = d.x, y = d.y, z = d.z;
+  b[0] = 0.28209479177387814f;
+  if (degree >= 1) {
+    constexpr float c1 = 0.4886025119029199f;
+    b[1] = -c1 * y;
+    b[2] = c1 * z;
+    b[3] = -c1 * x;
+  }
+  if (degree >= 2) {
+    const float xx = x * x, yy = y * y, zz = z * z;
+    b[4] = 1.0925484305920792f * (x * y);
+    b[5] = -1.0925484305920792f * (y * z);
+    b[6] = 0.31539156525252005f * (2.0f * zz - xx - yy);
+    b[7] = -1.0925484305920792f * (x * z);
+    b[8] = 0.5462742152960396f * (xx - yy);
+    if (degree >= 3) {
+      b[9] = -0.5900435899266435f * (y * (3.0f * xx - yy));
+      b[10] = 2.890611442640554f * (x * y * z);
+      b[11] = -0.4570457994644658f * (y * (4.0f * zz - xx - yy));
+      b[12] = 0.3731763325901154f * (z * (2.0f * zz - 3.0f * xx - 3.0f * yy));
+      b[13] = -0.4570457994644658f * (x * (4.0f * zz - xx - yy));
+      b[14] = 1.445305721320277f * (z * (xx - yy));
+      b[15] = -0.5900435899266435f * (x * (xx - 3.0f * yy));
+    }
+  }
+  return b;
+}
+
+/// Colour of a Gaussian: max(SH + 0.5, 0) per channel. sh: coefficient-major, r g b inner.
+inline glm::vec3 sh_colour(const float* sh, const std::array<float, 16>& basis, unsigned coefficients) {
+  glm::vec3 sum(0.0f);
+  for (unsigned j = 0; j < coefficients; ++j) {
+    sum.x += basis[j] * sh[3 * j];
+    sum.y += basis[j] * sh[3 * j + 1];
+    sum.z += basis[j] * sh[3 * j + 2];
+  }
+  return {std::max(sum.x + 0.5f, 0.0f), std::max(sum.y + 0.5f, 0.0f), std::max(sum.z + 0.5f, 0.0f)};
+}
+
+}  // namespace grtx::frontend

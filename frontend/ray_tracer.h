@@ -1,0 +1,422 @@
+// Traces one ray: rounds, traversal of the node image, k-buffer, eviction buffer, checkpoint and replay, blending.
+// docs/tracer.md states the semantics; every decision the hardware model replays is taken here.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "frontend/acceleration_structure.h"
+#include "frontend/canonical_hit.h"
+#include "frontend/gaussian_math.h"
+#include "frontend/k_buffer.h"
+#include "frontend/node_test.h"
+#include "frontend/ray_recorder.h"
+#include "frontend/scene.h"
+#include "frontend/tracer_counters.h"
+#include "frontend/tracer_options.h"
+#include "frontend/visit_tracker.h"
+
+namespace grtx::frontend {
+
+struct RayResult {
+  glm::vec3 colour{0.0f};
+  float transmittance = 1.0f;
+};
+
+/// One a thread; holds the buffers of the ray being traced. Blended (id) sequences can be observed through `on_blend`.
+class RayTracer {
+ public:
+  RayTracer(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+            const TracerOptions& options)
+      : scene_(scene),
+        gaussians_(gaussians),
+        accel_(accel),
+        image_(accel.image()),
+        layout_(accel.image().layout()),
+        proxy_(accel.proxy()),
+        options_(options),
+        faces_(accel.proxy().is_sphere() ? 1 : accel.proxy().faces()),
+        k_buffer_(options.k) {
+    stack_.reserve(512);
+  }
+
+  const TracerCounters& counters() const { return counters_; }
+  void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
+  /// When set, receives the ids blended by the rays traced from now on.
+  void collect_blended(std::vector<std::uint32_t>* ids) { blended_ids_ = ids; }
+
+  template <typename Recorder>
+  RayResult trace(const TraceRay& ray, Recorder& recorder);
+
+ private:
+  struct Entry {
+    std::uint32_t node = 0;      ///< units
+    float t = 0.0f;              ///< conservative entry t
+    std::uint32_t instance = 0;  ///< TLAS leaf, units; 0 for nodes outside the BLAS
+    NodeKind kind = NodeKind::internal;
+  };
+
+  const std::uint8_t* bytes(std::uint32_t units) const {
+    return image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
+  }
+  bool in_blas(const Entry& e) const { return e.instance != 0; }
+
+  template <typename Recorder>
+  void trace_round(const TraceRay& ray, Recorder& recorder);
+  template <typename Recorder>
+  void drain_stack(const TraceRay& ray, Recorder& recorder);
+  template <typename Recorder>
+  void visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  template <typename Recorder>
+  void visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  template <typename Recorder>
+  void blend(const TraceRay& ray, traces::Round& round, Recorder& recorder);
+
+  void enter_instance(const TraceRay& ray, std::uint32_t leaf_units);
+  Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
+  void refill_from_evictions(traces::Round& round);
+  void visited(std::uint32_t units, unsigned size_units) {
+    if (tracker_ != nullptr) tracker_->visit(units, size_units);
+  }
+
+  /// Writes an entry to the destination buffer; false when it is dropped (checkpointing off, or overflow).
+  bool checkpoint(const Entry& entry) {
+    if (!options_.checkpoint || overflow_) return false;
+    if (destination_.size() == options_.checkpoint_capacity) {
+      overflow_ = true;
+      return false;
+    }
+    destination_.push_back(entry);
+    ++counters_.checkpoints_written;
+    return true;
+  }
+
+  const Scene& scene_;
+  const PreparedGaussians& gaussians_;
+  const AccelerationStructure& accel_;
+  const NodeImage& image_;
+  const InternalLayout layout_;
+  const Proxy& proxy_;
+  const TracerOptions options_;
+  const unsigned faces_;
+
+  // State of the ray.
+  float t_last_ = -1.0f;
+  std::uint32_t id_last_ = 0;
+  float t_min_cull_ = 0.0f;  ///< boxes that end before this hold nothing new
+  float t_max_ = 0.0f;
+  bool replay_ = false;
+  bool overflow_ = false;
+  float transmittance_ = 1.0f;
+  glm::vec3 colour_{0.0f};
+  std::array<float, 16> basis_{};
+  KBuffer k_buffer_;
+  std::vector<KEntry> evictions_;
+  std::vector<Entry> stack_;
+  std::vector<Entry> source_;
+  std::vector<Entry> destination_;
+
+  // The instance being walked.
+  std::uint32_t instance_gaussian_ = 0;
+  UnitRay unit_;
+  SlabRay unit_slabs_;
+  Hit instance_hit_;
+  bool instance_hit_known_ = false;
+
+  // Recent hit tests of a monolithic structure: up to 80 faces of a Gaussian lie close together in the walk.
+  struct CachedHit {
+    std::uint64_t tag = ~std::uint64_t{0};
+    Hit hit;
+  };
+  static constexpr std::size_t kHitCache = 64;
+  std::array<CachedHit, kHitCache> hit_cache_{};
+  std::uint64_t ray_stamp_ = 0;
+
+  TracerCounters counters_;
+  VisitTracker* tracker_ = nullptr;
+  std::vector<std::uint32_t>* blended_ids_ = nullptr;
+};
+
+template <typename Recorder>
+RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
+  t_last_ = -1.0f;
+  id_last_ = 0;
+  replay_ = false;
+  transmittance_ = 1.0f;
+  colour_ = glm::vec3(0.0f);
+  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
+  evictions_.clear();
+  source_.clear();
+  ++ray_stamp_;
+  ++counters_.rays;
+  if (tracker_ != nullptr) tracker_->begin_ray();
+  std::size_t evictions_seen = 0;
+
+  for (;;) {
+    traces::Round round;
+    round.replay = replay_;
+    ++counters_.rounds;
+    k_buffer_.clear();
+    destination_.clear();
+    overflow_ = false;
+    recorder.begin_round();
+    refill_from_evictions(round);
+    t_max_ = std::numeric_limits<float>::infinity();
+    if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
+    // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
+    t_min_cull_ = options_.sort_key == SortKey::entry ? std::max(t_last_, 0.0f) : 0.0f;
+    trace_round(ray, recorder);
+    evictions_seen = std::max(evictions_seen, evictions_.size());
+    round.overflow = overflow_;
+    round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
+    blend(ray, round, recorder);
+    counters_.checkpoints_max_per_ray =
+        std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
+    if (overflow_) {
+      ++counters_.checkpoint_overflows;
+      round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
+      evictions_.clear();
+      destination_.clear();
+    }
+    recorder.end_round(round);
+    if (round.terminated) ++counters_.terminated;
+    if (round.terminated || !k_buffer_.full()) break;
+    t_last_ = k_buffer_.back().t;
+    id_last_ = k_buffer_.back().id;
+    source_.swap(destination_);
+    replay_ = options_.checkpoint && !overflow_;
+  }
+  counters_.evictions_max_per_ray = std::max<std::uint64_t>(counters_.evictions_max_per_ray, evictions_seen);
+  return {colour_, transmittance_};
+}
+
+template <typename Recorder>
+void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
+  stack_.clear();
+  if (!replay_) {
+    stack_.push_back({static_cast<std::uint32_t>(accel_.root() / traces::kNodeUnit), 0.0f, 0, NodeKind::internal});
+    drain_stack(ray, recorder);
+    return;
+  }
+  if (options_.checkpoint_order == CheckpointOrder::lifo) {
+    std::reverse(source_.begin(), source_.end());
+  } else if (options_.checkpoint_order == CheckpointOrder::nearest) {
+    std::stable_sort(source_.begin(), source_.end(), [](const Entry& a, const Entry& b) { return a.t < b.t; });
+  }
+  for (const Entry& entry : source_) {
+    ++counters_.checkpoints_read;
+    if (entry.t > t_max_) {
+      const bool kept = checkpoint(entry);
+      recorder.event(traces::EventKind::replay_forward, entry.node, 0, kept ? 1 : 0);
+      continue;
+    }
+    recorder.event(traces::EventKind::replay_take, entry.node, 0, 0);
+    if (in_blas(entry)) {
+      // The ray must be transformed again before a BLAS node can be tested.
+      ++counters_.visits_instance;
+      visited(entry.instance, 2);
+      recorder.event(traces::EventKind::visit_instance, entry.instance, 1, 0);
+      enter_instance(ray, entry.instance);
+    }
+    stack_.push_back(entry);
+    drain_stack(ray, recorder);
+  }
+}
+
+template <typename Recorder>
+void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
+  while (!stack_.empty()) {
+    const Entry entry = stack_.back();
+    stack_.pop_back();
+    if (entry.t > t_max_) {
+      const bool kept = checkpoint(entry);
+      recorder.event(traces::EventKind::cull, entry.node, 0, kept ? 1 : 0);
+      continue;
+    }
+    switch (entry.kind) {
+      case NodeKind::internal: visit_internal(ray, entry, recorder); break;
+      case NodeKind::instance: {
+        ++counters_.visits_instance;
+        visited(entry.node, 2);
+        recorder.event(traces::EventKind::visit_instance, entry.node, 0, 0);
+        enter_instance(ray, entry.node);
+        stack_.push_back({static_cast<std::uint32_t>(accel_.blas_root() / traces::kNodeUnit), entry.t, entry.node,
+                          NodeKind::internal});
+        break;
+      }
+      default: visit_leaf(ray, entry, recorder); break;
+    }
+  }
+}
+
+inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf_units) {
+  instance_gaussian_ = image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit);
+  unit_ = to_unit_ray(ray, gaussians_.record(instance_gaussian_));
+  unit_slabs_ = SlabRay(unit_.peak, unit_.direction);
+  instance_hit_known_ = false;
+}
+
+template <typename Recorder>
+void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  ++counters_.visits_internal;
+  const std::uint8_t* node = bytes(entry.node);
+  visited(entry.node, layout_.slots == 6 ? 1 : 2);
+  const ChildInfo info = child_info(node, entry.node, layout_);
+  alignas(32) float enter[8];
+  const bool blas = in_blas(entry);
+  unsigned hits = test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f,
+                                t_min_cull_, enter) &
+                  info.valid;
+  // Children sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
+  std::array<Entry, 8> pushed;
+  unsigned count = 0, pushed_mask = 0, checkpoint_mask = 0;
+  while (hits != 0) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(hits));
+    hits &= hits - 1;
+    const std::uint32_t below = info.wide & ((1u << slot) - 1u);
+    Entry child{info.child_base + slot + static_cast<std::uint32_t>(__builtin_popcount(below)), enter[slot],
+                entry.instance, NodeKind::internal};
+    if (((info.internal >> slot) & 1u) == 0) {
+      child.kind = static_cast<NodeKind>(node[layout_.child_info + slot] >> 2);
+    }
+    if (child.t > t_max_) {
+      if (checkpoint(child)) checkpoint_mask |= 1u << slot;
+      continue;
+    }
+    pushed_mask |= 1u << slot;
+    unsigned at = count++;
+    if (options_.child_order == ChildOrder::near_first) {
+      while (at > 0 && pushed[at - 1].t <= child.t) {
+        pushed[at] = pushed[at - 1];
+        --at;
+      }
+    } else {
+      for (; at > 0; --at) pushed[at] = pushed[at - 1];  // slot order: the first slot ends on top
+    }
+    pushed[at] = child;
+  }
+  stack_.insert(stack_.end(), pushed.begin(), pushed.begin() + count);
+  recorder.internal(node, entry.node, info, pushed_mask, checkpoint_mask);
+}
+
+inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
+  CachedHit& cached = hit_cache_[gaussian % kHitCache];
+  const std::uint64_t tag = (ray_stamp_ << 32) | gaussian;
+  if (cached.tag != tag) {
+    cached.tag = tag;
+    cached.hit = canonical_hit(ray, to_unit_ray(ray, gaussians_.record(gaussian)), gaussians_, gaussian, proxy_,
+                               options_.sort_key, options_.inside);
+  }
+  return cached.hit;
+}
+
+template <typename Recorder>
+void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  using traces::EventKind;
+  using traces::LeafOutcome;
+  ++counters_.visits_leaf;
+  visited(entry.node, 1);
+  const std::uint64_t address = static_cast<std::uint64_t>(entry.node) * traces::kNodeUnit;
+  const std::uint32_t primitive =
+      entry.kind == NodeKind::triangle ? image_.primitive(address) : image_.procedural_primitive(address);
+  std::uint32_t gaussian = 0, face = 0;
+  Hit hit;
+  if (in_blas(entry)) {
+    gaussian = instance_gaussian_;
+    face = primitive;
+    if (!instance_hit_known_) {
+      instance_hit_ = canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside);
+      instance_hit_known_ = true;
+    }
+    hit = instance_hit_;
+  } else {
+    gaussian = primitive / faces_;
+    face = primitive - gaussian * faces_;
+    hit = hit_of(ray, gaussian);
+  }
+  const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
+    recorder.event(EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), checkpoints, shifts);
+  };
+  if (hit.kind == HitKind::miss || hit.face != face) return outcome(LeafOutcome::miss);
+  if (hit.kind == HitKind::inside) {
+    if (t_last_ < 0.0f) ++counters_.inside_skipped;
+    return outcome(LeafOutcome::miss);
+  }
+  if (hit.t < t_last_) return outcome(LeafOutcome::behind);
+  if (hit.t == t_last_) {
+    if (gaussian <= id_last_) {
+      ++counters_.any_hit_ignored;
+      return outcome(LeafOutcome::ignored);
+    }
+    if (options_.resume == Resume::strict) {
+      ++counters_.ties_lost;
+      return outcome(LeafOutcome::behind);
+    }
+  }
+  if (hit.t > t_max_) {
+    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind});
+    return outcome(LeafOutcome::beyond, kept ? 1 : 0);
+  }
+  const KEntry candidate{hit.t, gaussian, hit.d2};
+  if (!k_buffer_.full()) {
+    const unsigned shifts = k_buffer_.insert(candidate);
+    ++counters_.any_hit_inserted;
+    if (options_.tmax_update == TmaxUpdate::kth && k_buffer_.full()) t_max_ = std::min(t_max_, k_buffer_.back().t);
+    return outcome(LeafOutcome::inserted, 0, shifts);
+  }
+  ++counters_.any_hit_evicted;
+  if (candidate < k_buffer_.back()) {
+    if (options_.checkpoint) evictions_.push_back(k_buffer_.back());
+    const unsigned shifts = k_buffer_.displace(candidate);
+    ++counters_.any_hit_inserted;
+    if (options_.tmax_update == TmaxUpdate::kth) t_max_ = std::min(t_max_, k_buffer_.back().t);
+    return outcome(LeafOutcome::displaced, 0, shifts);
+  }
+  if (options_.checkpoint) evictions_.push_back(candidate);
+  ++counters_.any_hit_rejected;
+  t_max_ = options_.tmax_update == TmaxUpdate::kth ? std::min(t_max_, k_buffer_.back().t) : candidate.t;
+  outcome(LeafOutcome::rejected);
+}
+
+inline void RayTracer::refill_from_evictions(traces::Round& round) {
+  if (evictions_.empty()) return;
+  std::sort(evictions_.begin(), evictions_.end());
+  const std::size_t moved = std::min<std::size_t>(options_.k, evictions_.size());
+  for (std::size_t i = 0; i < moved; ++i) k_buffer_.append_sorted(evictions_[i]);
+  evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
+  round.preloaded = static_cast<std::uint16_t>(moved);
+}
+
+template <typename Recorder>
+void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
+  const unsigned coefficients = scene_.sh_coefficients();
+  for (const KEntry& entry : k_buffer_.entries()) {
+    const GaussianRecord& g = gaussians_.record(entry.id);
+    const float alpha = hit_alpha(g.opacity, g.kappa2, entry.d2);
+    recorder.processed(entry.id, alpha > 0.0f);
+    ++round.processed_count;
+    ++counters_.processed;
+    if (!(alpha > 0.0f)) continue;
+    if (options_.sh_direction == ShDirection::centre) {
+      const glm::vec3 to_centre = g.mean - ray.origin;
+      basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
+    }
+    const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+    const glm::vec3 colour = sh_colour(sh, basis_, coefficients);
+    const float weight = alpha * transmittance_;
+    colour_ += weight * colour;
+    transmittance_ *= 1.0f - alpha;
+    ++counters_.blended;
+    if (blended_ids_ != nullptr) blended_ids_->push_back(entry.id);
+    if (transmittance_ < options_.ert) {
+      round.terminated = true;
+      break;
+    }
+  }
+}
+
+}  // namespace grtx::frontend

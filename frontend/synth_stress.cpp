@@ -1,0 +1,275 @@
+#include "frontend/synth_stress.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "frontend/synth_math.h"
+#include "frontend/synth_random.h"
+#include "frontend/synth_world.h"
+
+namespace grtx::frontend {
+namespace {
+
+using Scales = std::array<double, 3>;
+
+constexpr double kShBand0 = 0.28209479177387814;
+constexpr double kInradiusScale = 0.6615845382496075;  // icosahedron (0, 1, phi): vertex scale for inscribed radius 1
+
+/// Rows of one stress scene with their own random numbers.
+class Rows {
+ public:
+  explicit Rows(const SynthOptions& options) : options_(options), random_(options.seed, 0x57e55, 0) {}
+
+  SynthRandom& random() { return random_; }
+  std::uint64_t size() const { return rows_.size(); }
+  std::vector<SynthRow> take() { return std::move(rows_); }
+
+  /// Ordinary parameters, grey to coloured by `hue` in [0, 1]; identity rotation.
+  SynthRow& add(glm::dvec3 position, Scales scales, double opacity, double hue) {
+    SynthRow row;
+    row.position = glm::vec3(position);
+    for (std::size_t i = 0; i < 3; ++i) row.log_scale[i] = static_cast<float>(portable_log(scales[i]));
+    row.opacity_logit = static_cast<float>(portable_log(opacity / (1.0 - opacity)));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double wave = portable_turn(hue + static_cast<double>(c) / 3.0).cosine;
+      row.sh[c] = static_cast<float>(0.4 * wave / kShBand0);
+    }
+    const unsigned coefficients = (options_.sh_degree + 1) * (options_.sh_degree + 1);
+    for (std::size_t k = 3; k < std::size_t{3} * coefficients; ++k) row.sh[k] = static_cast<float>(0.1 * random_.normal());
+    rows_.push_back(row);
+    return rows_.back();
+  }
+  SynthRow& add_turned(glm::dvec3 position, Scales scales, double opacity, double hue) {
+    SynthRow& row = add(position, scales, opacity, hue);
+    for (float& part : row.rotation) part = static_cast<float>(random_.normal());
+    return row;
+  }
+  void add_raw(const SynthRow& row) { rows_.push_back(row); }
+
+  /// log-uniform between two positive numbers.
+  double between(double low, double high) {
+    return low * portable_exp(random_.uniform() * portable_log(high / low));
+  }
+
+ private:
+  const SynthOptions& options_;
+  SynthRandom random_;
+  std::vector<SynthRow> rows_;
+};
+
+std::vector<Camera> front_and_side() {
+  return {synth_camera("front", {0, 0, -4}, {0, 0, 0}, 50), synth_camera("side", {3.1, -1.7, 1.9}, {0, 0, 0}, 50)};
+}
+
+StressScene one(const SynthOptions& options) {
+  Rows rows(options);
+  rows.add({0, 0, 0}, {0.5, 0.3, 0.2}, 0.8, 0.1);
+  return {rows.take(), front_and_side()};
+}
+
+StressScene empty(const SynthOptions&) { return {{}, front_and_side()}; }
+
+/// Everything behind the cameras or beside their pictures.
+StressScene nohit(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    const double x = rows.random().uniform(-3, 3);
+    const double y = rows.random().uniform(-3, 3);
+    const double z = rows.random().uniform(4, 9);
+    rows.add_turned({x, y, z}, {0.1, 0.05, 0.02}, 0.9, rows.random().uniform());
+  }
+  return {rows.take(), {synth_camera("away", {0, 0, 0}, {0, 0, -1}, 90), synth_camera("below", {0, 6, 6}, {0, 12, 6}, 80)}};
+}
+
+/// Copies of one Gaussian in stacks of 1 to 40 behind each other, in columns that start one copy later each: whatever k
+/// is, some ray has a tie across each multiple of k. Copies differ in colour only, so a lost or swapped one shows.
+StressScene ties(const SynthOptions& options) {
+  Rows rows(options);
+  constexpr std::uint64_t kColumns = 64;  // an 8 x 8 grid
+  for (std::uint64_t stack = 0; rows.size() < options.count; ++stack) {
+    for (std::uint64_t column = 0; column < kColumns && rows.size() < options.count; ++column) {
+      const double x = 0.35 * (static_cast<double>(column % 8) - 3.5);
+      const double y = 0.35 * (static_cast<double>(column / 8) - 3.5);
+      const double z = 0.25 * static_cast<double>(stack);
+      const std::uint64_t copies = 1 + (stack == 0 ? column : 7 * stack + 11 * column) % 40;
+      for (std::uint64_t i = 0; i < copies && rows.size() < options.count; ++i) {
+        rows.add({x, y, z}, {0.05, 0.05, 0.05}, 0.04, static_cast<double>(i) / static_cast<double>(copies));
+      }
+    }
+  }
+  return {rows.take(), front_and_side()};
+}
+
+StressScene needles(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    const double large = rows.between(0.01, 1.0);
+    const double ratio = rows.between(1.0, 1e6);
+    const double middle = rows.random().uniform() < 0.5 ? large : large / rows.between(1.0, ratio);
+    rows.add_turned(1.2 * rows.random().direction() * rows.random().uniform(), {large, large / ratio, middle},
+                    rows.random().uniform(0.1, 0.99), rows.random().uniform());
+  }
+  return {rows.take(), front_and_side()};
+}
+
+StressScene tiny(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    // A third of the extent shrinks with the scales, around the point that the close camera looks at.
+    const double scale = rows.between(1e-10, 1e-2);
+    const double reach = rows.random().uniform() < 0.3 ? 30.0 * scale : 1.0;
+    rows.add_turned(reach * rows.random().direction() * rows.random().uniform(),
+                    {scale, rows.between(1e-10, 1e-2), rows.between(1e-10, 1e-2)}, rows.random().uniform(0.3, 0.99),
+                    rows.random().uniform());
+  }
+  std::vector<Camera> cameras = front_and_side();
+  cameras.push_back(synth_camera("close", {0, 0, -0.002}, {0, 0, 0}, 50));
+  return {rows.take(), cameras};
+}
+
+/// One ordinary row for each pair (field, special value), then ordinary rows up to the count.
+StressScene params(const SynthOptions& options) {
+  Rows rows(options);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float specials[] = {0.0f,    -0.0f, 1e-45f,     1e-38f,    -1e-45f, 3.4e38f, -3.4e38f, 1e30f, 1e3f, -1e3f,
+                            kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN()};
+  Rows ordinary(options);
+  const auto next = [&] {
+    return ordinary.add_turned(ordinary.random().direction() * ordinary.random().uniform(), {0.1, 0.05, 0.03}, 0.7,
+                               ordinary.random().uniform());
+  };
+  const std::size_t coefficients = std::size_t{3} * (options.sh_degree + 1) * (options.sh_degree + 1);
+  for (const float special : specials) {
+    for (int i = 0; i < 3; ++i) {
+      SynthRow row = next();
+      row.position[i] = special;
+      rows.add_raw(row);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      SynthRow row = next();
+      row.log_scale[i] = special;
+      rows.add_raw(row);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      SynthRow row = next();
+      row.rotation[i] = special;
+      rows.add_raw(row);
+    }
+    SynthRow opacity = next();
+    opacity.opacity_logit = special;
+    rows.add_raw(opacity);
+    for (std::size_t i = 0; i < coefficients; ++i) {
+      SynthRow row = next();
+      row.sh[i] = special;
+      rows.add_raw(row);
+    }
+  }
+  for (const float length : {0.0f, 1e-30f, 1e-13f, 1e-5f, 3.0f, 1e15f, 1e30f}) {  // quaternions of every length
+    SynthRow row = next();
+    row.rotation = {length, 0.0f, -length, length};
+    rows.add_raw(row);
+  }
+  SynthRow zero;  // a row of zeros only
+  zero.rotation = {0.0f, 0.0f, 0.0f, 0.0f};
+  rows.add_raw(zero);
+  while (rows.size() < options.count) rows.add_raw(next());
+  return {rows.take(), front_and_side()};
+}
+
+/// Four equal clusters at 1e3, 1e4, 1e5 and 1e6 from the origin, with a camera before each.
+StressScene far(const SynthOptions& options) {
+  Rows rows(options);
+  const glm::dvec3 middles[] = {{1e3, 0, 0}, {0, 1e4, 0}, {0, 0, -1e5}, {-6e5, 6e5, 529150}};
+  while (rows.size() < options.count) {
+    const glm::dvec3 middle = middles[rows.size() % 4];
+    rows.add_turned(middle + rows.random().direction() * rows.random().uniform(), {0.15, 0.1, 0.03}, 0.7, rows.random().uniform());
+  }
+  std::vector<Camera> cameras;
+  for (const glm::dvec3& middle : middles) cameras.push_back(synth_camera("far", middle - glm::dvec3(0, 0, 4), middle, 50));
+  for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].name += std::to_string(i + 3);
+  return {rows.take(), cameras};
+}
+
+/// Axis-aligned Gaussians on a half-unit grid and cameras whose rays run along axes and through grid planes: with odd
+/// resolution the middle rays meet edges and vertices of the polyhedra exactly, and direction components are exactly 0.
+StressScene axis(const SynthOptions& options) {
+  Rows rows(options);
+  const double kappa = std::sqrt(-2.0 * portable_log(0.0113 / 0.5));
+  // The first ones have a vertex (0, +-1, phi) or an edge's end on the z axis: the ray x = y = 0 passes through it.
+  for (int i = 0; i < 8 && rows.size() < options.count; ++i) {
+    const double scale = 0.05 * (i + 1);
+    const double offset = (i % 2 == 0 ? 1.0 : -1.0) * scale * kappa * kInradiusScale;
+    rows.add({0, i < 4 ? offset : 0.0, -2.0 + 0.5 * i}, {scale, scale, scale}, 0.5, 0.12 * i);
+  }
+  for (std::uint64_t i = 0; rows.size() < options.count; ++i) {
+    const std::uint64_t cell = i % 1331;  // 11^3, then again with other shapes
+    const glm::dvec3 at(static_cast<double>(cell % 11) - 5.0, static_cast<double>(cell / 11 % 11) - 5.0,
+                        static_cast<double>(cell / 121) - 5.0);
+    Scales scales{0.03125, 0.03125, 0.03125};
+    scales[(cell + i / 1331) % 3] = 0.125;
+    SynthRow& row = rows.add(0.5 * at, scales, 0.3, static_cast<double>(cell % 17) / 17.0);
+    const std::size_t half_turn = (cell + 2 * (i / 1331)) % 4;  // identity or 180 degrees about an axis, exactly
+    row.rotation = {0.0f, 0.0f, 0.0f, 0.0f};
+    row.rotation[half_turn] = 1.0f;
+  }
+  std::vector<Camera> cameras;
+  const glm::dvec3 ends[] = {{0, 0, -6}, {-6, 0, 0}, {0, -6, 0}, {0, 0, 6}, {0.5, 0.5, -6}};
+  for (const glm::dvec3& end : ends) {
+    Camera camera = synth_camera("axis" + std::to_string(cameras.size()), end, {end.x == 0.5 ? 0.5 : 0, end.y == 0.5 ? 0.5 : 0, 0}, 60);
+    camera.width = camera.height = 129;
+    camera.cx = camera.cy = 64.5;
+    camera.fx = camera.fy = 128.0;
+    cameras.push_back(camera);
+  }
+  return {rows.take(), cameras};
+}
+
+/// The camera sits inside half of all proxies.
+StressScene inside(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    const bool around = rows.size() % 2 == 0;
+    const double scale = around ? rows.between(0.3, 3.0) : rows.between(0.02, 0.1);
+    const double distance = around ? 0.5 * rows.random().uniform() : rows.random().uniform(1.0, 3.0);
+    rows.add_turned(distance * rows.random().direction(), {scale, scale * rows.random().uniform(0.5, 1.0), scale},
+                    rows.random().uniform(0.05, 0.9), rows.random().uniform());
+  }
+  return {rows.take(), {synth_camera("inside", {0, 0, 0}, {0, 0, 1}, 80), synth_camera("edge", {0.4, 0.1, 0}, {-1, 0, 0.2}, 80)}};
+}
+
+StressScene onepoint(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    rows.add_turned({0.25, -0.5, 0.125}, {rows.between(0.05, 0.5), rows.between(0.05, 0.5), rows.between(0.05, 0.5)},
+                    rows.random().uniform(0.01, 0.2), rows.random().uniform());
+  }
+  return {rows.take(), front_and_side()};
+}
+
+struct Named {
+  const char* name;
+  StressScene (*make)(const SynthOptions&);
+};
+
+constexpr Named kScenes[] = {{"ties", ties},     {"needles", needles}, {"tiny", tiny},         {"params", params},
+                             {"far", far},       {"axis", axis},       {"inside", inside},     {"onepoint", onepoint},
+                             {"empty", empty},   {"one", one},         {"nohit", nohit}};
+
+}  // namespace
+
+std::vector<std::string> stress_names() {
+  std::vector<std::string> names;
+  for (const Named& scene : kScenes) names.emplace_back(scene.name);
+  return names;
+}
+
+StressScene stress_scene(const std::string& name, const SynthOptions& options) {
+  const auto* found = std::find_if(std::begin(kScenes), std::end(kScenes), [&](const Named& s) { return s.name == name; });
+  assert(found != std::end(kScenes));
+  return found->make(options);
+}
+
+}  // namespace grtx::frontend

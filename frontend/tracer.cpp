@@ -1,0 +1,150 @@
+#include "frontend/tracer.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <optional>
+
+#include "base/hash.h"
+#include "base/progress.h"
+#include "frontend/ray_tracer.h"
+
+namespace grtx::frontend {
+namespace {
+
+constexpr unsigned kTileWidth = 8;
+constexpr unsigned kTileHeight = 4;
+
+/// What one thread needs; made on its first group.
+struct Worker {
+  Worker(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+         const TracerOptions& options, Footprint* footprint)
+      : tracer(scene, gaussians, accel, options), recorder(accel.image()) {
+    if (footprint != nullptr) {
+      tracker.emplace(accel.image().size(), *footprint);
+      tracer.track_visits(&*tracker);
+    }
+  }
+  RayTracer tracer;
+  GroupRecorder recorder;
+  std::optional<VisitTracker> tracker;
+};
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear) {
+  std::vector<std::vector<std::uint32_t>> groups;
+  if (linear) {
+    const std::uint32_t pixels = width * height;
+    for (std::uint32_t first = 0; first < pixels; first += kGroupRays) {
+      auto& group = groups.emplace_back();
+      for (std::uint32_t p = first; p < std::min(pixels, first + kGroupRays); ++p) group.push_back(p);
+    }
+    return groups;
+  }
+  for (unsigned y = 0; y < height; y += kTileHeight) {
+    for (unsigned x = 0; x < width; x += kTileWidth) {
+      auto& group = groups.emplace_back();
+      for (unsigned j = y; j < std::min(height, y + kTileHeight); ++j) {
+        for (unsigned i = x; i < std::min(width, x + kTileWidth); ++i) group.push_back(j * width + i);
+      }
+    }
+  }
+  return groups;
+}
+
+traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
+                            const TracerOptions& options, const RenderOptions& render) {
+  static const char* const orders[] = {"fifo", "lifo", "nearest"};
+  traces::Header header;
+  header.accel = accel_name(accel.options().kind);
+  header.k = options.k;
+  header.checkpoint = options.checkpoint;
+  header.checkpoint_order = orders[static_cast<int>(options.checkpoint_order)];
+  header.child_order = options.child_order == ChildOrder::near_first ? "near_first" : "slot";
+  header.width = camera.width;
+  header.height = camera.height;
+  header.warp_size = kGroupRays;
+  header.warp_mapping = render.linear_mapping ? "linear" : "tile8x4";
+  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping).size();
+  header.bvh_width = accel.options().width;
+  header.node_image_bytes = accel.image().size();
+  header.root = accel.root();
+  header.two_level = accel.two_level();
+  header.blas_base = accel.blas_header();
+  header.blas_root = accel.blas_root();
+  header.blas_bytes = accel.two_level() ? accel.image().size() - accel.blas_header() : 0;
+  header.gaussians = scene.size();
+  header.sh_degree = scene.sh_degree;
+  header.sh_record_bytes = 12ull * scene.sh_coefficients();
+  header.checkpoint_capacity = options.checkpoint ? options.checkpoint_capacity : 0;
+  header.inputs["scene"] = scene.name;
+  header.inputs["scene_hash"] = scene.hash;
+  header.inputs["camera"] = camera.name;
+  return header;
+}
+
+RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                    const Camera& camera, const TracerOptions& options, const RenderOptions& render,
+                    traces::Writer* writer) {
+  RenderResult result;
+  result.image = Image(camera.width, camera.height);
+  if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
+  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping);
+  const glm::vec3 origin(camera.position - scene.offset);
+
+  std::optional<Footprint> footprint;
+  if (render.count_unique) footprint.emplace(accel.image().size());
+  tbb::enumerable_thread_specific<Worker> workers([&] {
+    return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr);
+  });
+  Progress progress("tracing " + accel_name(accel.options().kind), result.image.pixels.size(), " rays", render.quiet);
+
+  const auto trace_group = [&](std::size_t index) {
+    Worker& worker = workers.local();
+    const auto& pixels = groups[index];
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::size_t lane = 0; lane < pixels.size(); ++lane) {
+        const std::uint32_t pixel = pixels[lane];
+        begin(lane, pixel);
+        const glm::dvec3 direction = camera.direction(pixel % camera.width, pixel / camera.width);
+        if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
+        if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
+        result.image.pixels[pixel] = worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder).colour;
+      }
+    };
+    if (writer != nullptr) {
+      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary, pixels.size());
+      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
+      writer->append(worker.recorder.end_group());
+    } else {
+      NullRecorder recorder;
+      trace_rays(recorder, [](std::size_t, std::uint32_t) {});
+    }
+    progress.add(pixels.size());
+  };
+
+  const auto start = std::chrono::steady_clock::now();
+  tbb::task_arena arena(render.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(render.threads));
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, groups.size(), 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t i = range.begin(); i != range.end(); ++i) trace_group(i);
+        },
+        tbb::simple_partitioner());
+  });
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  progress.finish();
+  for (const Worker& worker : workers) {
+    result.counters.add(worker.tracer.counters());
+    if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
+  }
+  if (footprint) result.footprint_bytes = footprint->bytes();
+  return result;
+}
+
+}  // namespace grtx::frontend

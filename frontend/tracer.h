@@ -1,0 +1,49 @@
+// Renders a view: rays into groups, groups over threads, image, counters and trace out.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "frontend/acceleration_structure.h"
+#include "frontend/camera.h"
+#include "frontend/image.h"
+#include "frontend/prepared_gaussians.h"
+#include "frontend/scene.h"
+#include "frontend/tracer_counters.h"
+#include "frontend/tracer_options.h"
+#include "traces/io.h"
+
+namespace grtx::frontend {
+
+struct RenderOptions {
+  unsigned threads = 0;              ///< 0: all
+  bool linear_mapping = false;       ///< groups of 32 consecutive pixels instead of 8x4 tiles
+  bool count_unique = false;         ///< visits_unique and footprint (slower)
+  bool keep_sequences = false;       ///< per-pixel blended ids, for tests
+  bool quiet = true;
+};
+
+struct RenderResult {
+  Image image;
+  TracerCounters counters;
+  std::uint64_t footprint_bytes = 0;  ///< distinct node bytes touched by the view; 0 unless count_unique
+  double seconds = 0.0;               ///< tracing alone
+  std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel; empty unless keep_sequences
+};
+
+inline constexpr unsigned kGroupRays = 32;
+
+/// Pixels of each group, in lane order: 8x4 tiles, row by row, or runs of 32.
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear);
+
+/// Header of the trace that render() will write for these inputs.
+traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
+                            const TracerOptions& options, const RenderOptions& render);
+
+/// writer: nullptr renders only. The image, counters and trace are the same for any number of threads.
+RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                    const Camera& camera, const TracerOptions& options, const RenderOptions& render,
+                    traces::Writer* writer);
+
+}  // namespace grtx::frontend

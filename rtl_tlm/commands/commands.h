@@ -1,0 +1,26 @@
+// The commands of the `grtx` program: one file a command. Each add_NAME registers its subcommand with options and
+// defaults, and hands main the body to run once the whole command line has been accepted.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace grtx::tlm {
+
+/// What main and the commands share.
+struct CommonOptions {
+  bool quiet = false;           ///< no progress, no informative text; results and errors are still printed
+  std::function<int()> action;  ///< body of the chosen command; returns 0 (done) or 1 (a check did not hold)
+};
+
+void add_synth(CLI::App& app, CommonOptions& common);
+void add_info(CLI::App& app, CommonOptions& common);
+void add_trace(CLI::App& app, CommonOptions& common);
+void add_reference(CLI::App& app, CommonOptions& common);
+void add_compare(CLI::App& app, CommonOptions& common);
+void add_trace_check(CLI::App& app, CommonOptions& common);
+void add_trace_dump(CLI::App& app, CommonOptions& common);
+void add_sim(CLI::App& app, CommonOptions& common);
+void add_run(CLI::App& app, CommonOptions& common);
+
+}  // namespace grtx::tlm

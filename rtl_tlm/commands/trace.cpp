@@ -1,0 +1,94 @@
+// grtx trace: the functional tracer. Image, counters and trace of one view.
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "frontend/image.h"
+#include "frontend/scene_io.h"
+#include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/tracer_cli.h"
+#include "rtl_tlm/commands/tracer_statistics.h"
+#include "rtl_tlm/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string scene;
+  ViewOptions view;
+  std::string accel = "tri20";
+  std::string checkpoint = "off";
+  TracerCli tracer;
+  std::string output;
+  std::string image;
+  std::string statistics;
+  bool no_trace = false;
+};
+
+int trace(const Options& options, bool quiet) {
+  if (options.output.empty() && !options.no_trace) {
+    throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
+  }
+  const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
+  const bool checkpoint = options.checkpoint == "on";
+  const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
+  frontend::RenderOptions render = render_options(options.tracer, quiet);
+  render.count_unique = !options.statistics.empty();
+  const frontend::Camera camera = select_camera(options.view);
+  const frontend::Scene scene = frontend::load_scene(options.scene);
+  const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
+  const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
+
+  std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);
+  std::optional<traces::Writer> writer;
+  traces::Header header = trace_header(scene, camera, accel, tracer, render);
+  for (const auto& [name, value] : header.inputs) inputs[name] = value;
+  header.inputs = inputs;
+  if (!options.no_trace) writer.emplace(options.output, header);
+  const frontend::RenderResult result =
+      frontend::render(scene, gaussians, accel, camera, tracer, render, writer ? &*writer : nullptr);
+  if (writer) writer->finish();
+  if (!options.image.empty()) frontend::write_image(options.image, result.image);
+
+  modules::StatisticList statistics = tracer_statistics(scene, accel, result);
+  if (writer) add_trace_statistics(statistics, *writer);
+  const modules::StatisticList host = tracer_host_statistics(accel, result);
+  if (!options.statistics.empty()) {
+    nlohmann::ordered_json config;
+    for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
+    write_file(options.statistics, statistics_text(statistics_document(config, header.inputs, statistics, host)));
+  }
+  if (!quiet) {
+    const auto& c = result.counters;
+    fmt::print("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
+               options.accel, c.rays, c.rounds,
+               static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
+               static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, scene.size())),
+               static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+               writer ? fmt::format(", trace {:.3g} MB", static_cast<double>(writer->bytes()) * 1e-6) : "");
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_trace(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
+                                   [options, &common] { return trace(*options, common.quiet); });
+  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  add_view_options(command, options->view);
+  command->add_option("--accel", options->accel, "Acceleration structure")->check(one_of(accel_names()));
+  command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
+  add_tracer_options(command, options->tracer);
+  command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
+  command->add_option("--image", options->image, "Image to write: .png, .exr or .pfm (default: none)");
+  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,68 @@
+#include "rtl_tlm/commands/tracer_statistics.h"
+
+#include <algorithm>
+
+namespace grtx::tlm {
+
+modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
+                                         const frontend::RenderResult& result) {
+  modules::StatisticList list;
+  const frontend::TracerCounters& c = result.counters;
+  list.add("tracer.rays", c.rays, "rays", "primary rays traced");
+  list.add("tracer.rounds", c.rounds, "rounds", "traceRay calls, summed over rays");
+  list.add("tracer.visits.internal", c.visits_internal, "visits", "internal nodes processed by a ray");
+  list.add("tracer.visits.instance", c.visits_instance, "visits", "instance leaves processed, replay transforms included");
+  list.add("tracer.visits.leaf", c.visits_leaf, "visits", "primitive leaves processed");
+  list.add("tracer.visits.total", c.visits(), "visits", "nodes processed, all kinds");
+  list.add("tracer.visits.unique", c.visits_unique, "visits", "distinct nodes a ray, summed over rays");
+  list.add("tracer.any_hit.calls", c.any_hit_calls(), "calls", "any-hit shader invocations");
+  list.add("tracer.any_hit.inserted", c.any_hit_inserted, "calls", "hits that entered the k-buffer");
+  list.add("tracer.any_hit.evicted", c.any_hit_evicted, "hits", "hits that left or did not enter a full k-buffer");
+  list.add("tracer.any_hit.rejected", c.any_hit_rejected, "calls", "hits that did not fit and were reported");
+  list.add("tracer.any_hit.ignored", c.any_hit_ignored, "calls", "ties at the resume point that were already blended");
+  list.add("tracer.checkpoint.written", c.checkpoints_written, "entries", "checkpoint entries written");
+  list.add("tracer.checkpoint.read", c.checkpoints_read, "entries", "checkpoint entries read");
+  list.add("tracer.checkpoint.max_per_ray", c.checkpoints_max_per_ray, "entries", "most entries in one buffer of a ray");
+  list.add("tracer.checkpoint.overflows", c.checkpoint_overflows, "rounds", "rounds whose destination buffer ran full");
+  list.add("tracer.eviction.max_per_ray", c.evictions_max_per_ray, "entries", "most entries in one eviction buffer");
+  list.add("tracer.processed", c.processed, "hits", "k-buffer entries looked at when blending");
+  list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
+  list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
+  list.add("tracer.ties_lost", c.ties_lost, "hits", "ties at the resume point lost by --resume strict");
+  list.add("tracer.inside_skipped", c.inside_skipped, "hits", "Gaussians skipped because their proxy holds the origin");
+  const double gaussians = static_cast<double>(std::max<std::size_t>(1, scene.size()));
+  const auto& nodes = accel.counts();
+  list.add("accel.bytes", accel.image().size(), "B", "size of the node image, headers and BLAS included");
+  list.add("accel.bytes_per_gaussian", static_cast<double>(accel.image().size()) / gaussians, "B", "accel.bytes / Gaussians");
+  list.add("accel.height", std::uint64_t{accel.height()}, "levels", "levels of the BVH or TLAS, root and leaves included");
+  list.add("accel.blas_height", std::uint64_t{accel.blas_height()}, "levels", "levels of the shared BLAS; 0: none");
+  list.add("accel.nodes.internal", nodes.internal, "nodes", "internal nodes of the BVH or TLAS");
+  list.add("accel.nodes.instance", nodes.instance, "nodes", "instance leaves");
+  list.add("accel.nodes.triangle", nodes.triangle, "nodes", "triangle leaves of a monolithic BVH");
+  list.add("accel.nodes.procedural", nodes.procedural, "nodes", "procedural leaves of a monolithic BVH");
+  list.add("accel.nodes.blas", nodes.blas_nodes, "nodes", "nodes of the shared BLAS");
+  list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
+  return list;
+}
+
+void add_trace_statistics(modules::StatisticList& list, const traces::Writer& writer) {
+  list.add("trace.bytes", writer.bytes(), "B", "size of the trace file");
+  list.add("trace.bytes_per_visit",
+           static_cast<double>(writer.bytes()) / static_cast<double>(std::max<std::uint64_t>(1, writer.totals().visits())),
+           "B", "trace.bytes / node visits");
+}
+
+modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
+                                              const frontend::RenderResult& result) {
+  modules::StatisticList list;
+  const double seconds = std::max(result.seconds, 1e-9);
+  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
+  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
+           "node visits / wall_seconds");
+  list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
+  list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
+  return list;
+}
+
+}  // namespace grtx::tlm

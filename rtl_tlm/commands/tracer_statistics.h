@@ -1,0 +1,21 @@
+// The tracer's counters under their published names.
+#pragma once
+
+#include "frontend/acceleration_structure.h"
+#include "frontend/scene.h"
+#include "frontend/tracer.h"
+#include "modules/statistics.h"
+#include "traces/io.h"
+
+namespace grtx::tlm {
+
+/// tracer.* and accel.* (deterministic).
+modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
+                                         const frontend::RenderResult& result);
+/// trace.* of a finished trace.
+void add_trace_statistics(modules::StatisticList& list, const traces::Writer& writer);
+/// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host.
+modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
+                                              const frontend::RenderResult& result);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,15 @@
+// Error messages are one line, whatever the input contained.
+#include "base/error.h"
+
+#include <gtest/gtest.h>
+
+TEST(Error, NamesFilePlaceAndRule) {
+  const grtx::Error error("scene.ply", "byte 12", "must be finite");
+  EXPECT_STREQ(error.what(), "scene.ply: byte 12: must be finite");
+}
+
+TEST(Error, OmitsAnEmptyPlace) { EXPECT_STREQ(grtx::Error("a", "", "is empty").what(), "a: is empty"); }
+
+TEST(Error, StaysOneLineWhenInputIsQuoted) {
+  EXPECT_EQ(std::string(grtx::Error("a", "key 'x\ny'", "bad").what()).find('\n'), std::string::npos);
+}

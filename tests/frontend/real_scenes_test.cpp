@@ -1,0 +1,68 @@
+// Trained scenes of several programs load with the counts that their files announce. Skipped where they are missing:
+// GRTX_SCENES (a folder of .ply or .ply.xz files) or ../shared/scenes beside the project.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <glm/geometric.hpp>
+
+#include "scene_bytes.h"
+
+namespace grtx::frontend::test {
+namespace {
+
+std::string scenes_folder() {
+  const char* folder = std::getenv("GRTX_SCENES");
+  return folder != nullptr ? folder : std::string(GRTX_SOURCE_DIR) + "/../shared/scenes";
+}
+
+struct SceneCase {
+  const char* name;
+  std::size_t gaussians;
+  unsigned sh_degree;
+};
+class RealScenes : public testing::TestWithParam<SceneCase> {};
+
+TEST_P(RealScenes, LoadWithoutLoss) {
+  const auto& [name, gaussians, sh_degree] = GetParam();
+  const TemporaryPath unpacked(".ply");
+  std::string path = scenes_folder() + "/" + name + ".ply";
+  if (!std::filesystem::exists(path)) {
+    const std::string packed = path + ".xz";
+    if (!std::filesystem::exists(packed)) GTEST_SKIP() << packed << " is missing";
+    const std::string command = "xz -dc '" + packed + "' > '" + unpacked.str() + "'";
+    if (std::system(command.c_str()) != 0) GTEST_SKIP() << "xz cannot unpack " << packed;
+    path = unpacked.str();
+  }
+  const Scene scene = load_scene(path);
+  EXPECT_EQ(scene.report.rows, gaussians);
+  EXPECT_EQ(scene.size(), gaussians);
+  EXPECT_EQ(scene.sh_degree, sh_degree);
+  EXPECT_TRUE(scene.report.dropped.empty());
+  EXPECT_EQ(scene.sh.size(), gaussians * scene.sh_coefficients() * 3);
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    ASSERT_GE(std::min({scene.scale[i].x, scene.scale[i].y, scene.scale[i].z}), 1e-6f) << i;
+    ASSERT_NEAR(glm::dot(scene.rotation[i], scene.rotation[i]), 1.0f, 1e-6f) << i;
+    ASSERT_TRUE(scene.opacity[i] >= 0.0f && scene.opacity[i] <= 1.0f) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Trained, RealScenes,
+                         testing::Values(SceneCase{"playbot_500k_sh2", 500000, 2},
+                                         SceneCase{"pizza_161k_sh3", 160554, 3}, SceneCase{"logo_307k_sh0", 307128, 0},
+                                         SceneCase{"statue_st-peter_sh0", 133618, 0}));
+
+TEST(RealCameras, LoadFromTheSharedFolder) {
+  for (const char* name : {"playbot", "pizza", "logo", "st-peter"}) {
+    const std::string path = scenes_folder() + "/" + name + ".cameras.json";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
+    const std::vector<Camera> cameras = load_cameras(path);
+    ASSERT_EQ(cameras.size(), 2u);
+    for (const Camera& camera : cameras) {
+      EXPECT_EQ(camera.width, 128u);
+      EXPECT_EQ(camera.cx, 64.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grtx::frontend::test

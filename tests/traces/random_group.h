@@ -1,0 +1,421 @@
+// Legal traces of random trees: a small tracer in the space of hashes. Every node has, for every ray, a pseudo-random
+// entry distance behind its parent's and hits or misses at random; everything else (stack, k-buffer, eviction and
+// checkpoint buffers, rounds) follows the rules of the design, so that check() must accept the result.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "traces/event.h"
+#include "traces/header.h"
+
+namespace grtx::traces::testing {
+
+struct RandomOptions {
+  std::uint32_t seed = 1;
+  std::uint64_t groups = 3;
+  unsigned warp_size = 8;
+  unsigned bvh_width = 6;
+  unsigned depth = 3;  ///< levels of internal nodes at most
+  unsigned k = 4;
+  bool checkpoint = true;
+  std::uint64_t capacity = 1000;
+  std::string checkpoint_order = "fifo";
+  std::string child_order = "near_first";
+  bool two_level = false;
+  bool blas_root_is_leaf = false;
+  bool root_is_leaf = false;
+};
+
+struct RandomTrace {
+  Header header;
+  std::vector<RayGroup> groups;
+};
+
+/// The node image: a TLAS or monolithic tree, then the BLAS.
+class RandomTree {
+ public:
+  RandomTree(const RandomOptions& options, std::mt19937& random) : options_(options), random_(random) {
+    const NodeKind leaf = options.two_level ? NodeKind::instance : NodeKind::triangle;
+    root_ = next_;
+    if (options.root_is_leaf) {
+      leaf_kinds_[root_] = leaf;
+      next_ += units(leaf);
+    } else {
+      next_ += units(NodeKind::internal);
+      grow(root_, options.depth, leaf);
+    }
+    if (!options.two_level) return;
+    blas_base_ = next_++;
+    blas_root_ = next_;
+    if (options.blas_root_is_leaf) {
+      leaf_kinds_[blas_root_] = NodeKind::procedural;
+      next_ += units(NodeKind::procedural);
+    } else {
+      next_ += units(NodeKind::internal);
+      grow(blas_root_, 2, NodeKind::triangle);
+    }
+  }
+
+  const NodeDefinition* internal(std::uint32_t address) const {
+    const auto found = internals_.find(address);
+    return found == internals_.end() ? nullptr : &found->second;
+  }
+  NodeKind kind(std::uint32_t address) const {
+    return internals_.contains(address) ? NodeKind::internal : leaf_kinds_.at(address);
+  }
+  std::uint32_t root() const { return root_; }
+  std::uint32_t blas_base() const { return blas_base_; }
+  std::uint32_t blas_root() const { return blas_root_; }
+  std::uint32_t end() const { return next_; }
+  std::uint32_t units(NodeKind kind) const {
+    return static_cast<std::uint32_t>(node_bytes(kind, options_.bvh_width) / kNodeUnit);
+  }
+
+ private:
+  void grow(std::uint32_t address, unsigned depth, NodeKind leaf) {
+    NodeDefinition node;
+    node.address = address;
+    node.child_base = next_;
+    node.child_count = static_cast<std::uint8_t>(2 + random_() % (options_.bvh_width - 1));
+    for (unsigned slot = 0; slot < node.child_count; ++slot) {
+      const bool inner = depth > 1 && random_() % 3 != 0;
+      node.child_kinds[slot] = inner ? NodeKind::internal : leaf;
+      if (!inner) leaf_kinds_[next_] = leaf;
+      next_ += units(node.child_kinds[slot]);
+    }
+    internals_[address] = node;
+    std::uint32_t child = node.child_base;
+    for (unsigned slot = 0; slot < node.child_count; ++slot) {
+      if (node.child_kinds[slot] == NodeKind::internal) grow(child, depth - 1, leaf);
+      child += units(node.child_kinds[slot]);
+    }
+  }
+
+  const RandomOptions& options_;
+  std::mt19937& random_;
+  std::map<std::uint32_t, NodeDefinition> internals_;
+  std::map<std::uint32_t, NodeKind> leaf_kinds_;
+  std::uint32_t next_ = 1;  ///< the file header takes the first unit
+  std::uint32_t root_ = 0;
+  std::uint32_t blas_base_ = 0;
+  std::uint32_t blas_root_ = 0;
+};
+
+/// Traces one ray of hashes. Internal nodes stand in the events by address until the group is complete.
+class RandomRay {
+ public:
+  RandomRay(const RandomOptions& options, const RandomTree& tree, std::uint32_t ray_seed)
+      : options_(options), tree_(tree), seed_(ray_seed), random_(ray_seed) {}
+
+  Ray trace() {
+    while (true) {
+      const bool replay = options_.checkpoint && !ray_.rounds.empty() && !ray_.rounds.back().overflow;
+      const Round round = trace_round(replay);
+      ray_.rounds.push_back(round);
+      if (round.k_count < options_.k || round.terminated) return ray_;
+    }
+  }
+
+ private:
+  struct Entry {
+    std::uint32_t address;
+    std::uint32_t context;
+    std::uint64_t t;
+  };
+  struct Hit {
+    std::uint64_t t;
+    std::uint32_t gaussian;
+    friend auto operator<=>(const Hit&, const Hit&) = default;
+  };
+
+  std::uint64_t hash(std::uint64_t address, std::uint64_t context, std::uint64_t salt) const {
+    std::uint64_t x = seed_ * 0x9E3779B97F4A7C15ULL ^ address * 0xBF58476D1CE4E5B9ULL ^ context * 0x94D049BB133111EBULL ^ salt;
+    for (int i = 0; i < 3; ++i) x = (x ^ x >> 29) * 0xD6E8FEB86659FD93ULL;
+    return x >> 8;
+  }
+
+  void push_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
+    Event event;
+    event.node = node;
+    event.detail = static_cast<std::uint8_t>(detail);
+    event.checkpoints = static_cast<std::uint8_t>(checkpoints);
+    event.kind_shifts = Event::pack(kind, shifts);
+    ray_.events.push_back(event);
+  }
+
+  Round trace_round(bool replay) {
+    Round round;
+    round.replay = replay;
+    const std::size_t first_event = ray_.events.size();
+    source_ = replay ? destination_ : std::vector<Entry>{};
+    destination_.clear();
+    overflow_ = false;
+    t_max_ = ~std::uint64_t{0};
+    k_buffer_.clear();
+    std::sort(evictions_.begin(), evictions_.end());
+    const std::size_t preload = std::min<std::size_t>(options_.k, evictions_.size());
+    k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(preload));
+    evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(preload));
+    round.preloaded = static_cast<std::uint16_t>(preload);
+
+    stack_.clear();
+    if (!replay) stack_.push_back({tree_.root(), 0, 0});
+    while (true) {
+      if (!stack_.empty()) {
+        const Entry top = stack_.back();
+        stack_.pop_back();
+        handle(top);
+      } else if (!source_.empty()) {
+        read_source();
+      } else {
+        break;
+      }
+    }
+    round.event_count = static_cast<std::uint32_t>(ray_.events.size() - first_event);
+    round.overflow = overflow_;
+    if (overflow_) {
+      round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
+      evictions_.clear();
+    }
+    blend(round);
+    return round;
+  }
+
+  void blend(Round& round) {
+    round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
+    round.terminated = !k_buffer_.empty() && random_() % 6 == 0;
+    round.processed_count = round.k_count;
+    if (round.terminated) round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
+    for (std::size_t i = 0; i < round.processed_count; ++i) {
+      Processed entry;
+      entry.gaussian = k_buffer_[i].gaussian & 0x7FFFFFFFU;
+      entry.blended = random_() % 4 != 0;
+      ray_.processed.push_back(entry);
+      t_last_ = k_buffer_[i].t;
+    }
+  }
+
+  bool write(const Entry& entry) {
+    if (!options_.checkpoint || overflow_) return false;
+    if (destination_.size() == options_.capacity) {
+      overflow_ = true;
+      return false;
+    }
+    destination_.push_back(entry);
+    return true;
+  }
+
+  void read_source() {
+    auto next = source_.begin();
+    if (options_.checkpoint_order == "lifo") next = source_.end() - 1;
+    if (options_.checkpoint_order == "nearest") {
+      next = std::min_element(source_.begin(), source_.end(), [](const Entry& a, const Entry& b) { return a.t < b.t; });
+    }
+    const Entry entry = *next;
+    source_.erase(next);
+    if (entry.t > t_max_) {
+      push_event(EventKind::replay_forward, entry.address, 0, write(entry) ? 1 : 0);
+      return;
+    }
+    push_event(EventKind::replay_take, entry.address, 0, 0);
+    if (options_.two_level && entry.address >= tree_.blas_base()) {
+      push_event(EventKind::visit_instance, entry.context, 1, 0);
+    }
+    stack_.push_back(entry);
+  }
+
+  void handle(const Entry& top) {
+    if (top.t > t_max_) {
+      push_event(EventKind::cull, top.address, 0, write(top) ? 1 : 0);
+      return;
+    }
+    switch (tree_.kind(top.address)) {
+      case NodeKind::internal: return handle_internal(top);
+      case NodeKind::instance:
+        push_event(EventKind::visit_instance, top.address, 0, 0);
+        stack_.push_back({tree_.blas_root(), top.address, top.t});
+        return;
+      default: return handle_leaf(top);
+    }
+  }
+
+  void handle_internal(const Entry& top) {
+    const NodeDefinition& node = *tree_.internal(top.address);
+    std::vector<std::pair<Entry, unsigned>> pushed;
+    unsigned pushed_mask = 0;
+    unsigned checkpoint_mask = 0;
+    std::uint32_t address = node.child_base;
+    for (unsigned slot = 0; slot < node.child_count; ++slot) {
+      const Entry child{address, top.context, top.t + hash(address, top.context, 1) % 1000};
+      address += tree_.units(node.child_kinds[slot]);
+      if (hash(child.address, top.context, 2) % 10 >= 8) continue;  // box missed
+      if (child.t > t_max_) {
+        if (write(child)) checkpoint_mask |= 1U << slot;
+      } else {
+        pushed.emplace_back(child, slot);
+        pushed_mask |= 1U << slot;
+      }
+    }
+    push_event(EventKind::visit_internal, top.address, pushed_mask, checkpoint_mask);
+    std::sort(pushed.begin(), pushed.end(), [&](const auto& a, const auto& b) {
+      return options_.child_order == "slot" ? a.second > b.second : a.first.t > b.first.t;
+    });
+    for (const auto& [child, slot] : pushed) stack_.push_back(child);
+  }
+
+  void handle_leaf(const Entry& top) {
+    const std::uint64_t t_hit = top.t + hash(top.address, top.context, 3) % 1000;
+    const std::uint32_t gaussian = top.context != 0 ? top.context : top.address / 2;  // a shared one now and then
+    if (hash(top.address, top.context, 4) % 10 >= 8) return leaf(top, LeafOutcome::miss);
+    if (t_hit > t_max_) {
+      push_event(EventKind::visit_leaf, top.address, static_cast<unsigned>(LeafOutcome::beyond), write(top) ? 1 : 0);
+      return;
+    }
+    if (!ray_.rounds.empty() && t_hit <= t_last_) return leaf(top, LeafOutcome::behind);
+    for (const Hit& hit : k_buffer_) {
+      if (hit.gaussian == gaussian) return leaf(top, LeafOutcome::ignored);
+    }
+    const Hit hit{t_hit, gaussian};
+    const auto place = std::upper_bound(k_buffer_.begin(), k_buffer_.end(), hit);
+    auto shifts = static_cast<unsigned>(k_buffer_.end() - place);
+    if (k_buffer_.size() < options_.k) {
+      k_buffer_.insert(place, hit);
+      return leaf(top, LeafOutcome::inserted, shifts);
+    }
+    if (place == k_buffer_.end()) {
+      if (options_.checkpoint) evictions_.push_back(hit);
+      t_max_ = t_hit;
+      return leaf(top, LeafOutcome::rejected);
+    }
+    --shifts;  // the last one does not move, it falls out
+    k_buffer_.insert(place, hit);
+    if (options_.checkpoint) evictions_.push_back(k_buffer_.back());
+    k_buffer_.pop_back();
+    leaf(top, LeafOutcome::displaced, shifts);
+  }
+
+  void leaf(const Entry& top, LeafOutcome outcome, unsigned shifts = 0) {
+    push_event(EventKind::visit_leaf, top.address, static_cast<unsigned>(outcome), 0, shifts);
+  }
+
+  const RandomOptions& options_;
+  const RandomTree& tree_;
+  std::uint64_t seed_;
+  std::mt19937 random_;
+  Ray ray_;
+  std::vector<Entry> stack_;
+  std::vector<Entry> source_;
+  std::vector<Entry> destination_;
+  std::vector<Hit> k_buffer_;
+  std::vector<Hit> evictions_;
+  std::uint64_t t_max_ = 0;
+  std::uint64_t t_last_ = 0;
+  bool overflow_ = false;
+};
+
+/// Collects the dictionary and replaces addresses in visit_internal events by indices.
+inline void fill_dictionary(const RandomTree& tree, RayGroup& group) {
+  std::map<std::uint32_t, std::uint32_t> index;
+  for (const Ray& ray : group.rays) {
+    for (const Event& event : ray.events) {
+      if (event.kind() == EventKind::visit_internal) index[event.node] = 0;
+    }
+  }
+  for (auto& [address, place] : index) {
+    place = static_cast<std::uint32_t>(group.nodes.size());
+    group.nodes.push_back(*tree.internal(address));
+  }
+  for (Ray& ray : group.rays) {
+    for (Event& event : ray.events) {
+      if (event.kind() == EventKind::visit_internal) event.node = index.at(event.node);
+    }
+  }
+}
+
+inline RandomTrace random_trace(const RandomOptions& options) {
+  std::mt19937 random(options.seed);
+  const RandomTree tree(options, random);
+  RandomTrace trace;
+  Header& header = trace.header;
+  header.accel = options.two_level ? "tlas-tri20" : "tri20";
+  header.k = options.k;
+  header.checkpoint = options.checkpoint;
+  header.checkpoint_order = options.checkpoint_order;
+  header.child_order = options.child_order;
+  header.width = 640;
+  header.height = 480;
+  header.warp_size = options.warp_size;
+  header.groups = options.groups;
+  header.bvh_width = options.bvh_width;
+  header.node_image_bytes = tree.end() * kNodeUnit;
+  header.root = tree.root() * kNodeUnit;
+  header.two_level = options.two_level;
+  header.blas_base = tree.blas_base() * kNodeUnit;
+  header.blas_root = tree.blas_root() * kNodeUnit;
+  header.blas_bytes = options.two_level ? (tree.end() - tree.blas_base()) * kNodeUnit : 0;
+  header.blas_root_is_leaf = options.blas_root_is_leaf;
+  header.gaussians = tree.end();
+  header.sh_degree = 3;
+  header.sh_record_bytes = 192;
+  header.checkpoint_capacity = options.checkpoint ? options.capacity : 0;
+  header.inputs = {{"scene", "0123456789abcdef"}, {"camera", "view 3 of \"cameras\""}};
+  for (std::uint64_t g = 0; g < options.groups; ++g) {
+    RayGroup group;
+    group.index = static_cast<std::uint32_t>(g);
+    group.kind = static_cast<RayKind>(random() % 3);
+    group.rays.resize(1 + random() % options.warp_size);
+    for (Ray& ray : group.rays) {
+      if (random() % 8 != 0) ray = RandomRay(options, tree, static_cast<std::uint32_t>(random())).trace();
+      ray.pixel = static_cast<std::uint32_t>(random() % (640 * 480));
+    }
+    fill_dictionary(tree, group);
+    trace.groups.push_back(std::move(group));
+  }
+  return trace;
+}
+
+/// One line for test names and failure messages.
+inline std::string describe(const RandomOptions& o) {
+  return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
+         (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
+         std::to_string(o.bvh_width) + " k " + std::to_string(o.k) + (o.checkpoint ? " checkpoint " : " restart ") +
+         o.checkpoint_order + " capacity " + std::to_string(o.capacity) + " " + o.child_order;
+}
+
+/// Every combination that changes how a group is coded.
+inline std::vector<RandomOptions> all_random_options() {
+  std::vector<RandomOptions> all;
+  std::uint32_t seed = 100;
+  for (const bool two_level : {false, true}) {
+    for (const char* order : {"fifo", "lifo", "nearest"}) {
+      for (const char* child_order : {"near_first", "slot"}) {
+        for (const std::uint64_t capacity : {std::uint64_t{0}, std::uint64_t{5}, std::uint64_t{12}, std::uint64_t{1000}}) {
+          for (const unsigned width : {2U, 6U, 8U}) {
+            RandomOptions o;
+            o.seed = ++seed;
+            o.two_level = two_level;
+            o.blas_root_is_leaf = two_level && seed % 3 == 0;
+            o.root_is_leaf = seed % 17 == 0;
+            o.checkpoint_order = order;
+            o.child_order = child_order;
+            o.checkpoint = capacity != 0;
+            o.capacity = capacity;
+            o.bvh_width = width;
+            o.depth = width == 2 ? 6 : 3;
+            o.k = 1 + seed % 7;
+            all.push_back(o);
+          }
+        }
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace grtx::traces::testing

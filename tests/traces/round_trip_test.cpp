@@ -1,0 +1,124 @@
+// What is written is read back, field by field, for every kind of trace.
+#include <gtest/gtest.h>
+
+#include "random_group.h"
+#include "temporary_file.h"
+#include "traces/header_json.h"
+
+namespace grtx::traces {
+namespace {
+
+using testing::RandomOptions;
+
+void expect_round_trip(const RandomOptions& options) {
+  SCOPED_TRACE(testing::describe(options));
+  const auto trace = testing::random_trace(options);
+  const testing::TemporaryFile file;
+  testing::write_trace(file.path(), trace.header, trace.groups);
+  const Reader reader(file.path());
+  EXPECT_EQ(header_to_json(reader.header()), header_to_json(trace.header));
+  ASSERT_EQ(reader.group_count(), trace.groups.size());
+  RayGroup group;  // reused, as a simulator would
+  for (std::size_t i = trace.groups.size(); i-- > 0;) {
+    reader.read(i, group);
+    EXPECT_EQ(group, trace.groups[i]);
+  }
+  EXPECT_NO_THROW(check(reader, true));
+}
+
+TEST(RoundTrip, EveryCombinationOfOptions) {
+  for (const RandomOptions& options : testing::all_random_options()) expect_round_trip(options);
+}
+
+TEST(RoundTrip, SingleRoundOfAThousandEntries) {
+  RandomOptions options;
+  options.k = 2048;
+  options.depth = 5;
+  options.checkpoint = false;
+  options.groups = 1;
+  expect_round_trip(options);
+}
+
+TEST(RoundTrip, NoGroups) {
+  RandomOptions options;
+  options.groups = 0;
+  expect_round_trip(options);
+}
+
+TEST(RoundTrip, RaysThatMeetNothing) {
+  RandomOptions options;
+  auto trace = testing::random_trace(options);
+  for (RayGroup& group : trace.groups) {
+    group.nodes.clear();
+    group.rays.assign(3, Ray{});
+  }
+  const testing::TemporaryFile file;
+  testing::write_trace(file.path(), trace.header, trace.groups);
+  const Reader reader(file.path());
+  RayGroup group;
+  reader.read(1, group);
+  EXPECT_EQ(group, trace.groups[1]);
+  EXPECT_EQ(check(reader, true).rays, 9U);
+}
+
+TEST(RoundTrip, RandomTracesCoverEveryEventAndOutcome) {
+  std::set<std::string> seen;
+  Totals sum;
+  for (const RandomOptions& options : testing::all_random_options()) {
+    for (const RayGroup& group : testing::random_trace(options).groups) {
+      for (const Ray& ray : group.rays) {
+        for (const Event& e : ray.events) {
+          const bool leaf_or_instance = e.kind() == EventKind::visit_leaf || e.kind() == EventKind::visit_instance;
+          seen.insert(std::to_string(static_cast<int>(e.kind())) + "/" +
+                      (leaf_or_instance ? std::to_string(e.detail) : "") + "/" + (e.checkpoints != 0 ? "c" : "-"));
+        }
+        for (const Round& round : ray.rounds) sum.overflows += round.overflow ? 1 : 0;
+      }
+    }
+  }
+  // internal x2, instance x2, leaf 7 + beyond checkpointed, cull x2, take, forward x2
+  EXPECT_EQ(seen.size(), 2U + 2U + 8U + 2U + 1U + 2U) << ::testing::PrintToString(seen);
+  EXPECT_GT(sum.overflows, 0U);
+}
+
+TEST(RoundTrip, EveryHeaderFieldIsKept) {
+  Header header;
+  header.accel = "tlas-sphere";
+  header.k = 17;
+  header.checkpoint = true;
+  header.checkpoint_order = "nearest";
+  header.child_order = "slot";
+  header.width = 1557;
+  header.height = 1038;
+  header.warp_size = 64;
+  header.warp_mapping = "linear";
+  header.groups = 7;
+  header.bvh_width = 8;
+  header.node_image_bytes = 1ULL << 33;
+  header.root = 64;
+  header.two_level = true;
+  header.blas_base = 1ULL << 32;
+  header.blas_root = (1ULL << 32) + 64;
+  header.blas_bytes = 640;
+  header.blas_root_is_leaf = true;
+  header.gaussians = 3000000;
+  header.sh_degree = 2;
+  header.gaussian_record_bytes = 64;
+  header.sh_record_bytes = 108;
+  header.checkpoint_capacity = 99;
+  header.inputs = {{"scene", "a\nb"}, {"", "empty name"}};
+  const Header back = header_from_json(header_to_json(header));
+  EXPECT_EQ(header_to_json(back), header_to_json(header));
+  EXPECT_EQ(back.accel, header.accel);
+  EXPECT_EQ(back.checkpoint, header.checkpoint);
+  EXPECT_EQ(back.checkpoint_order, header.checkpoint_order);
+  EXPECT_EQ(back.warp_mapping, header.warp_mapping);
+  EXPECT_EQ(back.node_image_bytes, header.node_image_bytes);
+  EXPECT_EQ(back.blas_root, header.blas_root);
+  EXPECT_EQ(back.blas_bytes, header.blas_bytes);
+  EXPECT_EQ(back.sh_record_bytes, header.sh_record_bytes);
+  EXPECT_EQ(back.inputs, header.inputs);
+}
+
+}  // namespace
+}  // namespace grtx::traces

@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "traces/check_group.h"
+#include "traces/count_totals.h"
+#include "traces/io.h"
+
+namespace grtx::traces {
+namespace {
+
+// Threads take groups in ascending order, so when one fails every group before it is done or in work: the failure with
+// the lowest index is the same for any number of threads.
+class GroupQueue {
+ public:
+  explicit GroupQueue(std::uint64_t count) : count_(count) {}
+
+  bool take(std::uint64_t& index) {
+    if (stopped_.load()) return false;
+    index = next_.fetch_add(1);
+    return index < count_;
+  }
+  void fail(std::uint64_t index, std::exception_ptr failure) {
+    const std::lock_guard lock(mutex_);
+    stopped_.store(true);
+    if (!failure_ || index < failed_) {
+      failed_ = index;
+      failure_ = std::move(failure);
+    }
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::uint64_t count_;
+  std::atomic<std::uint64_t> next_{0};
+  std::atomic<bool> stopped_{false};
+  std::mutex mutex_;
+  std::uint64_t failed_ = 0;
+  std::exception_ptr failure_;
+};
+
+void check_groups(const Reader& reader, GroupQueue& queue, Progress& progress, Totals& sum) {
+  RayGroup group;
+  std::uint64_t index = 0;
+  while (queue.take(index)) {
+    try {
+      reader.read(index, group);
+      add_totals(sum, check_group(reader.path(), reader.header(), group));
+    } catch (...) {
+      queue.fail(index, std::current_exception());
+      return;
+    }
+    progress.add(1);
+  }
+}
+
+void compare_totals(const std::string& file, const Totals& stored, const Totals& counted) {
+  static constexpr std::array<std::pair<const char*, std::uint64_t Totals::*>, 15> kFields{{
+      {"rays", &Totals::rays},
+      {"rounds", &Totals::rounds},
+      {"visits_internal", &Totals::visits_internal},
+      {"visits_instance", &Totals::visits_instance},
+      {"visits_leaf", &Totals::visits_leaf},
+      {"culls", &Totals::culls},
+      {"any_hit_calls", &Totals::any_hit_calls},
+      {"evictions", &Totals::evictions},
+      {"checkpoints_written", &Totals::checkpoints_written},
+      {"checkpoints_read", &Totals::checkpoints_read},
+      {"overflows", &Totals::overflows},
+      {"processed", &Totals::processed},
+      {"blended", &Totals::blended},
+      {"max_checkpoints_per_round", &Totals::max_checkpoints_per_round},
+      {"max_evictions_per_ray", &Totals::max_evictions_per_ray},
+  }};
+  static_assert(sizeof(Totals) == kFields.size() * sizeof(std::uint64_t), "compare every field");
+  for (const auto& [name, field] : kFields) {
+    if (stored.*field == counted.*field) continue;
+    throw Error(file, std::string("totals ") + name,
+                "stored as " + std::to_string(stored.*field) + ", but the groups give " + std::to_string(counted.*field));
+  }
+}
+
+}  // namespace
+
+Totals check(const Reader& reader, bool quiet) {
+  reader.verify_content();
+  const std::uint64_t groups = reader.group_count();
+  const std::uint64_t wanted = std::max(1U, std::thread::hardware_concurrency());
+  const auto threads = static_cast<std::size_t>(std::min(wanted, std::max<std::uint64_t>(1, groups)));
+  GroupQueue queue(groups);
+  Progress progress("trace-check", groups, "groups", quiet);
+  std::vector<Totals> sums(threads);
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t i = 1; i < threads; ++i) {
+      pool.emplace_back([&, i] { check_groups(reader, queue, progress, sums[i]); });
+    }
+    check_groups(reader, queue, progress, sums[0]);
+  }
+  progress.finish();
+  queue.rethrow();
+  Totals counted;
+  for (const Totals& sum : sums) add_totals(counted, sum);
+  compare_totals(reader.path(), reader.totals(), counted);
+  return counted;
+}
+
+}  // namespace grtx::traces

@@ -1,0 +1,343 @@
+#include "traces/check_group.h"
+
+#include <algorithm>
+#include <bit>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "base/error.h"
+#include "traces/group_model.h"
+#include "traces/source_assignment.h"
+
+namespace grtx::traces {
+namespace {
+
+class GroupChecker {
+ public:
+  Totals check(const std::string& file, const Header& header, const RayGroup& group) {
+    file_ = &file;
+    header_ = &header;
+    group_ = &group;
+    lane_ = round_ = event_ = kNowhere;
+    totals_ = Totals{};
+    require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
+    root_known_ = false;
+    try {
+      model_.build(header, group.nodes, NodeKind::internal);
+    } catch (const std::invalid_argument& fault) {
+      fail(fault.what());
+    }
+    visited_.assign(group.nodes.size(), false);
+    for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
+    lane_ = kNowhere;
+    require(std::find(visited_.begin(), visited_.end(), false) == visited_.end(),
+            "every node of the dictionary must be visited");
+    return totals_;
+  }
+
+ private:
+  static constexpr std::size_t kNowhere = ~std::size_t{0};
+
+  [[noreturn]] void fail(const std::string& rule) const {
+    std::string place = "group " + std::to_string(group_->index);
+    if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
+    if (round_ != kNowhere) place += " round " + std::to_string(round_);
+    if (event_ != kNowhere) place += " event " + std::to_string(event_);
+    throw Error(*file_, place, rule);
+  }
+  void require(bool holds, const char* rule) const {
+    if (!holds) fail(rule);
+  }
+
+  void check_ray(const Ray& ray) {
+    ++totals_.rays;
+    const std::uint64_t pixels = static_cast<std::uint64_t>(header_->width) * header_->height;
+    require(ray.pixel < pixels, "the pixel must lie in the image");
+    destination_.clear();
+    evictions_ = 0;
+    std::size_t next_event = 0;
+    std::size_t next_processed = 0;
+    for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
+      const Round& round = ray.rounds[round_];
+      require(round.event_count <= ray.events.size() - next_event, "event_count exceeds the ray's events");
+      require(round.processed_count <= ray.processed.size() - next_processed,
+              "processed_count exceeds the ray's entries");
+      begin_round(round, round_ == 0 ? nullptr : &ray.rounds[round_ - 1]);
+      check_events({ray.events.data() + next_event, round.event_count}, round);
+      end_round(round, round_ + 1 == ray.rounds.size());
+      check_processed({ray.processed.data() + next_processed, round.processed_count});
+      next_event += round.event_count;
+      next_processed += round.processed_count;
+    }
+    round_ = kNowhere;
+    require(next_event == ray.events.size(), "events remain behind the last round");
+    require(next_processed == ray.processed.size(), "processed entries remain behind the last round");
+  }
+
+  void begin_round(const Round& round, const Round* before) {
+    ++totals_.rounds;
+    if (before != nullptr) {
+      require(!before->terminated, "no round may follow the one that terminated the ray");
+      require(before->k_count == header_->k, "a round may only follow one that filled the k-buffer");
+    }
+    if (round.replay) {
+      require(before != nullptr, "the first round must start at the root");
+      require(header_->checkpoint, "a replay round needs checkpointing");
+      require(!before->overflow, "the round after an overflow must start at the root");
+    } else if (before != nullptr && header_->checkpoint) {
+      require(before->overflow, "a checkpoint written must be read: only an overflow lets a round restart at the root");
+    }
+    require(header_->checkpoint || !round.overflow, "only checkpointing can overflow");
+    const std::uint64_t preload = header_->checkpoint ? std::min<std::uint64_t>(header_->k, evictions_) : 0;
+    require(round.preloaded == preload, "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
+    evictions_ -= preload;
+    occupied_ = round.preloaded;
+    written_ = 0;
+  }
+
+  void end_round(const Round& round, bool last) {
+    require(round.k_count == occupied_, "k_count must be preloaded plus inserted");
+    require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
+    require(round.terminated || round.processed_count == round.k_count,
+            "all entries must be processed unless the ray terminates");
+    require(!last || round.terminated || round.k_count < header_->k,
+            "the ray must go on: its k-buffer was full and it was not terminated");
+    totals_.max_checkpoints_per_round = std::max(totals_.max_checkpoints_per_round, written_);
+    totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
+    if (round.overflow) {
+      ++totals_.overflows;
+      destination_.clear();
+      const bool unused = last && round.eviction_dropped == 0;  // a ray that ends needs no eviction buffer
+      require(unused || round.eviction_dropped == evictions_, "an overflow must drop the whole eviction buffer");
+      evictions_ -= round.eviction_dropped;
+    } else {
+      require(round.eviction_dropped == 0, "evictions are only dropped by an overflow");
+    }
+  }
+
+  void check_processed(std::span<const Processed> entries) {
+    for (const Processed& entry : entries) {
+      require(entry.gaussian < header_->gaussians, "a processed Gaussian must be in the scene");
+      ++totals_.processed;
+      totals_.blended += entry.blended;
+    }
+  }
+
+  void check_events(std::span<const Event> events, const Round& round) {
+    source_.clear();
+    if (round.replay) source_.swap(destination_);
+    destination_.clear();
+    frames_.clear();
+    if (!round.replay) frames_.push_back({model_.root_parent(), 0, 1});
+    read_ = 0;
+    const bool nearest = header_->checkpoint_order == "nearest";
+    assigned_ = nearest && round.replay ? &assignment_.assign(model_, source_, events) : nullptr;
+    lossless_ = header_->checkpoint && !round.overflow;
+    for (event_ = 0; event_ < events.size(); ++event_) {
+      const Event& event = events[event_];
+      if (!frames_.empty()) {
+        check_pop(event);
+      } else if (check_read(event)) {
+        const std::uint32_t instance = frames_.back().context;
+        if (!model_.is_blas(event.node)) continue;
+        ++event_;
+        require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
+        check_transform(events[event_], instance);
+      }
+    }
+    event_ = kNowhere;
+    require(frames_.empty(), "the stack must be empty at the end of a round");
+    require(read_ == source_.size(), "every source entry must be read");
+  }
+
+  void check_transform(const Event& event, std::uint32_t instance) {
+    require(event.kind() == EventKind::visit_instance && event.detail == 1,
+            "visit_instance with detail 1 must follow the take of a BLAS node");
+    require(event.node == instance, "the instance must be the one through which the node was checkpointed");
+    require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
+    ++totals_.visits_instance;
+  }
+
+  // An entry read from the source buffer; returns whether it was pushed.
+  bool check_read(const Event& event) {
+    const bool take = event.kind() == EventKind::replay_take;
+    require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
+    require(read_ < source_.size(), "no source entry is left to read");
+    std::size_t position = header_->checkpoint_order == "lifo" ? source_.size() - 1 - read_ : read_;
+    if (assigned_ != nullptr) {
+      require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
+      position = (*assigned_)[read_];
+    }
+    ++read_;
+    ++totals_.checkpoints_read;
+    const NodeReference entry = source_[position];
+    require(event.node == model_[entry.parent].child_address(entry.slot), "must be the next source entry");
+    require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
+    if (take) {
+      require(event.checkpoints == 0, "a taken entry is not checkpointed again");
+      frames_.push_back({entry.parent, entry.context, 1U << entry.slot});
+      return true;
+    }
+    check_dropped_or_written(event, entry);
+    return false;
+  }
+
+  void check_pop(const Event& event) {
+    StackFrame& frame = frames_.back();
+    const NodeModel& parent = model_[frame.parent];
+    const bool internal = event.kind() == EventKind::visit_internal;
+    if (internal) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
+    const std::uint32_t address = internal ? group_->nodes[event.node].address : event.node;
+    unsigned slot = static_cast<unsigned>(std::countr_zero(frame.remaining));
+    if (header_->child_order != "slot") {
+      for (unsigned left = frame.remaining; left != 0 && parent.child_address(slot) != address;) {
+        left &= left - 1;
+        if (left != 0) slot = static_cast<unsigned>(std::countr_zero(left));
+      }
+    }
+    require(parent.child_address(slot) == address, "the node must be on top of the stack");
+    const NodeReference popped{frame.parent, slot, frame.context};
+    frame.remaining &= ~(1U << slot);
+    if (frame.remaining == 0) frames_.pop_back();
+    if (event.kind() == EventKind::cull) {
+      require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
+      ++totals_.culls;
+      return check_dropped_or_written(event, popped);
+    }
+    check_visit(event, popped, address);
+  }
+
+  void check_visit(const Event& event, const NodeReference& popped, std::uint32_t address) {
+    switch (event.kind()) {
+      case EventKind::visit_internal: return check_internal(event, popped);
+      case EventKind::visit_instance: return check_instance(event, popped, address);
+      case EventKind::visit_leaf: return check_leaf(event, popped, address);
+      default: fail("the stack is not empty: its top must be visited or culled");
+    }
+  }
+
+  // What the top of the stack is: from its parent, or for the root from the first event that visits it.
+  bool is_kind(const NodeReference& popped, NodeKind kind) {
+    if (popped.parent == model_.root_parent()) {
+      if (!root_known_) root_kind_ = kind;
+      root_known_ = true;
+      return root_kind_ == kind;
+    }
+    const NodeModel& parent = model_[popped.parent];
+    if (kind == NodeKind::internal) return parent.is_internal(popped.slot);
+    if (kind == NodeKind::instance) return parent.is_instance(popped.slot);
+    return !parent.is_internal(popped.slot) && !parent.is_instance(popped.slot);
+  }
+
+  void check_internal(const Event& event, const NodeReference& popped) {
+    require(is_kind(popped, NodeKind::internal), "the node on top of the stack is not internal");
+    const NodeModel& node = model_[event.node];
+    require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
+    require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
+    require(event.shifts() == 0, "only an insertion shifts");
+    visited_[event.node] = true;
+    ++totals_.visits_internal;
+    for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
+      write({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
+    }
+    if (event.pushed() != 0) frames_.push_back({event.node, popped.context, event.pushed()});
+  }
+
+  void check_instance(const Event& event, const NodeReference& popped, std::uint32_t address) {
+    require(header_->two_level, "an instance leaf needs a two-level structure");
+    require(is_kind(popped, NodeKind::instance), "the node on top of the stack is not an instance leaf");
+    require(event.detail == 0, "only a BLAS node taken from the source buffer is transformed for alone (detail 1)");
+    require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
+    require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
+    require_in_image(address, kInstanceLeafBytes);
+    ++totals_.visits_instance;
+    frames_.push_back({model_.blas_root_parent(), address, 1});
+  }
+
+  void check_leaf(const Event& event, const NodeReference& popped, std::uint32_t address) {
+    require(is_kind(popped, NodeKind::triangle), "the node on top of the stack is not a leaf");
+    require(event.detail <= static_cast<unsigned>(LeafOutcome::ignored), "the leaf outcome must be known");
+    require_in_image(address, kTriangleLeafBytes);
+    ++totals_.visits_leaf;
+    const LeafOutcome outcome = event.outcome();
+    if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
+    const bool inserts = outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced;
+    require(inserts || event.shifts() == 0, "only an insertion shifts");
+    require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
+    switch (outcome) {
+      case LeafOutcome::beyond:
+        require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
+        if (event.checkpoints != 0) write(popped);
+        break;
+      case LeafOutcome::inserted:
+        require(occupied_ < header_->k, "an insertion needs room in the k-buffer");
+        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        ++occupied_;
+        break;
+      case LeafOutcome::displaced:
+      case LeafOutcome::rejected:
+        require(occupied_ == header_->k, "only a full k-buffer displaces or rejects");
+        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        if (header_->checkpoint) {
+          ++evictions_;
+          ++totals_.evictions;
+          totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
+        }
+        break;
+      default: break;
+    }
+  }
+
+  void require_in_image(std::uint32_t address, std::uint64_t bytes) const {
+    require(address * kNodeUnit + bytes <= header_->node_image_bytes, "a leaf must lie in the node image");
+  }
+
+  // A node beyond t_max that was on the stack or in the source buffer: without checkpointing, or once the destination
+  // has overflowed, it is found again from the root; otherwise dropping it would lose it.
+  void check_dropped_or_written(const Event& event, const NodeReference& node) {
+    require(event.checkpoints <= 1, "a single node writes at most one checkpoint");
+    require(event.checkpoints == 1 || !lossless_, "a node beyond t_max may not be dropped");
+    if (event.checkpoints != 0) write(node);
+  }
+
+  void write(const NodeReference& node) {
+    require(header_->checkpoint, "no checkpoints without checkpointing");
+    require(occupied_ == header_->k, "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
+    ++written_;
+    ++totals_.checkpoints_written;
+    require(written_ <= header_->checkpoint_capacity, "a round may not write more entries than the buffer holds");
+    destination_.push_back(node);
+  }
+
+  const std::string* file_ = nullptr;
+  const Header* header_ = nullptr;
+  const RayGroup* group_ = nullptr;
+  NodeKind root_kind_ = NodeKind::internal;
+  bool root_known_ = false;  ///< some event has visited the root
+  std::size_t lane_ = kNowhere;
+  std::size_t round_ = kNowhere;
+  std::size_t event_ = kNowhere;
+  Totals totals_;
+  GroupModel model_;
+  std::vector<bool> visited_;  ///< a dictionary node
+  std::vector<StackFrame> frames_;
+  std::vector<NodeReference> source_;
+  std::vector<NodeReference> destination_;
+  SourceAssignment assignment_;
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::size_t read_ = 0;         ///< source entries read in this round
+  std::uint64_t written_ = 0;    ///< destination entries written in this round
+  std::uint64_t evictions_ = 0;  ///< entries in the eviction buffer
+  std::uint64_t occupied_ = 0;   ///< entries in the k-buffer
+  bool lossless_ = false;        ///< this round must keep every node beyond t_max
+};
+
+}  // namespace
+
+Totals check_group(const std::string& file, const Header& header, const RayGroup& group) {
+  thread_local GroupChecker checker;
+  return checker.check(file, header, group);
+}
+
+}  // namespace grtx::traces

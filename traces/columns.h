@@ -1,0 +1,64 @@
+// A chunk's payload is a fixed list of byte columns, each compressed on its own: bytes of one meaning share statistics,
+// so that zstd's entropy stage models each column by itself.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "traces/byte_stream.h"
+
+namespace grtx::traces {
+
+enum class Column : std::uint8_t {
+  group = 0,          ///< index, kind, root kind, counts
+  node_address,       ///< a node: distance to the one before
+  node_shape,         ///< a node: child count, common kind of the children
+  node_kinds,         ///< a node with mixed children: two bits a child
+  node_children,      ///< a node: child base against its prediction
+  ray,                ///< a ray: pixel, rounds
+  round_flags,        ///< a round: replay, overflow, terminated
+  preloaded,          ///< a round
+  k_count,            ///< a round
+  processed_count,    ///< a round: k_count - processed_count
+  eviction_dropped,   ///< an overflowed round
+  inner_op,           ///< a popped internal node or instance leaf: visited or culled
+  hits,               ///< a visited internal node: mask of children hit, against the last visit of that node
+  checkpoints,        ///< a visited internal node that checkpoints: mask
+  pick,               ///< a pop with a choice: which child comes next
+  leaf_op,            ///< a popped leaf: outcome or culled, against the last time
+  shifts,             ///< an insertion into the k-buffer
+  replay_op,          ///< a source entry read: taken or forwarded
+  replay_entry,       ///< a source entry read in nearest order: its position
+  gaussian_id,        ///< the distinct Gaussians processed, ascending
+  processed,          ///< a processed entry: blended, predicted
+  gaussian_low,       ///< a processed entry not predicted: position in gaussian_id, low byte
+  gaussian_high,      ///< the rest of that position
+  count
+};
+inline constexpr std::size_t kColumnCount = static_cast<std::size_t>(Column::count);
+
+/// Name as in docs/trace-format.md.
+const char* column_name(Column column);
+
+/// Columns being filled. clear() keeps the memory.
+class ColumnSet {
+ public:
+  Bytes& operator[](Column column) { return columns_[static_cast<std::size_t>(column)]; }
+  const Bytes& operator[](Column column) const { return columns_[static_cast<std::size_t>(column)]; }
+  void clear() {
+    for (Bytes& column : columns_) column.clear();
+  }
+  std::size_t bytes() const;
+
+ private:
+  std::array<Bytes, kColumnCount> columns_;
+};
+
+/// Appends the packed columns to `out`. Uses a compression context of the calling thread. Same input, same bytes.
+void pack_columns(const ColumnSet& columns, Bytes& out);
+
+/// Undoes pack_columns. Throws Malformed. Allocates no more than the stored bytes can stand for (kMaxGroupBytes at most).
+void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns);
+
+}  // namespace grtx::traces

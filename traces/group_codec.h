@@ -1,0 +1,46 @@
+// One ray group as the payload of a chunk. docs/trace-format.md describes the columns.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "traces/byte_stream.h"
+#include "traces/event.h"
+#include "traces/header.h"
+
+namespace grtx::traces {
+
+/// Appends the group's payload to `out`. Replays the events while it encodes them: throws std::logic_error naming group,
+/// lane, round and event when they do not follow the stack, the source buffer or the node dictionary, because then the
+/// program that made them is at fault. Rules that do not decide the bytes (k-buffer, evictions) are left to check().
+/// Keeps its working memory per calling thread.
+void encode_group(const Header& header, const RayGroup& group, Bytes& out);
+
+/// Undoes encode_group for the group that must have `index`. Throws Malformed on anything encode_group does not write.
+/// Memory stays within a small multiple of the decompressed columns.
+void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
+                  RayGroup& group);
+
+/// Symbols of column inner_op.
+enum class InnerOp : std::uint8_t { visit = 0, visit_with_checkpoints = 1, cull_dropped = 2, cull_checkpointed = 3 };
+/// Symbols of column leaf_op: below 7 the LeafOutcome itself.
+inline constexpr unsigned kLeafBeyondCheckpointed = 7;
+inline constexpr unsigned kLeafCullDropped = 8;
+inline constexpr unsigned kLeafCullCheckpointed = 9;
+/// Symbols of column replay_op.
+enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2 };
+/// Bits of column round_flags.
+inline constexpr unsigned kRoundReplay = 1;
+inline constexpr unsigned kRoundOverflow = 2;
+inline constexpr unsigned kRoundTerminated = 4;
+/// Bits of column processed.
+inline constexpr unsigned kProcessedBlended = 1;
+inline constexpr unsigned kProcessedNotPredicted = 2;
+/// Kinds as stored: index into this list.
+inline constexpr NodeKind kStoredKinds[4] = {NodeKind::internal, NodeKind::instance, NodeKind::procedural,
+                                             NodeKind::triangle};
+inline constexpr unsigned kMixedKinds = 4;  ///< in place of a common kind
+/// Marks the start of a ray in the prediction of processed Gaussians.
+inline constexpr std::uint32_t kNoSuccessor = 0xFFFFFFFF;
+
+}  // namespace grtx::traces
