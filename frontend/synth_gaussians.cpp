@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <limits>
 
 #include "frontend/synth_math.h"
 
@@ -11,9 +12,9 @@ namespace grtx::frontend {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kShBand0 = 0.28209479177387814;
+// Each expression below draws at most one number from a generator: compilers may evaluate operands in any order.
 // Streams of random numbers; a patch uses kPosition + its number.
-enum Stream : std::uint64_t { kDensity = 1, kObjectTint = 2, kShell = 3, kFar = 4, kShape = 5, kPosition = 1000 };
+enum Stream : std::uint64_t { kDensity = 1, kShell = 3, kFar = 4, kShape = 5, kPosition = 1000 };
 
 float logit(double opacity) { return static_cast<float>(portable_log(opacity / (1.0 - opacity))); }
 
@@ -75,7 +76,8 @@ void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const 
   }
   if (swap) m[0] = -m[0];  // exchanging two axes mirrors the frame; a negated axis restores it
   std::array<double, 4> q = quaternion(m);
-  const double length = portable_exp(0.25 * random.normal()) * ((random.bits() & 1u) != 0 ? 1.0 : -1.0);
+  double length = portable_exp(0.25 * random.normal());
+  if ((random.bits() & 1u) != 0) length = -length;
   for (std::size_t i = 0; i < 4; ++i) row.rotation[i] = static_cast<float>(length * q[i]);
 }
 
@@ -90,6 +92,7 @@ glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
 
 SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
     : world_(std::move(world)), options_(options), order_(options.seed, options.count) {
+  noise_ = {options.seed, options.sh_degree, world_.statistics.sh_rms};
   world_.light = glm::normalize(world_.light);
   if (world_.background) {
     // 0.3 % of a small scene to 0.1 % of one with 1 M Gaussians or more, so that the sky stays a few layers deep.
@@ -145,7 +148,7 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
       part.leaves = static_cast<std::uint64_t>(std::max(1.0, std::min(part.patch.area / leaf, n / 16.0)));
       part.patch.leaf_radius = std::sqrt(part.patch.area / (0.45 * kPi * static_cast<double>(part.leaves)));
     }
-    part.log_reach = portable_log(part.leaves > 0 ? 0.5 * part.patch.leaf_radius
+    part.log_reach = portable_log(part.leaves > 0 ? 0.35 * part.patch.leaf_radius
                                   : volume        ? 0.12 * part.spacing  // floaters are specks, not fog
                                                   : 0.25 * std::sqrt(part.patch.area));
     if (part.count > 0) parts_.push_back(part);
@@ -178,18 +181,23 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   SynthRow row;
   row.position = glm::vec3(point.position);
   const double size_score = random.normal();
-  double largest = portable_log(part.spacing) + statistics.size_mean + statistics.size_sd * size_score;
+  const double usual = portable_log(part.spacing) + statistics.size_mean;
+  const bool aligned = random.uniform() < statistics.aligned_share;
+  // Those across the surface are smaller and fainter; the mean over all is 0.
+  const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
+  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
   // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
-  largest = std::min(largest, part.log_reach + 0.2 * random.normal());
-  const double middle = largest - random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
+  const double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
+  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
+  const double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
   const SynthGamma& flatness = random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
-  const double smallest = middle - random.gamma(flatness.shape, flatness.scale);
+  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
+  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
   const double floor = portable_log(statistics.smallest_scale);
   const std::array<double, 3> scales{std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
 
-  const bool aligned = random.uniform() < statistics.aligned_share;
   glm::dvec3 normal = random.direction();
-  const glm::dvec3 wobble(random.normal(), random.normal(), random.normal());
+  const glm::dvec3 wobble{random.normal(), random.normal(), random.normal()};
   if (aligned) normal = glm::normalize(point.normal + statistics.cone * wobble);
   glm::dvec3 along = any_perpendicular(normal, random);
   const double grain = random.uniform();
@@ -198,8 +206,7 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
     if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
   }
   shape_row(row, along, normal, scales, random);
-  const double standing_out = aligned ? 1.0 - statistics.aligned_share : -statistics.aligned_share;
-  row.opacity_logit = opacity_logit(size_score, standing_out, part.patch.opacity_shift, random);
+  row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
 
   point.position = surface_point;  // colour belongs to the surface
   // A Gaussian shows the mean of what it covers.
@@ -208,16 +215,16 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
   const double facing = std::max(0.0, glm::dot(point.normal, world_.light));
   colour *= world_.ambient + (1.0 - world_.ambient) * facing;
-  colour_row(row, colour, part.patch.object, random);
+  colour_row(row, noise_, colour, view_of(point), part.patch.object, random);
   return row;
 }
 
-float SynthGaussians::opacity_logit(double size_score, double standing_out, double shift, SynthRandom& random) const {
+float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const {
   const SynthStatistics& statistics = world_.statistics;
   const double rho = statistics.opacity_size_correlation;
-  // Gaussians across the surface are fainter. The score keeps mean 0 and variance 1, so the histogram stays.
+  // The score keeps mean 0 and variance 1, so the histogram stays.
   constexpr double kLean = 1.7;
-  const double lean = kLean * standing_out;
+  const double lean = kLean * lies_flat;
   const double share = statistics.aligned_share;
   const double rest = std::max(0.05, 1.0 - rho * rho - kLean * kLean * share * (1.0 - share));
   const double score = rho * size_score + lean + std::sqrt(rest) * random.normal();
@@ -225,24 +232,17 @@ float SynthGaussians::opacity_logit(double size_score, double standing_out, doub
   return static_cast<float>(static_cast<double>(logit(opacity_at(statistics.opacity, normal_share(score)))) + shift);
 }
 
-void SynthGaussians::colour_row(SynthRow& row, glm::dvec3 colour, std::uint64_t object, SynthRandom& random) const {
-  const SynthStatistics& statistics = world_.statistics;
-  SynthRandom tint(options_.seed, kObjectTint, object);
-  const unsigned coefficients = (options_.sh_degree + 1) * (options_.sh_degree + 1);
-  for (unsigned k = 0; k < coefficients; ++k) {
-    const std::size_t band = k == 0 ? 0 : k < 4 ? 1 : k < 9 ? 2 : 3;
-    const double rms = statistics.sh_rms[band];
-    // A seventh of the variance is the object's gloss, mostly grey; the rest differs between Gaussians.
-    const double shared_grey = tint.normal();
-    const double own_grey = random.normal();
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double shared = 0.35 * shared_grey + 0.12 * tint.normal();
-      const double own = 0.85 * own_grey + 0.36 * random.normal();
-      double value = rms * (k == 0 ? own : shared + own);
-      if (k == 0) value += (std::clamp(colour[static_cast<int>(c)], 0.0, 1.0) - 0.5) / kShBand0;
-      row.sh[3 * k + c] = static_cast<float>(value);
-    }
+glm::dvec3 SynthGaussians::view_of(const SynthPoint& point) const {
+  glm::dvec3 view = -point.normal;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Camera& camera : world_.cameras) {
+    const glm::dvec3 from_eye = point.position - camera.position;
+    const double distance = glm::dot(from_eye, from_eye);
+    if (distance >= nearest || glm::dot(from_eye, point.normal) > 0.0) continue;
+    nearest = distance;
+    view = from_eye / std::sqrt(distance);
   }
+  return view;
 }
 
 SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
@@ -252,18 +252,20 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
   glm::dvec3 d = random.direction();
   if (d.y > 0.0 && random.uniform() < 0.9) d.y = -d.y;  // mostly above the horizon; y points down
   const double distance = 5.0 * portable_exp(random.uniform() * random.uniform() * portable_log(6.0));
-  const double size = std::clamp(0.075 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
+  const double size = std::clamp(0.06 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
   SynthRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(size * world_.diagonal);
-  shape_row(row, any_perpendicular(d, random), d,
-            {large, large - random.gamma(2.0, 0.15), large + portable_log(0.02) - 0.2 * random.uniform()}, random);
+  const double middle = large - random.gamma(2.0, 0.15);
+  const double small = large + portable_log(0.02) - 0.2 * random.uniform();
+  const glm::dvec3 along = any_perpendicular(d, random);
+  shape_row(row, along, d, {large, middle, small}, random);
   row.opacity_logit = logit(random.uniform(0.4, 0.95));
   const double high = std::clamp(-d.y, 0.0, 1.0);
   const double cloud = std::max(0.0, value_noise(options_.seed + 9, 3.0 * d));
   const glm::dvec3 blue = glm::dvec3(0.78, 0.84, 0.9) * (1.0 - high) + glm::dvec3(0.3, 0.5, 0.85) * high;
   const glm::dvec3 colour = d.y > 0.0 ? glm::dvec3(0.35, 0.38, 0.3) : blue * (1.0 - cloud) + glm::dvec3(0.95) * cloud;
-  colour_row(row, colour, 0, random);
+  colour_row(row, noise_, colour, d, 0, random);
   return row;
 }
 
@@ -275,10 +277,13 @@ SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
   SynthRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(world_.diagonal * random.uniform(0.5, 2.0));
-  shape_row(row, any_perpendicular(d, random), d, {large, large - random.gamma(2.0, 0.4), large - random.gamma(2.0, 1.5)}, random);
+  const double middle = large - random.gamma(2.0, 0.4);
+  const double small = large - random.gamma(2.0, 1.5);
+  const glm::dvec3 along = any_perpendicular(d, random);
+  shape_row(row, along, d, {large, middle, small}, random);
   std::sort(row.log_scale.begin(), row.log_scale.end());  // any axis may be the smallest one out there
   row.opacity_logit = logit(random.uniform(0.05, 0.9));
-  colour_row(row, glm::dvec3(0.6, 0.65, 0.7), 0, random);
+  colour_row(row, noise_, glm::dvec3(0.6, 0.65, 0.7), d, 0, random);
   return row;
 }
 

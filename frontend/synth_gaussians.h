@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "frontend/synth.h"
+#include "frontend/synth_colour.h"
 #include "frontend/synth_ply.h"
 #include "frontend/synth_world.h"
 
@@ -30,12 +31,14 @@ class SynthGaussians {
   SynthRow surface_row(std::uint64_t generation) const;
   SynthRow shell_row(std::uint64_t generation) const;
   SynthRow far_row(std::uint64_t generation) const;
-  void colour_row(SynthRow& row, glm::dvec3 colour, std::uint64_t object, SynthRandom& random) const;
-  float opacity_logit(double size_score, double standing_out, double shift, SynthRandom& random) const;
+  /// Direction from the nearest camera that sees the surface, or against the normal.
+  glm::dvec3 view_of(const SynthPoint& point) const;
+  float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
 
   SynthWorld world_;
   SynthOptions options_;
   SynthPermutation order_;
+  SynthColourNoise noise_;
   std::vector<Part> parts_;
   std::uint64_t surface_ = 0, shell_ = 0, far_ = 0;
 };

@@ -169,6 +169,18 @@ void other_rooms(SynthLayout& layout) {
   layout.box({5.35, 0, 5.7}, {0.34, 1.9, 1.8});
 }
 
+/// What the windows show: a hedge around the house, seen from afar and coarse. Rays that leave a room go on through it,
+/// as they do through the further rooms of a captured building.
+void garden(SynthLayout& layout) {
+  for (int i = 0; i < 7; ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      layout.style({P::mottled, {0.14, 0.30, 0.10}, {0.40, 0.52, 0.24}, 0.6}, 1.35);
+      layout.leaves({-0.9 + 1.7 * i, -1.2, 3.5 + side * 6.0}, {1.1, 1.5, 0.45}, 0.25);
+      layout.leaves({4.1 + side * 7.0, -1.2, -1.2 + 1.55 * i}, {0.45, 1.5, 1.0}, 0.25);
+    }
+  }
+}
+
 }  // namespace
 
 SynthWorld indoor_world() {
@@ -176,19 +188,23 @@ SynthWorld indoor_world() {
   shell(world.layout);
   living_room(world.layout);
   other_rooms(world.layout);
-  world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -1.2;
+  garden(world.layout);
+  world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -2.0;
   world.layout.haze({2.5, -1.35, 2.1}, {2.4, 1.3, 2.0});
   world.layout.haze({5.0, -1.35, 4.0}, {4.0, 1.3, 3.2});
   SynthStatistics& s = world.statistics;
-  s.density_sd = 0.75;
-  s.size_mean = -0.21;
-  s.size_sd = 0.45;
+  s.density_sd = 0.65;
+  s.size_mean = -0.08;
+  s.size_sd = 0.46;
+  s.thickness = 0.45;
+  s.middle_follows = 0.6;
+  s.small_follows = 0.2;
   s.large_to_middle = {2.17, 0.36};
   s.middle_to_small = {1.67, 0.90};
   s.opacity = {0.212, 0.210, 0.135, 0.097, 0.067, 0.053, 0.041, 0.036, 0.033, 0.117};
   s.opacity_size_correlation = -0.25;
   s.coincident_share = 0.0002;
-  s.haze_share = 0.015;
+  s.haze_share = 0.004;
   world.light = {0.25, -0.75, -0.6};
   world.ambient = 0.62;
   world.background = true;

@@ -61,8 +61,13 @@ SynthWorld object_world() {
   SynthStatistics& s = world.statistics;
   s.density_sd = 0.45;
   s.size_mean = 0.1;
-  s.size_sd = 0.85;
-  s.large_to_middle = {2.53, 0.62};
+  s.size_sd = 0.8;
+  s.middle_follows = 0.6;
+  s.small_follows = 0.15;
+  s.aligned_share = 0.57;
+  s.cone = 0.2;
+  s.thickness = 0.38;
+  s.large_to_middle = {3.0, 0.48};
   s.middle_to_small = {1.85, 1.3};
   s.smallest_scale = 1e-9;
   s.opacity = {0.25, 0.15, 0.09, 0.07, 0.06, 0.05, 0.05, 0.05, 0.06, 0.17};

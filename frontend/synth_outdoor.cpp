@@ -127,12 +127,14 @@ SynthWorld outdoor_world() {
   lawn(world.layout);
   table(world.layout);
   rim(world.layout);
-  world.layout.style({P::mottled, {0.45, 0.5, 0.4}, {0.6, 0.65, 0.6}, 1.5}).opacity_shift = -1.2;
+  world.layout.style({P::mottled, {0.45, 0.5, 0.4}, {0.6, 0.65, 0.6}, 1.5}).opacity_shift = -2.0;
   world.layout.haze({0, -1.6, 0}, {9, 1.7, 9});
   SynthStatistics& s = world.statistics;
   s.density_sd = 0.55;  // on top of the fall with distance: about 0.9 together
-  s.size_mean = -0.45;
-  s.size_sd = 0.68;
+  s.size_mean = -0.38;
+  s.size_sd = 0.62;
+  s.middle_follows = 0.7;
+  s.small_follows = 0.3;
   s.large_to_middle = {2.2, 0.45};
   s.middle_to_small = {1.82, 1.25};
   s.needle_share = 0.3;
@@ -141,7 +143,7 @@ SynthWorld outdoor_world() {
   s.opacity_size_correlation = -0.3;
   s.clear_share = 0.001;
   s.coincident_share = 0.003;
-  s.haze_share = 0.01;
+  s.haze_share = 0.004;
   world.light = {-0.45, -0.75, -0.5};
   world.ambient = 0.55;
   world.background = true;

@@ -18,7 +18,8 @@ using Scales = std::array<double, 3>;
 constexpr double kShBand0 = 0.28209479177387814;
 constexpr double kInradiusScale = 0.6615845382496075;  // icosahedron (0, 1, phi): vertex scale for inscribed radius 1
 
-/// Rows of one stress scene with their own random numbers.
+/// Rows of one stress scene with their own random numbers. Callers draw one number a statement or inside braces, whose
+/// order is fixed; compilers may evaluate arguments in any order.
 class Rows {
  public:
   explicit Rows(const SynthOptions& options) : options_(options), random_(options.seed, 0x57e55, 0) {}
@@ -49,6 +50,12 @@ class Rows {
   }
   void add_raw(const SynthRow& row) { rows_.push_back(row); }
 
+  double uniform(double low = 0.0, double high = 1.0) { return random_.uniform(low, high); }
+  /// In a ball, denser towards the middle.
+  glm::dvec3 in_ball(double radius) {
+    const glm::dvec3 d = random_.direction();
+    return radius * random_.uniform() * d;
+  }
   /// log-uniform between two positive numbers.
   double between(double low, double high) {
     return low * portable_exp(random_.uniform() * portable_log(high / low));
@@ -76,10 +83,9 @@ StressScene empty(const SynthOptions&) { return {{}, front_and_side()}; }
 StressScene nohit(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {
-    const double x = rows.random().uniform(-3, 3);
-    const double y = rows.random().uniform(-3, 3);
-    const double z = rows.random().uniform(4, 9);
-    rows.add_turned({x, y, z}, {0.1, 0.05, 0.02}, 0.9, rows.random().uniform());
+    const glm::dvec3 at{rows.uniform(-3, 3), rows.uniform(-3, 3), rows.uniform(4, 9)};
+    const double hue = rows.uniform();
+    rows.add_turned(at, {0.1, 0.05, 0.02}, 0.9, hue);
   }
   return {rows.take(), {synth_camera("away", {0, 0, 0}, {0, 0, -1}, 90), synth_camera("below", {0, 6, 6}, {0, 12, 6}, 80)}};
 }
@@ -108,9 +114,12 @@ StressScene needles(const SynthOptions& options) {
   while (rows.size() < options.count) {
     const double large = rows.between(0.01, 1.0);
     const double ratio = rows.between(1.0, 1e6);
-    const double middle = rows.random().uniform() < 0.5 ? large : large / rows.between(1.0, ratio);
-    rows.add_turned(1.2 * rows.random().direction() * rows.random().uniform(), {large, large / ratio, middle},
-                    rows.random().uniform(0.1, 0.99), rows.random().uniform());
+    const bool flake = rows.uniform() < 0.5;
+    const double middle = flake ? large : large / rows.between(1.0, ratio);
+    const glm::dvec3 at = rows.in_ball(1.2);
+    const double opacity = rows.uniform(0.1, 0.99);
+    const double hue = rows.uniform();
+    rows.add_turned(at, {large, large / ratio, middle}, opacity, hue);
   }
   return {rows.take(), front_and_side()};
 }
@@ -119,11 +128,12 @@ StressScene tiny(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {
     // A third of the extent shrinks with the scales, around the point that the close camera looks at.
-    const double scale = rows.between(1e-10, 1e-2);
-    const double reach = rows.random().uniform() < 0.3 ? 30.0 * scale : 1.0;
-    rows.add_turned(reach * rows.random().direction() * rows.random().uniform(),
-                    {scale, rows.between(1e-10, 1e-2), rows.between(1e-10, 1e-2)}, rows.random().uniform(0.3, 0.99),
-                    rows.random().uniform());
+    const Scales scales{rows.between(1e-10, 1e-2), rows.between(1e-10, 1e-2), rows.between(1e-10, 1e-2)};
+    const bool close = rows.uniform() < 0.3;
+    const glm::dvec3 at = rows.in_ball(close ? 30.0 * scales[0] : 1.0);
+    const double opacity = rows.uniform(0.3, 0.99);
+    const double hue = rows.uniform();
+    rows.add_turned(at, scales, opacity, hue);
   }
   std::vector<Camera> cameras = front_and_side();
   cameras.push_back(synth_camera("close", {0, 0, -0.002}, {0, 0, 0}, 50));
@@ -138,8 +148,9 @@ StressScene params(const SynthOptions& options) {
                             kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN()};
   Rows ordinary(options);
   const auto next = [&] {
-    return ordinary.add_turned(ordinary.random().direction() * ordinary.random().uniform(), {0.1, 0.05, 0.03}, 0.7,
-                               ordinary.random().uniform());
+    const glm::dvec3 at = ordinary.in_ball(1.0);
+    const double hue = ordinary.uniform();
+    return ordinary.add_turned(at, {0.1, 0.05, 0.03}, 0.7, hue);
   };
   const std::size_t coefficients = std::size_t{3} * (options.sh_degree + 1) * (options.sh_degree + 1);
   for (const float special : specials) {
@@ -184,8 +195,9 @@ StressScene far(const SynthOptions& options) {
   Rows rows(options);
   const glm::dvec3 middles[] = {{1e3, 0, 0}, {0, 1e4, 0}, {0, 0, -1e5}, {-6e5, 6e5, 529150}};
   while (rows.size() < options.count) {
-    const glm::dvec3 middle = middles[rows.size() % 4];
-    rows.add_turned(middle + rows.random().direction() * rows.random().uniform(), {0.15, 0.1, 0.03}, 0.7, rows.random().uniform());
+    const glm::dvec3 at = middles[rows.size() % 4] + rows.in_ball(1.0);
+    const double hue = rows.uniform();
+    rows.add_turned(at, {0.15, 0.1, 0.03}, 0.7, hue);
   }
   std::vector<Camera> cameras;
   for (const glm::dvec3& middle : middles) cameras.push_back(synth_camera("far", middle - glm::dvec3(0, 0, 4), middle, 50));
@@ -233,9 +245,12 @@ StressScene inside(const SynthOptions& options) {
   while (rows.size() < options.count) {
     const bool around = rows.size() % 2 == 0;
     const double scale = around ? rows.between(0.3, 3.0) : rows.between(0.02, 0.1);
-    const double distance = around ? 0.5 * rows.random().uniform() : rows.random().uniform(1.0, 3.0);
-    rows.add_turned(distance * rows.random().direction(), {scale, scale * rows.random().uniform(0.5, 1.0), scale},
-                    rows.random().uniform(0.05, 0.9), rows.random().uniform());
+    const double distance = around ? rows.uniform(0.0, 0.5) : rows.uniform(1.0, 3.0);
+    const double middle = scale * rows.uniform(0.5, 1.0);
+    const glm::dvec3 at = distance * rows.random().direction();
+    const double opacity = rows.uniform(0.05, 0.9);
+    const double hue = rows.uniform();
+    rows.add_turned(at, {scale, middle, scale}, opacity, hue);
   }
   return {rows.take(), {synth_camera("inside", {0, 0, 0}, {0, 0, 1}, 80), synth_camera("edge", {0.4, 0.1, 0}, {-1, 0, 0.2}, 80)}};
 }
@@ -243,8 +258,10 @@ StressScene inside(const SynthOptions& options) {
 StressScene onepoint(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {
-    rows.add_turned({0.25, -0.5, 0.125}, {rows.between(0.05, 0.5), rows.between(0.05, 0.5), rows.between(0.05, 0.5)},
-                    rows.random().uniform(0.01, 0.2), rows.random().uniform());
+    const Scales scales{rows.between(0.05, 0.5), rows.between(0.05, 0.5), rows.between(0.05, 0.5)};
+    const double opacity = rows.uniform(0.01, 0.2);
+    const double hue = rows.uniform();
+    rows.add_turned({0.25, -0.5, 0.125}, scales, opacity, hue);
   }
   return {rows.take(), front_and_side()};
 }

@@ -87,7 +87,7 @@ SynthPoint in_haze(const SynthPatch& patch, SynthRandom& random) {
   double radius = 0.0;  // the largest of three uniform numbers has the density 3 r^2 of a ball
   for (int i = 0; i < 3; ++i) radius = std::max(radius, random.uniform());
   point.position = patch.origin + radius * (d.x * patch.a + d.y * patch.b + d.z * patch.c);
-  point.normal = random.direction();
+  point.normal = glm::dvec3(0.0);
   return point;
 }
 

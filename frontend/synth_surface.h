@@ -41,11 +41,11 @@ struct SynthPatch {
 
 struct SynthPoint {
   glm::dvec3 position{0.0};
-  glm::dvec3 normal{0, -1, 0};  ///< unit, towards the side that is seen
+  glm::dvec3 normal{0, -1, 0};  ///< unit, towards the side that is seen; zero in a haze
   double noise = 0.0;           ///< -1 .. 1, smooth along the object
 };
 
-/// A point of the patch, uniform in area up to the ellipsoid's stretch. `index`: which Gaussian of the patch.
+/// A point of the patch, uniform in area up to the ellipsoid's stretch. `leaves`: how many discs a clump has.
 SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, SynthRandom& random);
 /// Texture colour, 0..1, without light. `footprint`: the extent that it is averaged over, scene units.
 glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double footprint, std::uint64_t seed);

@@ -20,6 +20,7 @@ struct SynthGamma {
 struct SynthStatistics {
   double density_sd = 0.45;                    ///< of ln d8 between patches; d8: distance to the 8th neighbour
   double size_mean = -0.4, size_sd = 0.6;      ///< of ln(largest scale / d8)
+  double middle_follows = 0.8, small_follows = 0.5;  ///< how much of ln(largest / d8) the other two scales share
   SynthGamma large_to_middle{2.2, 0.4};        ///< ln(largest / middle scale)
   SynthGamma middle_to_small{1.8, 1.0};        ///< ln(middle / smallest scale)
   double needle_share = 0.0;                   ///< share whose ln(middle / smallest) follows `needle` instead

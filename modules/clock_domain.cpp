@@ -1,6 +1,7 @@
 #include "modules/clock_domain.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -21,22 +22,44 @@ Cycle ClockDomain::edge_at_or_after_now() const {
   return (now + period_fs_ - 1) / period_fs_;
 }
 
+Cycle ClockDomain::earliest_booked() const {
+  // Bits of the wheel in cycle order, beginning with the cycle after the present one and wrapping once around.
+  const Cycle start = cycle_ + 1;
+  for (Cycle checked = 0; checked < kWheel;) {
+    const Cycle cycle = start + checked;
+    const std::uint64_t word = wheel_[(cycle % kWheel) / 64] >> (cycle % 64);
+    if (word != 0) {
+      const Cycle found = cycle + static_cast<Cycle>(std::countr_zero(word));
+      return far_.empty() ? found : std::min(found, *far_.begin());
+    }
+    checked += 64 - cycle % 64;
+  }
+  return far_.empty() ? kNever : *far_.begin();
+}
+
+void ClockDomain::schedule(Cycle cycle) {
+  next_ = cycle;
+  wake_.cancel();
+  wake_.notify(sc_core::sc_time::from_value(cycle * period_fs_) - sc_core::sc_time_stamp());
+}
+
 void ClockDomain::request_earlier(Cycle cycle) {
   // An edge that has already fired cannot fire again; a past edge is the next one not before now.
   Cycle earliest = edge_at_or_after_now();
   if (ticks_ > 0 && earliest <= cycle_) earliest = cycle_ + 1;
   const Cycle target = std::max(cycle, earliest);
-  if (target >= next_) return;
-  next_ = target;
-  wake_.cancel();
-  wake_.notify(sc_core::sc_time::from_value(target * period_fs_) - sc_core::sc_time_stamp());
+  book(target);
+  if (target < next_) schedule(target);
 }
 
 void ClockDomain::on_tick() {
   cycle_ = next_;
+  wheel_[(cycle_ % kWheel) / 64] &= ~(std::uint64_t{1} << (cycle_ % 64));
+  if (!far_.empty() && *far_.begin() == cycle_) far_.erase(far_.begin());
   next_ = kNever;
   ++ticks_;
-  if (!idle_skip_) request(cycle_ + 1);
+  const Cycle booked = idle_skip_ ? earliest_booked() : cycle_ + 1;
+  if (booked != kNever) schedule(booked);
   tick_.notify();  // immediate: all clocked processes run in this evaluation phase
 }
 

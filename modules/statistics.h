@@ -44,6 +44,13 @@ class Distribution {
     }
     ++bins_[bin < kBins ? bin : kBins - 1];
   }
+  /// Adds all values of another distribution.
+  void merge(const Distribution& other) {
+    count_ += other.count_;
+    sum_ += other.sum_;
+    if (other.max_ > max_) max_ = other.max_;
+    for (unsigned i = 0; i < kBins; ++i) bins_[i] += other.bins_[i];
+  }
   std::uint64_t count() const { return count_; }
   std::uint64_t sum() const { return sum_; }
   std::uint64_t max() const { return max_; }

@@ -39,4 +39,15 @@ struct TraceDone {
   std::uint32_t round = 0;
 };
 
+/// The work distributor gives ray group `group` to the free warp slot `slot` of an SM.
+struct LaunchWarp {
+  const traces::RayGroup* group = nullptr;  ///< stays valid until the matching WarpEnded was consumed
+  std::uint16_t slot = 0;
+};
+
+/// The warp has written its pixels and all its stores are acknowledged; its slot is free.
+struct WarpEnded {
+  std::uint16_t slot = 0;
+};
+
 }  // namespace grtx::modules

@@ -84,8 +84,9 @@ void compare_totals(const std::string& file, const Totals& stored, const Totals&
   static_assert(sizeof(Totals) == kFields.size() * sizeof(std::uint64_t), "compare every field");
   for (const auto& [name, field] : kFields) {
     if (stored.*field == counted.*field) continue;
-    throw Error(file, std::string("totals ") + name,
-                "stored as " + std::to_string(stored.*field) + ", but the groups give " + std::to_string(counted.*field));
+    throw Error(
+        file, std::string("totals ") + name,
+        "stored as " + std::to_string(stored.*field) + ", but the groups give " + std::to_string(counted.*field));
   }
 }
 

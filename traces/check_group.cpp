@@ -90,7 +90,8 @@ class GroupChecker {
     }
     require(header_->checkpoint || !round.overflow, "only checkpointing can overflow");
     const std::uint64_t preload = header_->checkpoint ? std::min<std::uint64_t>(header_->k, evictions_) : 0;
-    require(round.preloaded == preload, "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
+    require(round.preloaded == preload,
+            "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
     evictions_ -= preload;
     occupied_ = round.preloaded;
     written_ = 0;
@@ -210,10 +211,14 @@ class GroupChecker {
 
   void check_visit(const Event& event, const NodeReference& popped, std::uint32_t address) {
     switch (event.kind()) {
-      case EventKind::visit_internal: return check_internal(event, popped);
-      case EventKind::visit_instance: return check_instance(event, popped, address);
-      case EventKind::visit_leaf: return check_leaf(event, popped, address);
-      default: fail("the stack is not empty: its top must be visited or culled");
+      case EventKind::visit_internal:
+        return check_internal(event, popped);
+      case EventKind::visit_instance:
+        return check_instance(event, popped, address);
+      case EventKind::visit_leaf:
+        return check_leaf(event, popped, address);
+      default:
+        fail("the stack is not empty: its top must be visited or culled");
     }
   }
 
@@ -285,7 +290,8 @@ class GroupChecker {
           totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
         }
         break;
-      default: break;
+      default:
+        break;
     }
   }
 
@@ -326,11 +332,11 @@ class GroupChecker {
   std::vector<NodeReference> destination_;
   SourceAssignment assignment_;
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
-  std::size_t read_ = 0;         ///< source entries read in this round
-  std::uint64_t written_ = 0;    ///< destination entries written in this round
-  std::uint64_t evictions_ = 0;  ///< entries in the eviction buffer
-  std::uint64_t occupied_ = 0;   ///< entries in the k-buffer
-  bool lossless_ = false;        ///< this round must keep every node beyond t_max
+  std::size_t read_ = 0;                                  ///< source entries read in this round
+  std::uint64_t written_ = 0;                             ///< destination entries written in this round
+  std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
+  std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
+  bool lossless_ = false;                                 ///< this round must keep every node beyond t_max
 };
 
 }  // namespace

@@ -11,7 +11,9 @@
 namespace grtx::traces {
 namespace {
 
-constexpr int kCompressionLevel = 3;
+// Level 1 packs these columns as small as level 3 (they are already predicted, so long matches are few) in half the
+// time.
+constexpr int kCompressionLevel = 1;
 constexpr std::size_t kStoreBelow = 24;  ///< shorter columns do not repay zstd's frame header
 // A zstd block of up to 128 KiB takes at least four bytes (run-length block).
 constexpr std::uint64_t kMaxExpansion = (128ULL << 10) / 4;
@@ -45,10 +47,10 @@ ZSTD_DCtx* decompression_context() {
 
 const char* column_name(Column column) {
   static constexpr std::array<const char*, kColumnCount> kNames{
-      "group",           "node_address",     "node_shape", "node_kinds",   "node_children", "ray",
-      "round_flags",     "preloaded",        "k_count",    "processed_count", "eviction_dropped", "inner_op",
-      "hits",            "checkpoints",      "pick",       "leaf_op",      "shifts",        "replay_op",
-      "replay_entry",    "gaussian_id",      "processed",  "gaussian_low", "gaussian_high"};
+      "group",        "node_address", "node_shape", "node_kinds",      "node_children",    "ray",
+      "round_flags",  "preloaded",    "k_count",    "processed_count", "eviction_dropped", "inner_op",
+      "hits",         "checkpoints",  "pick",       "leaf_op",         "shifts",           "replay_op",
+      "replay_entry", "gaussian_id",  "processed",  "gaussian_low",    "gaussian_high"};
   return kNames[static_cast<std::size_t>(column)];
 }
 
@@ -108,7 +110,8 @@ void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& colu
     const std::size_t got = ZSTD_decompressDCtx(decompression_context(), column.data(), column.size(), blob,
                                                 static_cast<std::size_t>(stored[i]));
     if (ZSTD_isError(got) || got != column.size()) {
-      throw Malformed(std::string("column ") + column_name(static_cast<Column>(i)) + " does not decompress to its size");
+      throw Malformed(std::string("column ") + column_name(static_cast<Column>(i)) +
+                      " does not decompress to its size");
     }
   }
   reader.expect_end();

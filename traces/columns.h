@@ -11,29 +11,29 @@
 namespace grtx::traces {
 
 enum class Column : std::uint8_t {
-  group = 0,          ///< index, kind, root kind, counts
-  node_address,       ///< a node: distance to the one before
-  node_shape,         ///< a node: child count, common kind of the children
-  node_kinds,         ///< a node with mixed children: two bits a child
-  node_children,      ///< a node: child base against its prediction
-  ray,                ///< a ray: pixel, rounds
-  round_flags,        ///< a round: replay, overflow, terminated
-  preloaded,          ///< a round
-  k_count,            ///< a round
-  processed_count,    ///< a round: k_count - processed_count
-  eviction_dropped,   ///< an overflowed round
-  inner_op,           ///< a popped internal node or instance leaf: visited or culled
-  hits,               ///< a visited internal node: mask of children hit, against the last visit of that node
-  checkpoints,        ///< a visited internal node that checkpoints: mask
-  pick,               ///< a pop with a choice: which child comes next
-  leaf_op,            ///< a popped leaf: outcome or culled, against the last time
-  shifts,             ///< an insertion into the k-buffer
-  replay_op,          ///< a source entry read: taken or forwarded
-  replay_entry,       ///< a source entry read in nearest order: its position
-  gaussian_id,        ///< the distinct Gaussians processed, ascending
-  processed,          ///< a processed entry: blended, predicted
-  gaussian_low,       ///< a processed entry not predicted: position in gaussian_id, low byte
-  gaussian_high,      ///< the rest of that position
+  group = 0,         ///< index, kind, root kind, counts
+  node_address,      ///< a node: distance to the one before
+  node_shape,        ///< a node: child count, kind of its leaves
+  node_kinds,        ///< a node with children of several kinds: which is which
+  node_children,     ///< a node: child base against its prediction
+  ray,               ///< a ray: pixel, rounds
+  round_flags,       ///< a round: replay, overflow, terminated
+  preloaded,         ///< a round
+  k_count,           ///< a round
+  processed_count,   ///< a round: k_count - processed_count
+  eviction_dropped,  ///< an overflowed round
+  inner_op,          ///< a popped internal node or instance leaf: visited or culled
+  hits,              ///< a visited internal node: mask of children hit, against the last visit
+  checkpoints,       ///< a visited internal node that checkpoints: which of its hits
+  pick,              ///< a pop with a choice: which child comes next
+  leaf_op,           ///< a popped leaf: outcome or culled, against the last time
+  shifts,            ///< an insertion into the k-buffer
+  replay_op,         ///< a source entry read: taken or forwarded
+  replay_entry,      ///< a source entry read in nearest order: its position
+  gaussian_id,       ///< the distinct Gaussians processed, ascending
+  processed,         ///< a processed entry: blended, predicted
+  gaussian_low,      ///< a processed entry not predicted: position in gaussian_id, low byte
+  gaussian_high,     ///< the rest of that position
   count
 };
 inline constexpr std::size_t kColumnCount = static_cast<std::size_t>(Column::count);
@@ -58,7 +58,8 @@ class ColumnSet {
 /// Appends the packed columns to `out`. Uses a compression context of the calling thread. Same input, same bytes.
 void pack_columns(const ColumnSet& columns, Bytes& out);
 
-/// Undoes pack_columns. Throws Malformed. Allocates no more than the stored bytes can stand for (kMaxGroupBytes at most).
+/// Undoes pack_columns. Throws Malformed. Allocates no more than the stored bytes can stand for (kMaxGroupBytes at
+/// most).
 void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns);
 
 }  // namespace grtx::traces

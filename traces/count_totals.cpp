@@ -9,16 +9,24 @@ namespace {
 void count_event(const Event& event, Totals& totals, std::uint64_t& written, std::uint64_t& evicted) {
   written += static_cast<unsigned>(std::popcount(event.checkpoints));
   switch (event.kind()) {
-    case EventKind::visit_internal: ++totals.visits_internal; break;
-    case EventKind::visit_instance: ++totals.visits_instance; break;
+    case EventKind::visit_internal:
+      ++totals.visits_internal;
+      break;
+    case EventKind::visit_instance:
+      ++totals.visits_instance;
+      break;
     case EventKind::visit_leaf:
       ++totals.visits_leaf;
       if (calls_any_hit(event.outcome())) ++totals.any_hit_calls;
       if (event.outcome() == LeafOutcome::displaced || event.outcome() == LeafOutcome::rejected) ++evicted;
       break;
-    case EventKind::cull: ++totals.culls; break;
+    case EventKind::cull:
+      ++totals.culls;
+      break;
     case EventKind::replay_take:
-    case EventKind::replay_forward: ++totals.checkpoints_read; break;
+    case EventKind::replay_forward:
+      ++totals.checkpoints_read;
+      break;
   }
 }
 

@@ -13,22 +13,32 @@ namespace {
 
 const char* name_of(LeafOutcome outcome) {
   switch (outcome) {
-    case LeafOutcome::miss: return "miss";
-    case LeafOutcome::behind: return "behind";
-    case LeafOutcome::beyond: return "beyond";
-    case LeafOutcome::inserted: return "inserted";
-    case LeafOutcome::displaced: return "displaced";
-    case LeafOutcome::rejected: return "rejected";
-    case LeafOutcome::ignored: return "ignored";
+    case LeafOutcome::miss:
+      return "miss";
+    case LeafOutcome::behind:
+      return "behind";
+    case LeafOutcome::beyond:
+      return "beyond";
+    case LeafOutcome::inserted:
+      return "inserted";
+    case LeafOutcome::displaced:
+      return "displaced";
+    case LeafOutcome::rejected:
+      return "rejected";
+    case LeafOutcome::ignored:
+      return "ignored";
   }
   return "unknown";
 }
 
 const char* name_of(RayKind kind) {
   switch (kind) {
-    case RayKind::primary: return "primary";
-    case RayKind::glass: return "glass";
-    case RayKind::mirror: return "mirror";
+    case RayKind::primary:
+      return "primary";
+    case RayKind::glass:
+      return "glass";
+    case RayKind::mirror:
+      return "mirror";
   }
   return "unknown";
 }
@@ -86,9 +96,15 @@ class Dumper {
         line("      {:>5} leaf      {:#012x} {}", index, address, name_of(e.outcome()));
         if (e.shifts() != 0) line(", {} shifted", e.shifts());
         break;
-      case EventKind::cull: line("      {:>5} cull      {:#012x}", index, address); break;
-      case EventKind::replay_take: line("      {:>5} take      {:#012x}", index, address); break;
-      case EventKind::replay_forward: line("      {:>5} forward   {:#012x}", index, address); break;
+      case EventKind::cull:
+        line("      {:>5} cull      {:#012x}", index, address);
+        break;
+      case EventKind::replay_take:
+        line("      {:>5} take      {:#012x}", index, address);
+        break;
+      case EventKind::replay_forward:
+        line("      {:>5} forward   {:#012x}", index, address);
+        break;
     }
     if (!internal && e.checkpoints != 0) line(", checkpointed");
     line("\n");

@@ -10,10 +10,10 @@
 
 namespace grtx::traces {
 
-/// Appends the group's payload to `out`. Replays the events while it encodes them: throws std::logic_error naming group,
-/// lane, round and event when they do not follow the stack, the source buffer or the node dictionary, because then the
-/// program that made them is at fault. Rules that do not decide the bytes (k-buffer, evictions) are left to check().
-/// Keeps its working memory per calling thread.
+/// Appends the group's payload to `out`. Replays the events while it encodes them: throws std::logic_error naming
+/// group, lane, round and event when they do not follow the stack, the source buffer or the node dictionary, because
+/// then the program that made them is at fault. Rules that do not decide the bytes (k-buffer, evictions) are left to
+/// check(). Keeps its working memory per calling thread.
 void encode_group(const Header& header, const RayGroup& group, Bytes& out);
 
 /// Undoes encode_group for the group that must have `index`. Throws Malformed on anything encode_group does not write.
@@ -39,7 +39,24 @@ inline constexpr unsigned kProcessedNotPredicted = 2;
 /// Kinds as stored: index into this list.
 inline constexpr NodeKind kStoredKinds[4] = {NodeKind::internal, NodeKind::instance, NodeKind::procedural,
                                              NodeKind::triangle};
-inline constexpr unsigned kMixedKinds = 4;  ///< in place of a common kind
+/// Bits of column node_shape above the child count (4 bits) and the stored kind of the leaves (2 bits, 0: no leaves).
+inline constexpr unsigned kShapeMixed = 0x40;      ///< internal nodes as well as leaves: a mask follows
+inline constexpr unsigned kShapeIrregular = 0x80;  ///< leaves of several kinds: all kinds follow
+/// The bits of `value` at the positions of `mask`'s bits, closed up; and back.
+constexpr unsigned gather_bits(unsigned value, unsigned mask) {
+  unsigned gathered = 0;
+  for (unsigned place = 0; mask != 0; mask &= mask - 1, ++place) {
+    if ((value & mask & (0U - mask)) != 0) gathered |= 1U << place;
+  }
+  return gathered;
+}
+constexpr unsigned scatter_bits(unsigned gathered, unsigned mask) {
+  unsigned value = 0;
+  for (; mask != 0; mask &= mask - 1, gathered >>= 1) {
+    if ((gathered & 1) != 0) value |= mask & (0U - mask);
+  }
+  return value;
+}
 /// Marks the start of a ray in the prediction of processed Gaussians.
 inline constexpr std::uint32_t kNoSuccessor = 0xFFFFFFFF;
 

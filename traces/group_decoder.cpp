@@ -70,8 +70,8 @@ class GroupDecoder {
       ByteReader& children = reader(Column::node_children);
       node.child_base = checked_u32(children, predicted_children + unzigzag(children.varint(4 * kU32)));
       take_shape(node);
-      predicted_children = static_cast<std::int64_t>(
-          node.child_base + children_bytes(node, header.bvh_width) / kNodeUnit);
+      predicted_children =
+          static_cast<std::int64_t>(node.child_base + children_bytes(node, header.bvh_width) / kNodeUnit);
       nodes.push_back(node);
     }
   }
@@ -79,18 +79,28 @@ class GroupDecoder {
   void take_shape(NodeDefinition& node) {
     ByteReader& shapes = reader(Column::node_shape);
     const unsigned shape = shapes.u8();
+    const unsigned leaf = shape >> 4 & 3;
+    const bool mixed = (shape & kShapeMixed) != 0;
+    const bool irregular = (shape & kShapeIrregular) != 0;
     node.child_count = shape & 0xF;
-    const unsigned common = shape >> 4;
-    if (node.child_count > kMaxWidth || common > kMixedKinds) shapes.fail("holds an impossible node shape");
-    unsigned kinds = common * 0x5555;
-    if (common == kMixedKinds) {
+    if (node.child_count > kMaxWidth || (mixed && leaf == 0) || (irregular && (shape & 0x70) != 0)) {
+      shapes.fail("holds an impossible node shape");
+    }
+    unsigned kinds = leaf * 0x5555;
+    if (mixed) {
+      const unsigned internal = reader(Column::node_kinds).u8();
+      kinds &= ~(spread_bits(internal) * 3);
+    } else if (irregular) {
       kinds = reader(Column::node_kinds).u8();
-      if (node.child_count > 4) kinds |= static_cast<unsigned>(reader(Column::node_kinds).u8()) << 8;
+      kinds |= static_cast<unsigned>(reader(Column::node_kinds).u8()) << 8;
     }
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
       node.child_kinds[slot] = kStoredKinds[kinds >> (2 * slot) & 3];
     }
   }
+
+  // Bit i moves to bit 2 i.
+  static unsigned spread_bits(unsigned byte) { return scatter_bits(byte, 0x5555); }
 
   void take_gaussians(std::uint64_t count) {
     ByteReader& ids = reader(Column::gaussian_id);
@@ -166,7 +176,8 @@ class GroupDecoder {
     if (round.overflow) destination_.clear();
   }
 
-  static Event event_of(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
+  static Event event_of(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints,
+                        unsigned shifts = 0) {
     Event event;
     event.node = node;
     event.detail = static_cast<std::uint8_t>(detail);
@@ -242,8 +253,8 @@ class GroupDecoder {
   }
 
   void take_internal(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const auto op = static_cast<InnerOp>(
-        take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
+    const auto op =
+        static_cast<InnerOp>(take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
     if (op >= InnerOp::cull_dropped) return take_cull(popped, address, op == InnerOp::cull_checkpointed, events);
     const std::uint32_t index = model_.link(popped.parent, popped.slot);
     if (index == NodeModel::kUnknownLink) throw Malformed("a visited internal node is missing in the dictionary");
@@ -253,8 +264,15 @@ class GroupDecoder {
     node.last_hits = static_cast<std::uint8_t>(hits);
     unsigned checkpoints = 0;
     if (op == InnerOp::visit_with_checkpoints) {
-      checkpoints = reader(Column::checkpoints).u8();
-      if (checkpoints == 0 || (checkpoints & ~hits) != 0) reader(Column::checkpoints).fail("names a child that is not hit");
+      if (hits == 0) reader(Column::inner_op).fail("checkpoints children where none is hit");
+      checkpoints = hits;
+      if (!std::has_single_bit(hits)) {
+        const unsigned gathered = reader(Column::checkpoints).u8();
+        if (gathered == 0 || gathered >> std::popcount(hits) != 0) {
+          reader(Column::checkpoints).fail("names a child that is not hit");
+        }
+        checkpoints = scatter_bits(gathered, hits);
+      }
       for (unsigned left = checkpoints; left != 0; left &= left - 1) {
         destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
       }
@@ -265,10 +283,11 @@ class GroupDecoder {
   }
 
   void take_instance(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const auto op = static_cast<InnerOp>(
-        take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
+    const auto op =
+        static_cast<InnerOp>(take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
     if (op >= InnerOp::cull_dropped) return take_cull(popped, address, op == InnerOp::cull_checkpointed, events);
-    if (op != InnerOp::visit || !two_level_) reader(Column::inner_op).fail("holds a symbol that an instance leaf cannot have");
+    if (op != InnerOp::visit || !two_level_)
+      reader(Column::inner_op).fail("holds a symbol that an instance leaf cannot have");
     events.push_back(event_of(EventKind::visit_instance, address, 0, 0));
     frames_.push_back({model_.blas_root_parent(), address, 1});
   }

@@ -98,19 +98,35 @@ class GroupEncoder {
       // Builders that place children level by level or subtree by subtree put them right behind the ones before.
       put_varint(columns_[Column::node_children],
                  zigzag(static_cast<std::int64_t>(node.child_base) - predicted_children));
-      predicted_children = static_cast<std::int64_t>(
-          node.child_base + children_bytes(node, header_->bvh_width) / kNodeUnit);
-      unsigned kinds = 0;
-      bool mixed = false;
-      for (unsigned slot = 0; slot < node.child_count; ++slot) {
-        kinds |= stored_kind(node.child_kinds[slot]) << (2 * slot);
-        mixed = mixed || node.child_kinds[slot] != node.child_kinds[0];
+      predicted_children =
+          static_cast<std::int64_t>(node.child_base + children_bytes(node, header_->bvh_width) / kNodeUnit);
+      put_shape(node);
+    }
+  }
+
+  // Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
+  void put_shape(const NodeDefinition& node) {
+    unsigned internal = 0;
+    unsigned leaf = 0;
+    unsigned kinds = 0;
+    bool irregular = false;
+    for (unsigned slot = 0; slot < node.child_count; ++slot) {
+      const unsigned kind = stored_kind(node.child_kinds[slot]);
+      kinds |= kind << (2 * slot);
+      if (kind == 0) {
+        internal |= 1U << slot;
+      } else {
+        irregular = irregular || (leaf != 0 && leaf != kind);
+        leaf = kind;
       }
-      put(Column::node_shape, node.child_count | (mixed ? kMixedKinds : kinds & 3) << 4);
-      if (mixed) {
-        put(Column::node_kinds, kinds & 0xFF);
-        if (node.child_count > 4) put(Column::node_kinds, kinds >> 8);
-      }
+    }
+    const bool mixed = leaf != 0 && internal != 0 && !irregular;
+    put(Column::node_shape,
+        node.child_count | (irregular ? 0 : leaf) << 4 | (mixed ? kShapeMixed : 0) | (irregular ? kShapeIrregular : 0));
+    if (mixed) put(Column::node_kinds, internal);
+    if (irregular) {
+      put(Column::node_kinds, kinds & 0xFF);
+      put(Column::node_kinds, kinds >> 8);
     }
   }
 
@@ -216,8 +232,8 @@ class GroupEncoder {
       frames_.push_back({entry.parent, entry.context, 1U << entry.slot});
       return true;
     }
-    put(Column::replay_op, static_cast<unsigned>(event.checkpoints != 0 ? ReplayOp::forward_checkpointed
-                                                                        : ReplayOp::forward_dropped));
+    put(Column::replay_op,
+        static_cast<unsigned>(event.checkpoints != 0 ? ReplayOp::forward_checkpointed : ReplayOp::forward_dropped));
     if (event.checkpoints != 0) destination_.push_back(entry);
     return false;
   }
@@ -232,7 +248,8 @@ class GroupEncoder {
     if (std::has_single_bit(frame.remaining)) {
       // no choice
     } else if (slot_order_) {
-      require(slot == static_cast<unsigned>(std::countr_zero(frame.remaining)), "children must be popped in slot order");
+      require(slot == static_cast<unsigned>(std::countr_zero(frame.remaining)),
+              "children must be popped in slot order");
     } else {
       put(Column::pick, parent.rank_of(frame.remaining, slot));
     }
@@ -287,8 +304,8 @@ class GroupEncoder {
     const unsigned hits = event.pushed() | event.checkpoints;
     put(Column::hits, hits ^ node.last_hits);
     node.last_hits = static_cast<std::uint8_t>(hits);
-    if (event.checkpoints != 0) {
-      put(Column::checkpoints, event.checkpoints);
+    if (event.checkpoints != 0) {  // of a single hit there is nothing to tell
+      if (!std::has_single_bit(hits)) put(Column::checkpoints, gather_bits(event.checkpoints, hits));
       for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
         destination_.push_back({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
       }
@@ -303,7 +320,8 @@ class GroupEncoder {
     }
     require(event.kind() == EventKind::visit_instance && event.detail == 0, "an instance leaf is on top of the stack");
     require(header_->two_level, "instance leaves need a two-level structure");
-    require(event.checkpoints == 0 && event.shifts() == 0, "the visit of an instance leaf has no checkpoints, no shifts");
+    require(event.checkpoints == 0 && event.shifts() == 0,
+            "the visit of an instance leaf has no checkpoints, no shifts");
     put_op(column, popped, static_cast<unsigned>(InnerOp::visit));
     frames_.push_back({model_.blas_root_parent(), event.node, 1});
   }
@@ -357,8 +375,8 @@ class GroupEncoder {
   std::int64_t last_taken_ = -1;  ///< position of the one read last
   SourceAssignment assignment_;
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
-  std::vector<std::uint32_t> gaussians_;   ///< distinct, ascending
-  std::vector<std::uint32_t> successor_;   ///< what followed a Gaussian last time; last place: what began a ray
+  std::vector<std::uint32_t> gaussians_;                  ///< distinct, ascending
+  std::vector<std::uint32_t> successor_;  ///< what followed a Gaussian last time; last place: what began a ray
 };
 
 }  // namespace

@@ -65,13 +65,14 @@ void NodeModel::move_up(unsigned from, unsigned to) {
 
 void GroupModel::build(const Header& header, const std::vector<NodeDefinition>& nodes, NodeKind root_kind) {
   nodes_.resize(nodes.size() + 2);
+  addresses_.resize(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const NodeDefinition& node = nodes[i];
     if (const std::string fault = definition_fault(header, node); !fault.empty()) throw std::invalid_argument(fault);
     if (i > 0 && node.address <= nodes[i - 1].address) throw std::invalid_argument("nodes must ascend by address");
     NodeModel& model = nodes_[i];
     model = NodeModel{};
-    model.address = node.address;
+    addresses_[i] = node.address;
     model.child_base = node.child_base;
     model.child_count = node.child_count;
     model.links.fill(NodeModel::kUnknownLink);
@@ -91,11 +92,9 @@ void GroupModel::build(const Header& header, const std::vector<NodeDefinition>& 
 }
 
 std::uint32_t GroupModel::find(std::uint32_t address) const {
-  const auto end = nodes_.end() - 2;
-  const auto found = std::lower_bound(nodes_.begin(), end, address,
-                                      [](const NodeModel& node, std::uint32_t wanted) { return node.address < wanted; });
-  if (found == end || found->address != address) return NodeModel::kUnknownLink;
-  return static_cast<std::uint32_t>(found - nodes_.begin());
+  const auto found = std::lower_bound(addresses_.begin(), addresses_.end(), address);
+  if (found == addresses_.end() || *found != address) return NodeModel::kUnknownLink;
+  return static_cast<std::uint32_t>(found - addresses_.begin());
 }
 
 std::uint64_t children_bytes(const NodeDefinition& node, unsigned bvh_width) {

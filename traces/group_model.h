@@ -16,13 +16,12 @@ namespace grtx::traces {
 /// A node (or a pseudo parent, see GroupModel) with what the coder remembers of it.
 struct NodeModel {
   static constexpr std::uint32_t kUnknownLink = 0xFFFFFFFF;
-  std::uint32_t address = 0;       ///< / kNodeUnit
-  std::uint32_t child_base = 0;    ///< / kNodeUnit
-  std::uint32_t offsets = 0;       ///< four bits a slot: (address of the child - child_base) / kNodeUnit
+  std::uint32_t child_base = 0;  ///< / kNodeUnit
+  std::uint32_t offsets = 0;     ///< four bits a slot: (address of the child - child_base) / kNodeUnit
   std::uint8_t child_count = 0;
-  std::uint8_t internal_mask = 0;  ///< slots with an internal node
-  std::uint8_t instance_mask = 0;  ///< slots with an instance leaf
-  std::uint8_t last_hits = 0;      ///< children hit at the last visit
+  std::uint8_t internal_mask = 0;       ///< slots with an internal node
+  std::uint8_t instance_mask = 0;       ///< slots with an instance leaf
+  std::uint8_t last_hits = 0;           ///< children hit at the last visit
   std::uint32_t priority = 0x76543210;  ///< four bits a place: slots, in the order in which they were last popped
   std::array<std::uint32_t, kMaxWidth> links;     ///< index of an internal child, once asked for
   std::array<std::uint8_t, kMaxWidth> last_op{};  ///< symbol of the child's last pop
@@ -42,7 +41,7 @@ struct NodeModel {
 
 /// An entry of a checkpoint buffer or of the stack: one child of one node, reached through one instance.
 struct NodeReference {
-  std::uint32_t parent = 0;   ///< index into the model
+  std::uint32_t parent = 0;  ///< index into the model
   std::uint32_t slot = 0;
   std::uint32_t context = 0;  ///< address of the instance leaf / kNodeUnit; 0 outside the BLAS
 };
@@ -78,6 +77,7 @@ class GroupModel {
 
  private:
   std::vector<NodeModel> nodes_;
+  std::vector<std::uint32_t> addresses_;   ///< of the dictionary's nodes, close together for the search
   std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS / kNodeUnit
 };
 

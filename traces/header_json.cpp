@@ -136,7 +136,8 @@ std::string header_fault(const Header& h) {
   if (h.node_image_bytes > (kNodeUnit << 32)) return "node_image_bytes must be at most 256 GiB";
   for (const std::uint64_t address : {h.root, h.blas_base, h.blas_root}) {
     if (address % kNodeUnit != 0) return "root, blas_base and blas_root must be multiples of 64";
-    if (address != 0 && address >= h.node_image_bytes) return "root, blas_base and blas_root must lie in the node image";
+    if (address != 0 && address >= h.node_image_bytes)
+      return "root, blas_base and blas_root must lie in the node image";
   }
   if (h.two_level && (h.blas_base == 0 || h.blas_root < h.blas_base)) {
     return "blas_root must lie behind blas_base, which must not be 0, when two_level";

@@ -104,14 +104,16 @@ struct Reader::Impl {
     if (length > fixed + kMaxTotalsBytes) fail(trailer, "the footer is longer than its groups and totals allow");
     const Bytes bytes = pread_bytes(footer, length);
     const std::size_t hash_at = bytes.size() - 8;
-    if (xxh3(bytes.data(), hash_at) != load_u64(&bytes[hash_at])) fail(footer + hash_at, "the hash of the footer is wrong");
+    if (xxh3(bytes.data(), hash_at) != load_u64(&bytes[hash_at]))
+      fail(footer + hash_at, "the hash of the footer is wrong");
     if (load_u64(bytes.data()) != header.groups) fail(footer, "header and footer differ in the number of groups");
     read_index(bytes);
     const std::size_t totals_at = static_cast<std::size_t>(8 + 8 * header.groups);
     const std::uint64_t totals_length = load_u32(&bytes[totals_at]);
     if (totals_length != length - fixed) fail(footer + totals_at, "the length of the totals does not fit the footer");
     try {
-      totals = totals_from_json({reinterpret_cast<const char*>(&bytes[totals_at + 4]), static_cast<std::size_t>(totals_length)});
+      totals = totals_from_json(
+          {reinterpret_cast<const char*>(&bytes[totals_at + 4]), static_cast<std::size_t>(totals_length)});
     } catch (const Malformed& fault) {
       fail(footer + totals_at + 4, std::string("totals: ") + fault.what());
     }
@@ -131,7 +133,8 @@ struct Reader::Impl {
       }
       offsets.push_back(offset);
     }
-    if (header.groups == 0 && footer != chunks_begin) fail(chunks_begin, "bytes between header and footer belong to no group");
+    if (header.groups == 0 && footer != chunks_begin)
+      fail(chunks_begin, "bytes between header and footer belong to no group");
     offsets.push_back(footer);
   }
 

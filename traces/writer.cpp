@@ -54,7 +54,7 @@ struct Writer::Impl {
   std::map<std::uint64_t, Bytes> waiting;  ///< chunks whose predecessors are not written yet
   std::vector<std::uint64_t> offsets;      ///< of the chunks written
   Totals totals;
-  bool stopped = false;   ///< a write failed or cancel() was called: nothing can be appended any more
+  bool stopped = false;  ///< a write failed or cancel() was called: nothing can be appended any more
   bool finished = false;
 };
 
@@ -108,7 +108,8 @@ void Writer::cancel() {
 void Writer::finish() {
   Impl& impl = *impl_;
   const std::lock_guard lock(impl.mutex);
-  if (impl.stopped) throw Error(impl.file->path(), "", "cannot be finished, because writing it failed or was cancelled");
+  if (impl.stopped)
+    throw Error(impl.file->path(), "", "cannot be finished, because writing it failed or was cancelled");
   if (impl.finished) throw std::logic_error("trace finished twice");
   if (impl.offsets.size() != impl.header.groups) {
     throw std::logic_error("trace finished with " + std::to_string(impl.offsets.size()) + " of " +
@@ -122,8 +123,8 @@ void Writer::finish() {
   put_u32(footer, static_cast<std::uint32_t>(json.size()));
   footer.insert(footer.end(), json.begin(), json.end());
   impl.hash.add(footer.data(), footer.size());
-  put_u64(footer, impl.hash.value());  // content hash: all bytes before it
-  put_u64(footer, xxh3(footer.data(), footer.size()));   // footer hash: all of the footer before it
+  put_u64(footer, impl.hash.value());                   // content hash: all bytes before it
+  put_u64(footer, xxh3(footer.data(), footer.size()));  // footer hash: all of the footer before it
   put_u64(footer, footer_offset);
   footer.insert(footer.end(), kTrailerMagic.begin(), kTrailerMagic.end());
   impl.file->write(footer.data(), footer.size());

@@ -20,14 +20,15 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
 }
 
 CLI::Validator one_of(std::vector<std::string> names) {
-  const std::string choices = fmt::format("{{{}}}", fmt::join(names, ","));
+  std::string choices;
+  for (const std::string& name : names) choices += (choices.empty() ? "" : ", ") + name;
   return CLI::Validator(
-      [names = std::move(names)](std::string& value) -> std::string {
+      [names = std::move(names), choices](std::string& value) -> std::string {
         if (std::find(names.begin(), names.end(), value) != names.end()) return {};
         return fmt::format("unknown value '{}', the nearest is '{}' (known: {})", value, nearest_name(value, names),
-                           fmt::join(names, ", "));
+                           choices);
       },
-      choices);
+      "{" + choices + "}");
 }
 
 void add_view_options(CLI::App* command, ViewOptions& view) {

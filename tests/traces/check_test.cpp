@@ -53,8 +53,8 @@ struct EventPlace {
   Ray& ray;
   Round& round;
   Event& event;
-  std::size_t index;     ///< in ray.events
-  unsigned occupied;     ///< k-buffer entries before the event
+  std::size_t index;  ///< in ray.events
+  unsigned occupied;  ///< k-buffer entries before the event
   bool last_in_round;
 };
 struct RoundPlace {
@@ -81,7 +81,8 @@ Mutation on_event(const std::function<bool(EventPlace)>& change) {
           for (std::uint32_t e = 0; e < round.event_count; ++e, ++next) {
             Event& event = ray.events[next];
             const Event before = event;
-            if (change({trace.header, group, ray, round, event, next, occupied, e + 1 == round.event_count})) return true;
+            if (change({trace.header, group, ray, round, event, next, occupied, e + 1 == round.event_count}))
+              return true;
             if (before.kind() == EventKind::visit_leaf && before.outcome() == LeafOutcome::inserted) ++occupied;
           }
         }
@@ -160,7 +161,8 @@ std::vector<Case> cases() {
        })},
       {"RayEndsTooEarly", replaying, "the ray must go on", on_round(truncate_to)},
       {"RayWithoutCheckpointingEndsTooEarly", restarting, "the ray must go on", on_round(truncate_to)},
-      {"EventCountTooLarge", restarting, "event_count exceeds", on_round([](RoundPlace p) { return p.last && ++p.round.event_count; })},
+      {"EventCountTooLarge", restarting, "event_count exceeds",
+       on_round([](RoundPlace p) { return p.last && ++p.round.event_count; })},
       {"ProcessedCountTooLarge", restarting, "processed_count exceeds",
        on_round([](RoundPlace p) { return p.last && ++p.round.processed_count; })},
       // k-buffer
@@ -170,15 +172,13 @@ std::vector<Case> cases() {
        on_round([](RoundPlace p) { return p.round.preloaded > 0 && p.round.preloaded--; })},
       {"KCountWrong", replaying, "k_count must be preloaded plus inserted",
        on_round([](RoundPlace p) { return ++p.round.k_count; })},
-      {"MoreProcessedThanHeld", restarting, "no more entries can be processed",
-       on_round([](RoundPlace p) {
+      {"MoreProcessedThanHeld", restarting, "no more entries can be processed", on_round([](RoundPlace p) {
          if (!p.last) return false;
          p.round.processed_count = static_cast<std::uint16_t>(p.round.k_count + 1);
          p.ray.processed.resize(p.first_processed + p.round.processed_count);
          return true;
        })},
-      {"EntryLeftUnprocessed", restarting, "all entries must be processed",
-       on_round([](RoundPlace p) {
+      {"EntryLeftUnprocessed", restarting, "all entries must be processed", on_round([](RoundPlace p) {
          if (!p.last || p.round.terminated || p.round.k_count == 0) return false;
          --p.round.processed_count;
          p.ray.processed.pop_back();
@@ -186,8 +186,7 @@ std::vector<Case> cases() {
        })},
       {"ProcessedEntryBehindTheRounds", restarting, "processed entries remain",
        on_round([](RoundPlace p) { return p.ray.processed.emplace_back(), true; })},
-      {"ProcessedGaussianUnknown", restarting, "a processed Gaussian must be in the scene",
-       on_round([](RoundPlace p) {
+      {"ProcessedGaussianUnknown", restarting, "a processed Gaussian must be in the scene", on_round([](RoundPlace p) {
          if (p.ray.processed.empty()) return false;
          p.ray.processed[0].gaussian = static_cast<std::uint32_t>(p.header.gaussians & 0x7FFFFFFF);
          return true;
@@ -240,9 +239,8 @@ std::vector<Case> cases() {
       // Checkpoints
       {"CapacityExceeded", replaying, "than the buffer holds",
        [](RandomTrace& trace) { return trace.header.checkpoint_capacity = 2; }},
-      {"CheckpointWithoutCheckpointing", restarting, "no checkpoints without checkpointing", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::cull && (p.event.checkpoints = 1);
-       })},
+      {"CheckpointWithoutCheckpointing", restarting, "no checkpoints without checkpointing",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.checkpoints = 1); })},
       {"CheckpointBeforeTheKBufferIsFull", replaying, "once the k-buffer is full", on_event([](EventPlace p) {
          if (p.occupied == p.header.k || !is_leaf(p.event, LeafOutcome::miss) || p.round.terminated) return false;
          set_leaf(p.event, LeafOutcome::beyond, 0, true);
@@ -258,20 +256,17 @@ std::vector<Case> cases() {
          p.event.checkpoints = 0;
          return true;
        })},
-      {"TwoCheckpointsOfOneNode", replaying, "at most one checkpoint", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::cull && (p.event.checkpoints = 3);
-       })},
-      {"CheckpointOfAMiss", replaying, "only a leaf beyond t_max", on_event([](EventPlace p) {
-         return is_leaf(p.event, LeafOutcome::miss) && (p.event.checkpoints = 1);
-       })},
+      {"TwoCheckpointsOfOneNode", replaying, "at most one checkpoint",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.checkpoints = 3); })},
+      {"CheckpointOfAMiss", replaying, "only a leaf beyond t_max",
+       on_event([](EventPlace p) { return is_leaf(p.event, LeafOutcome::miss) && (p.event.checkpoints = 1); })},
       {"PushedAndCheckpointed", replaying, "either pushed or checkpointed", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_internal || p.event.checkpoints == 0) return false;
          p.event.detail |= p.event.checkpoints;
          return true;
        })},
-      {"ChildThatDoesNotExist", replaying, "exceed the child count", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::visit_internal && (p.event.detail |= 0x80);
-       })},
+      {"ChildThatDoesNotExist", replaying, "exceed the child count",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::visit_internal && (p.event.detail |= 0x80); })},
       {"SourceEntryNotRead", replaying, "every source entry must be read", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::replay_forward || !p.last_in_round) return false;
          p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
@@ -284,9 +279,8 @@ std::vector<Case> cases() {
          ++p.round.event_count;
          return true;
        })},
-      {"SourceEntryOutOfOrder", replaying, "must be the next source entry", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::replay_take && ++p.event.node;
-       })},
+      {"SourceEntryOutOfOrder", replaying, "must be the next source entry",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::replay_take && ++p.event.node; })},
       {"TransformMissing", replaying, "must follow the take of a BLAS node", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1) return false;
          p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
@@ -312,9 +306,8 @@ std::vector<Case> cases() {
          ++p.round.event_count;
          return true;
        })},
-      {"NodeNotOnTop", restarting, "must be on top of the stack", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::cull && ++p.event.node;
-       })},
+      {"NodeNotOnTop", restarting, "must be on top of the stack",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && ++p.event.node; })},
       {"ReadFromAFullStack", replaying, "the stack is not empty", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::cull) return false;
          p.event.kind_shifts = Event::pack(EventKind::replay_forward);
@@ -335,15 +328,13 @@ std::vector<Case> cases() {
          p.event.kind_shifts = Event::pack(EventKind::visit_instance);
          return true;
        })},
-      {"UnknownEventKind", restarting, "its top must be visited or culled", on_event([](EventPlace p) {
-         return p.event.kind() == EventKind::cull && (p.event.kind_shifts = 9);
-       })},
+      {"UnknownEventKind", restarting, "its top must be visited or culled",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.kind_shifts = 9); })},
       {"NodeIndexBeyondTheDictionary", restarting, "exceeds the dictionary", on_event([](EventPlace p) {
          return p.event.kind() == EventKind::visit_internal && (p.event.node = 0xFFFFFFFF);
        })},
-      {"EventsBehindTheRounds", restarting, "events remain", on_round([](RoundPlace p) {
-         return p.ray.events.emplace_back(), true;
-       })},
+      {"EventsBehindTheRounds", restarting, "events remain",
+       on_round([](RoundPlace p) { return p.ray.events.emplace_back(), true; })},
       // Group
       {"PixelOutsideTheImage", restarting, "the pixel must lie in the image",
        on_round([](RoundPlace p) { return p.ray.pixel = 640 * 480; })},

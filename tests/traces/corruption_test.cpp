@@ -149,7 +149,8 @@ TEST(Forgery, UnknownHeaderKey) {
 
 TEST(Forgery, HeaderValueOutOfRange) {
   Forgery forgery;
-  forgery.replace_header([](std::string json) { return json.replace(json.find("\"bvh_width\":6"), 13, "\"bvh_width\":9"); });
+  forgery.replace_header(
+      [](std::string json) { return json.replace(json.find("\"bvh_width\":6"), 13, "\"bvh_width\":9"); });
   EXPECT_THAT(fault_of(forgery.content()), HasSubstr("bvh_width must be 2..8"));
   forgery = Forgery();
   forgery.replace_header([](std::string json) { return json.replace(json.find("\"k\":4"), 5, "\"k\":-"); });

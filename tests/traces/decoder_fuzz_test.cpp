@@ -1,4 +1,5 @@
-// decode_group on damaged columns: refuses or yields a group that encodes again; never crashes, never takes much memory.
+// decode_group on damaged columns: refuses or yields a group that encodes again; never crashes, never takes much
+// memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,9 +22,15 @@ void damage(Bytes& column, std::mt19937& random) {
   }
   const auto at = static_cast<std::ptrdiff_t>(random() % column.size());
   switch (random() % 3) {
-    case 0: column[static_cast<std::size_t>(at)] = static_cast<std::uint8_t>(random()); break;
-    case 1: column.erase(column.begin() + at); break;
-    default: column[static_cast<std::size_t>(at)] ^= static_cast<std::uint8_t>(1U << random() % 8); break;
+    case 0:
+      column[static_cast<std::size_t>(at)] = static_cast<std::uint8_t>(random());
+      break;
+    case 1:
+      column.erase(column.begin() + at);
+      break;
+    default:
+      column[static_cast<std::size_t>(at)] ^= static_cast<std::uint8_t>(1U << random() % 8);
+      break;
   }
 }
 

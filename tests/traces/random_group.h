@@ -85,8 +85,11 @@ class RandomTree {
     node.child_count = static_cast<std::uint8_t>(2 + random_() % (options_.bvh_width - 1));
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
       const bool inner = depth > 1 && random_() % 3 != 0;
-      node.child_kinds[slot] = inner ? NodeKind::internal : leaf;
-      if (!inner) leaf_kinds_[next_] = leaf;
+      NodeKind kind = leaf;
+      if (leaf == NodeKind::triangle && random_() % 5 == 0) kind = NodeKind::procedural;
+      if (inner) kind = NodeKind::internal;
+      node.child_kinds[slot] = kind;
+      if (!inner) leaf_kinds_[next_] = kind;
       next_ += units(node.child_kinds[slot]);
     }
     internals_[address] = node;
@@ -135,7 +138,8 @@ class RandomRay {
   };
 
   std::uint64_t hash(std::uint64_t address, std::uint64_t context, std::uint64_t salt) const {
-    std::uint64_t x = seed_ * 0x9E3779B97F4A7C15ULL ^ address * 0xBF58476D1CE4E5B9ULL ^ context * 0x94D049BB133111EBULL ^ salt;
+    std::uint64_t x =
+        seed_ * 0x9E3779B97F4A7C15ULL ^ address * 0xBF58476D1CE4E5B9ULL ^ context * 0x94D049BB133111EBULL ^ salt;
     for (int i = 0; i < 3; ++i) x = (x ^ x >> 29) * 0xD6E8FEB86659FD93ULL;
     return x >> 8;
   }
@@ -236,12 +240,14 @@ class RandomRay {
       return;
     }
     switch (tree_.kind(top.address)) {
-      case NodeKind::internal: return handle_internal(top);
+      case NodeKind::internal:
+        return handle_internal(top);
       case NodeKind::instance:
         push_event(EventKind::visit_instance, top.address, 0, 0);
         stack_.push_back({tree_.blas_root(), top.address, top.t});
         return;
-      default: return handle_leaf(top);
+      default:
+        return handle_leaf(top);
     }
   }
 
@@ -395,7 +401,8 @@ inline std::vector<RandomOptions> all_random_options() {
   for (const bool two_level : {false, true}) {
     for (const char* order : {"fifo", "lifo", "nearest"}) {
       for (const char* child_order : {"near_first", "slot"}) {
-        for (const std::uint64_t capacity : {std::uint64_t{0}, std::uint64_t{5}, std::uint64_t{12}, std::uint64_t{1000}}) {
+        for (const std::uint64_t capacity :
+             {std::uint64_t{0}, std::uint64_t{5}, std::uint64_t{12}, std::uint64_t{1000}}) {
           for (const unsigned width : {2U, 6U, 8U}) {
             RandomOptions o;
             o.seed = ++seed;

@@ -14,7 +14,8 @@ namespace grtx::traces::testing {
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& name = "trace")
-      : path_(::testing::TempDir() + name + "." + std::to_string(::getpid()) + "." + std::to_string(++count()) + ".grtx") {}
+      : path_(::testing::TempDir() + name + "." + std::to_string(::getpid()) + "." + std::to_string(++count()) +
+              ".grtx") {}
   ~TemporaryFile() { std::remove(path_.c_str()); }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;

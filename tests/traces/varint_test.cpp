@@ -25,8 +25,8 @@ TEST(Varint, ZigzagOrdersByMagnitude) {
   EXPECT_EQ(zigzag(0), 0U);
   EXPECT_EQ(zigzag(-1), 1U);
   EXPECT_EQ(zigzag(1), 2U);
-  for (const std::int64_t value : {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(),
-                                   std::int64_t{-12345}}) {
+  for (const std::int64_t value :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), std::int64_t{-12345}}) {
     EXPECT_EQ(unzigzag(zigzag(value)), value);
   }
 }

@@ -1,0 +1,75 @@
+// Checks the TLM-2.0 AT base protocol on a 32-bit socket: put in line between an initiator and its target.
+// Rules and clause numbers of IEEE 1666-2011; besides them what DRAM simulators need (DRAMSys 5.1): power-of-two
+// lengths, natural alignment, END_RESP at least one clock after BEGIN_RESP and never TLM_COMPLETED for it. Costs one
+// hash lookup a call; leave it out where speed counts.
+#pragma once
+
+#include <tlm_utils/simple_initiator_socket.h>
+#include <tlm_utils/simple_target_socket.h>
+#include <cstdint>
+#include <string>
+#include <systemc>
+#include <tlm>
+#include <unordered_map>
+#include <vector>
+
+namespace grtx::modules {
+
+class AtProtocolChecker final : public sc_core::sc_module {
+ public:
+  struct Config {
+    bool project_rules = true;        ///< the rules beyond the standard
+    std::uint64_t period_fs = 0;      ///< END_RESP comes at least this long after BEGIN_RESP; 0: any time
+    std::uint64_t address_limit = 0;  ///< addresses must lie below; 0: anywhere
+    std::size_t max_messages = 100;   ///< kept; all violations are counted
+  };
+
+  AtProtocolChecker(const sc_core::sc_module_name& name, const Config& config);
+
+  tlm_utils::simple_target_socket<AtProtocolChecker, 32> target;        ///< bind the initiator to this
+  tlm_utils::simple_initiator_socket<AtProtocolChecker, 32> initiator;  ///< bind this to the target
+
+  std::uint64_t violations() const { return violations_; }
+  /// "name @time: clause: what", one a violation.
+  const std::vector<std::string>& messages() const { return messages_; }
+  std::uint64_t transactions() const { return transactions_; }  ///< begun
+  std::uint64_t outstanding() const { return live_.size(); }    ///< begun and not ended
+
+ private:
+  enum class State : std::uint8_t { requested, accepted, responding };
+  struct Life {
+    State state = State::requested;
+    ::tlm::tlm_command command = ::tlm::TLM_IGNORE_COMMAND;
+    unsigned char* data = nullptr;
+    unsigned length = 0;
+    unsigned streaming_width = 0;
+    unsigned char* byte_enables = nullptr;
+    sc_core::sc_time last;  ///< timing point of the latest call or return
+    sc_core::sc_time response_begun;
+  };
+
+  ::tlm::tlm_sync_enum forward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
+  ::tlm::tlm_sync_enum backward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
+  void blocking(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  unsigned debug(::tlm::tlm_generic_payload& payload) { return initiator->transport_dbg(payload); }
+
+  void begin_request(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void check_attributes(const ::tlm::tlm_generic_payload& payload);
+  void end_request(const ::tlm::tlm_generic_payload& payload);
+  void begin_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void end_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void finish(const ::tlm::tlm_generic_payload& payload);
+  /// Checks what holds on every call and return; nullptr when the transaction is not alive.
+  Life* follow(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay, const char* where);
+  void require(bool holds, const char* clause, const std::string& what);
+
+  Config config_;
+  std::unordered_map<const ::tlm::tlm_generic_payload*, Life> live_;
+  const ::tlm::tlm_generic_payload* request_ = nullptr;   ///< in its request phase
+  const ::tlm::tlm_generic_payload* response_ = nullptr;  ///< in its response phase
+  std::uint64_t transactions_ = 0;
+  std::uint64_t violations_ = 0;
+  std::vector<std::string> messages_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,159 @@
+#include "modules/crossbar.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "base/error.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr unsigned kPacketBits = 40 * 8;  // one flit: 32 B of data and 8 B of header
+
+void require(bool holds, const char* rule) {
+  if (!holds) throw Error("configuration", "crossbar", rule);
+}
+
+}  // namespace
+
+template <typename Packet>
+template <typename Destination>
+Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
+  const auto arrived = [now](const Link<Packet>* link) { return link->front(now) != nullptr; };
+  if (due_ > now && std::none_of(inputs_.begin(), inputs_.end(), arrived)) return due_;
+
+  // Requests for the outputs, from the heads of the inputs.
+  const unsigned n = static_cast<unsigned>(inputs_.size());
+  for (unsigned i = 0; i < n; ++i) {
+    const Packet* head = inputs_[i]->front(now);
+    wanted_[i] = head == nullptr ? kNoOutput : destination(*head);
+    if (head == nullptr) continue;
+    Output& output = outputs_[wanted_[i]];
+    if (output.buffer.size() >= output.capacity) {
+      ++counters_.blocked_cycles;
+      wanted_[i] = kNoOutput;
+      continue;
+    }
+    // Distance from the round-robin pointer: the nearest input wins.
+    const auto distance = [&](unsigned input) { return (input + n - output.next_input) % n; };
+    if (output.contenders++ == 0 || distance(i) < distance(output.winner)) output.winner = i;
+  }
+
+  Cycle due = kNever;
+  for (Output& output : outputs_) {
+    if (output.contenders > 0) {
+      counters_.conflict_cycles += output.contenders - 1;
+      output.contenders = 0;
+      Link<Packet>* input = inputs_[output.winner];
+      output.buffer.push({*input->front(now), now + output.hold});
+      input->pop(now);
+      output.next_input = (output.winner + 1) % n;
+      ++counters_.packets_in;
+    }
+    if (!output.buffer.empty() && output.buffer.front().due <= now && output.link->can_push(now)) {
+      output.link->push(now, output.buffer.front().packet);
+      clock.request(now + output.link->latency());
+      output.buffer.pop();
+      ++counters_.packets_out;
+    }
+    if (!output.buffer.empty()) due = std::min(due, std::max(now + 1, output.buffer.front().due));
+  }
+  if (std::any_of(inputs_.begin(), inputs_.end(), arrived)) due = now + 1;
+  due_ = due;
+  return due_;
+}
+
+template <typename Packet>
+bool CrossbarNetwork<Packet>::idle() const {
+  return std::all_of(outputs_.begin(), outputs_.end(), [](const Output& o) { return o.buffer.empty(); }) &&
+         std::all_of(inputs_.begin(), inputs_.end(), [](const Link<Packet>* link) { return link->empty(); });
+}
+
+template <typename Packet>
+void CrossbarNetwork<Packet>::dump_state(std::ostream& out) const {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) out << " in" << i << ' ' << inputs_[i]->size();
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    out << " out" << i << ' ' << outputs_[i].buffer.size() << '+' << outputs_[i].link->size();
+  }
+  out << '\n';
+}
+
+Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : sc_module(name),
+      request_in("request_in", config.sms),
+      request_out("request_out", config.interleave.slices),
+      response_in("response_in", config.interleave.slices),
+      response_out("response_out", config.sms),
+      config_(config),
+      clock_(clock),
+      requests_(config.sms, config.interleave.slices, config.latency, config.output_buffer),
+      replies_(config.interleave.slices, config.sms, config.latency, config.output_buffer) {
+  require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
+  require(config.latency >= 1, "latency must be at least 1 cycle");
+  config.interleave.check();
+  SC_METHOD(tick);
+  sensitive << clock_.tick();
+  dont_initialize();
+}
+
+void Crossbar::end_of_elaboration() {
+  const char* too_long = "latency is shorter than that of an output link";
+  for (unsigned sm = 0; sm < config_.sms; ++sm) {
+    require(response_out[sm]->latency() <= config_.latency, too_long);
+    requests_.bind_input(sm, request_in[sm].operator->());
+    replies_.bind_output(sm, response_out[sm].operator->());
+  }
+  for (unsigned slice = 0; slice < config_.interleave.slices; ++slice) {
+    require(request_out[slice]->latency() <= config_.latency, too_long);
+    requests_.bind_output(slice, request_out[slice].operator->());
+    replies_.bind_input(slice, response_in[slice].operator->());
+  }
+}
+
+void Crossbar::tick() {
+  const Cycle now = clock_.cycle();
+  const auto to_slice = [this](const MemoryRequest& r) { return config_.interleave.slice(r.address); };
+  const auto to_sm = [](const MemoryResponse& r) { return static_cast<unsigned>(r.sm); };
+  const Cycle request_due = requests_.step(now, clock_, to_slice);
+  const Cycle reply_due = replies_.step(now, clock_, to_sm);
+  clock_.request(std::min(request_due, reply_due));
+}
+
+bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }
+
+void Crossbar::statistics(StatisticList& list, const std::string& prefix) const {
+  const auto describe = [&](const std::string& p, const CrossbarCounters::Network& n) {
+    list.add(p + ".packets", n.packets_out, "packets", "packets delivered");
+    list.add(p + ".conflict_cycles", n.conflict_cycles, "packet-cycles", "a head packet lost the arbitration");
+    list.add(p + ".blocked_cycles", n.blocked_cycles, "packet-cycles", "a head packet's output buffer was full");
+  };
+  describe(prefix + ".request", requests_.counters());
+  describe(prefix + ".reply", replies_.counters());
+}
+
+Inventory Crossbar::inventory() const {
+  const std::uint64_t slots = std::uint64_t{config_.latency} + config_.output_buffer;
+  const unsigned slices = config_.interleave.slices;
+  Inventory inventory;
+  inventory.module = this->name();
+  inventory.storage = {{"request_buffers", StorageKind::ram, slots * slices * kPacketBits, 1, 1, false},
+                       {"reply_buffers", StorageKind::ram, slots * config_.sms * kPacketBits, 1, 1, false}};
+  inventory.operators = {{"mux", kPacketBits, std::uint64_t{2} * config_.sms * slices},
+                         {"arbiter", config_.sms, slices},
+                         {"arbiter", slices, config_.sms}};
+  return inventory;
+}
+
+void Crossbar::dump_state(std::ostream& out) const {
+  out << name() << ": requests";
+  requests_.dump_state(out);
+  out << name() << ": replies";
+  replies_.dump_state(out);
+}
+
+template class CrossbarNetwork<MemoryRequest>;
+template class CrossbarNetwork<MemoryResponse>;
+
+}  // namespace grtx::modules

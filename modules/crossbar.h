@@ -1,0 +1,115 @@
+// Crossbar between the SMs and the L2 slices: separate request and reply networks, one packet per port and cycle.
+// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit a packet.
+// Costs one look at each input port's head per active cycle; sleeps when empty.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "modules/address_interleave.h"
+#include "modules/clock_domain.h"
+#include "modules/inventory.h"
+#include "modules/link.h"
+#include "modules/memory_request.h"
+#include "modules/ring_queue.h"
+#include "modules/statistics.h"
+
+namespace grtx::modules {
+
+struct CrossbarCounters {
+  struct Network {
+    std::uint64_t packets_in = 0;
+    std::uint64_t packets_out = 0;
+    std::uint64_t conflict_cycles = 0;  ///< a head packet lost the arbitration for its output
+    std::uint64_t blocked_cycles = 0;   ///< a head packet's output buffer was full
+  };
+  Network request;
+  Network reply;
+};
+
+/// One direction: input-queued (the links are the queues), a round-robin arbiter per output, a delay of `latency`
+/// cycles and a finite output buffer. Plain C++; the module drives one for requests and one for replies.
+template <typename Packet>
+class CrossbarNetwork {
+ public:
+  CrossbarNetwork(unsigned inputs, unsigned outputs, unsigned latency, unsigned buffer)
+      : latency_(latency), inputs_(inputs), outputs_(outputs), wanted_(inputs) {
+    for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
+  }
+  void bind_input(unsigned i, Link<Packet>* link) { inputs_[i] = link; }
+  /// The output link's own latency is part of the network's latency.
+  void bind_output(unsigned i, Link<Packet>* link) {
+    outputs_[i].link = link;
+    outputs_[i].hold = latency_ > link->latency() ? latency_ - link->latency() : 0;
+  }
+  /// One cycle. destination(packet) gives the output; returns the next cycle with work, kNever when empty.
+  template <typename Destination>
+  Cycle step(Cycle now, ClockDomain& clock, const Destination& destination);
+  bool idle() const;
+  const CrossbarCounters::Network& counters() const { return counters_; }
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Held {
+    Packet packet;
+    Cycle due = 0;
+  };
+  struct Output {
+    Link<Packet>* link = nullptr;
+    unsigned hold = 0;  ///< cycles between winning the arbitration and entering the link
+    std::size_t capacity = 0;
+    RingQueue<Held> buffer;
+    unsigned next_input = 0;  ///< first in the round-robin order
+    unsigned contenders = 0;  ///< in the present cycle
+    unsigned winner = 0;
+  };
+
+  static constexpr unsigned kNoOutput = ~0u;
+
+  unsigned latency_;
+  std::vector<Link<Packet>*> inputs_;
+  std::vector<Output> outputs_;
+  std::vector<unsigned> wanted_;  ///< output of each input's head packet in the present cycle
+  Cycle due_ = kNever;
+  CrossbarCounters::Network counters_;
+};
+
+class Crossbar final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned sms = 8;  ///< paper Table I [A]
+    AddressInterleave interleave{};
+    unsigned latency = 8;         ///< cycles from input visible to output visible, unloaded, each way [D]
+    unsigned output_buffer = 32;  ///< packets waiting at an output beyond those in transit; hardware.md 9.3 [C]
+  };
+
+  SC_HAS_PROCESS(Crossbar);
+  /// clock: core domain. Throws Error for an impossible configuration.
+  Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request_in;     ///< [sm]
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request_out;    ///< [slice]
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response_in;   ///< [slice]
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response_out;  ///< [sm]
+
+  Inventory inventory() const;
+  void statistics(StatisticList& list, const std::string& prefix) const;
+  CrossbarCounters counters() const { return {requests_.counters(), replies_.counters()}; }
+  bool idle() const;
+  void dump_state(std::ostream& out) const;
+  const Config& config() const { return config_; }
+
+ private:
+  void end_of_elaboration() override;
+  void tick();
+
+  Config config_;
+  ClockDomain& clock_;
+  CrossbarNetwork<MemoryRequest> requests_;
+  CrossbarNetwork<MemoryResponse> replies_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,207 @@
+#include "modules/dram_channel.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "base/error.h"
+
+namespace grtx::modules {
+
+DramChannelCounters& DramChannelCounters::operator+=(const DramChannelCounters& o) {
+  reads += o.reads;
+  writes += o.writes;
+  bytes += o.bytes;
+  row_hits += o.row_hits;
+  row_misses += o.row_misses;
+  row_conflicts += o.row_conflicts;
+  activates += o.activates;
+  precharges += o.precharges;
+  bursts += o.bursts;
+  aged += o.aged;
+  queue_clocks += o.queue_clocks;
+  latency_clocks += o.latency_clocks;
+  return *this;
+}
+
+DramChannel::DramChannel(const DramChannelConfig& config)
+    : config_(config), entries_(config.queue), banks_(config.banks), completions_(256) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw Error("configuration", "dram", rule);
+  };
+  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
+  require(!config.bank_xor || std::has_single_bit(config.banks), "bank_xor needs a power of two of banks");
+  require(config.queue >= 4, "the queue must hold a line of 4 bursts");
+  require(config.burst_bytes >= 1 && config.row_bytes >= config.burst_bytes, "a row must hold a burst");
+  require(config.age_cap < kNever / 4, "the age cap is out of range");
+  require(config.timing.ccd >= 1, "CCD must be at least 1 clock");
+  for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
+}
+
+void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write) {
+  assert(can_accept(bytes) && next_ >= now);
+  count_queue(now);
+  const std::uint32_t number = free_.back();
+  free_.pop_back();
+  Entry& e = entries_[number];
+  const std::uint64_t row_number = address / config_.row_bytes;
+  e = {};
+  e.id = id;
+  e.row = row_number / config_.banks;
+  e.bank = static_cast<std::uint32_t>(row_number % config_.banks);
+  if (config_.bank_xor) e.bank ^= static_cast<std::uint32_t>(e.row % config_.banks);
+  e.order = next_order_++;
+  e.enqueued = now;
+  e.remaining = bursts(bytes);
+  e.write = write;
+  Bank& bank = banks_[e.bank];
+  e.older = bank.newest;
+  if (bank.newest != kNone) {
+    entries_[bank.newest].newer = number;
+  } else {
+    bank.oldest = number;
+  }
+  bank.newest = number;
+  if (bank.open && bank.hit == kNone && bank.row == e.row) bank.hit = number;
+  busy_banks_ |= std::uint64_t{1} << e.bank;
+  ++queued_;
+  queued_bursts_ += e.remaining;
+  ++(write ? counters_.writes : counters_.reads);
+  counters_.bytes += bytes;
+  next_ = now;
+}
+
+// First ready, first come: the oldest row hit whose timing allows it gets the column command; the oldest request whose
+// bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
+// bank serves no younger hits, and the data bus waits for it once its row is open.
+void DramChannel::step(Cycle now) {
+  std::uint32_t column = kNone;  // oldest ready hit
+  std::uint32_t oldest_hit = kNone;
+  std::uint32_t row = kNone;  // oldest ready row command
+  Cycle next = kNever;
+  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
+    const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
+    const Entry& oldest = entries_[bank.oldest];
+    const bool blocked = bank.hit != bank.oldest && aged(oldest, now);
+    if (bank.hit != kNone && !blocked) {
+      const Entry& e = entries_[bank.hit];
+      const Cycle ready = std::max(bank.can_column, e.write ? next_write_ : next_read_);
+      if (oldest_hit == kNone || e.order < entries_[oldest_hit].order) oldest_hit = bank.hit;
+      if (ready > now) {
+        next = std::min(next, ready);
+      } else if (column == kNone || e.order < entries_[column].order) {
+        column = bank.hit;
+      }
+      if (bank.hit != bank.oldest) next = std::min(next, oldest.enqueued + config_.age_cap + 1);
+      continue;
+    }
+    const Cycle ready = bank.open ? bank.can_precharge : std::max(bank.can_activate, next_activate_);
+    if (ready > now) {
+      next = std::min(next, ready);
+    } else if (row == kNone || oldest.order < entries_[row].order) {
+      row = bank.oldest;
+    }
+  }
+  if (column != oldest_hit && oldest_hit != kNone && aged(entries_[oldest_hit], now)) column = kNone;
+  const bool issued = column != kNone || row != kNone;
+  if (row != kNone) issue_row(now, row);
+  if (column != kNone) issue_column(now, column);
+  // After a command the candidates have changed: look again in the next clock, and skip from there.
+  next_ = busy_banks_ == 0 ? kNever : issued ? now + 1 : next;
+  assert(next_ > now);
+}
+
+void DramChannel::issue_column(Cycle now, std::uint32_t number) {
+  const DramTiming& t = config_.timing;
+  Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  next_read_ = std::max(next_read_, now + (e.write ? t.write_to_read() : t.ccd));
+  next_write_ = std::max(next_write_, now + (e.write ? t.ccd : t.read_to_write()));
+  bank.can_precharge = std::max(bank.can_precharge, now + (e.write ? t.write_to_precharge() : t.rtp));
+  count_queue(now);
+  ++counters_.bursts;
+  --queued_bursts_;
+  if (--e.remaining > 0) return;
+  const Cycle done = now + (e.write ? t.wl : t.cl) + t.ccd;
+  ++(e.precharged ? counters_.row_conflicts : e.activated ? counters_.row_misses : counters_.row_hits);
+  if (aged(e, now)) ++counters_.aged;
+  counters_.latency_clocks += done - e.enqueued;
+  completions_.push({e.id, done});
+  remove(number);
+}
+
+void DramChannel::issue_row(Cycle now, std::uint32_t number) {
+  const DramTiming& t = config_.timing;
+  Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  if (bank.open) {
+    bank.open = false;
+    bank.hit = kNone;
+    bank.can_activate = std::max(now + t.rp, bank.last_activate + t.rc);
+    e.precharged = true;
+    ++counters_.precharges;
+    return;
+  }
+  bank.open = true;
+  bank.row = e.row;
+  bank.last_activate = now;
+  bank.can_column = now + t.rcd;
+  bank.can_precharge = now + t.ras;
+  next_activate_ = now + t.rrd;
+  e.activated = true;
+  ++counters_.activates;
+  find_hit(bank);
+}
+
+void DramChannel::find_hit(Bank& bank) const {
+  bank.hit = bank.oldest;
+  while (bank.hit != kNone && entries_[bank.hit].row != bank.row) bank.hit = entries_[bank.hit].newer;
+}
+
+void DramChannel::remove(std::uint32_t number) {
+  const Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  (e.older != kNone ? entries_[e.older].newer : bank.oldest) = e.newer;
+  (e.newer != kNone ? entries_[e.newer].older : bank.newest) = e.older;
+  if (bank.oldest == kNone) busy_banks_ &= ~(std::uint64_t{1} << e.bank);
+  if (bank.hit == number) find_hit(bank);
+  free_.push_back(number);
+  --queued_;
+}
+
+Cycle DramChannel::run_until_room(unsigned bytes) {
+  Cycle clock = next_;
+  while (!can_accept(bytes)) {
+    clock = next_;
+    assert(clock != kNever);
+    step(clock);
+  }
+  return clock;
+}
+
+Cycle DramChannel::completion_bound() const {
+  if (queued_ == 0) return kNever;
+  return next_ + std::min(config_.timing.cl, config_.timing.wl) + config_.timing.ccd;
+}
+
+void DramChannel::count_queue(Cycle now) {
+  counters_.queue_clocks += queued_bursts_ * (now - queue_counted_);
+  queue_counted_ = now;
+}
+
+void DramChannel::dump_state(std::ostream& out) const {
+  out << "  queue " << queued_bursts_ << '/' << config_.queue << " bursts, completions " << completions_.size();
+  if (next_ != kNever) out << ", next command at clock " << next_;
+  out << '\n';
+  for (std::size_t b = 0; b < banks_.size(); ++b) {
+    const Bank& bank = banks_[b];
+    for (std::uint32_t i = bank.oldest; i != kNone; i = entries_[i].newer) {
+      const Entry& e = entries_[i];
+      out << "    bank " << b << (bank.open ? " row " + std::to_string(bank.row) : std::string(" closed")) << ": "
+          << (e.write ? "write" : "read") << " row " << e.row << " since clock " << e.enqueued << '\n';
+    }
+  }
+}
+
+}  // namespace grtx::modules

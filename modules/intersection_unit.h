@@ -1,0 +1,96 @@
+// Intersection unit of the RT unit: `count` equal pipelines (ray-box, ray-triangle, ray-sphere or ray-transform) that
+// all warps share, behind one queue served in order. Paper: Section IV-B, "three types of fixed-function units". Cost:
+// the operators of one test times the pipelines; the queue is bounded by the lanes of the warp buffer.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+#include <vector>
+
+#include "modules/bounded_queue.h"
+#include "modules/clock_domain.h"
+#include "modules/inventory.h"
+#include "modules/lane_loop.h"
+#include "modules/statistics.h"
+
+namespace grtx::modules {
+
+class IntersectionUnit final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned count = 4;     ///< pipelines
+    unsigned latency = 13;  ///< cycles from start to result, >= 1
+    unsigned interval = 1;  ///< cycles between two starts of a pipeline, >= 1
+  };
+  struct Counters {
+    std::uint64_t operations = 0;    ///< lane operations started
+    std::uint64_t tests = 0;         ///< of them, single tests (children, when each is an operation of its own)
+    std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
+    std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
+    std::uint64_t queue_max = 0;     ///< longest queue
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// entries: warps of the warp buffer. operators: of one pipeline.
+  IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
+                   std::vector<Operators> operators);
+
+  /// Lane `id` asks for `tests` (>= 1) tests one after the other in one pipeline. At most one request a lane.
+  void enqueue(Cycle now, LaneId id, unsigned tests) {
+    queue_.push({now, id, static_cast<std::uint16_t>(tests)});
+    if (queue_.size() > counters_.queue_max) counters_.queue_max = queue_.size();
+  }
+  /// Starts queued operations, in order, on the pipelines free in this cycle.
+  void start(Cycle now) {
+    if (!queue_.empty() && now >= next_free_) start_queued(now);
+  }
+  /// Calls f(lane id) for each result due by now, in order of due cycle, then start.
+  template <typename F>
+  void collect(Cycle now, F&& f) {
+    while (!flights_.empty() && flights_.front().due <= now) {
+      const LaneId id = flights_.front().lane;
+      flights_.pop();
+      f(id);
+    }
+  }
+  /// First cycle in which start() or collect() can do something.
+  Cycle next_due(Cycle now) const {
+    Cycle due = flights_.empty() ? kNever : flights_.front().due;
+    if (!queue_.empty()) due = std::min(due, std::max(now + 1, next_free_));
+    return due;
+  }
+  bool idle() const { return queue_.empty() && flights_.empty(); }
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Request {
+    Cycle queued = 0;
+    LaneId lane = 0;
+    std::uint16_t tests = 1;
+  };
+  struct Flight {
+    Cycle due = 0;
+    LaneId lane = 0;
+  };
+  void start_queued(Cycle now);
+
+  Config config_;
+  std::vector<Operators> operators_;
+  BoundedQueue<Request> queue_;
+  BoundedQueue<Flight> flights_;  ///< ascending due cycle
+  std::vector<Cycle> free_from_;  ///< by pipeline
+  Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
+  Counters counters_;
+};
+
+/// Operators of one pipeline, from the counts of published data paths.
+std::vector<Operators> ray_box_operators(unsigned boxes);  ///< slab tests of all children and their sort by t
+std::vector<Operators> ray_triangle_operators();           ///< Moeller-Trumbore
+std::vector<Operators> ray_sphere_operators();             ///< unit sphere at the origin
+std::vector<Operators> ray_transform_operators();          ///< affine transform of origin and direction
+
+}  // namespace grtx::modules

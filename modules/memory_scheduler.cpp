@@ -1,0 +1,161 @@
+#include "modules/memory_scheduler.h"
+
+#include <cassert>
+#include <numeric>
+#include <ostream>
+#include <string>
+
+#include "base/error.h"
+
+namespace grtx::modules {
+
+std::uint64_t MemoryScheduler::Counters::node_visits() const {
+  return std::accumulate(visits.begin(), visits.end(), std::uint64_t{0});
+}
+std::uint64_t MemoryScheduler::Counters::node_fetches() const {
+  return std::accumulate(fetches.begin(), fetches.end(), std::uint64_t{0});
+}
+std::uint64_t MemoryScheduler::Counters::node_sectors() const {
+  return std::accumulate(sectors.begin(), sectors.end(), std::uint64_t{0});
+}
+
+void MemoryScheduler::Counters::add(const Counters& other) {
+  for (std::size_t r = 0; r < kRegionCount; ++r) {
+    visits[r] += other.visits[r];
+    fetches[r] += other.fetches[r];
+    sectors[r] += other.sectors[r];
+  }
+  fetch_latency.merge(other.fetch_latency);
+}
+
+void MemoryScheduler::Counters::describe(StatisticList& list, const std::string& prefix) const {
+  list.add(prefix + ".node_visits", node_visits(), "visits", "lane visits of nodes replayed");
+  list.add(prefix + ".node_fetches", node_fetches(), "fetches", "node fetches after merging equal addresses of a warp");
+  list.add(prefix + ".node_sectors", node_sectors(), "requests", "32 B sector requests sent for node fetches");
+  for (std::size_t r = 0; r < kRegionCount; ++r) {
+    if (!is_node(static_cast<Region>(r))) continue;
+    const std::string region(kRegionNames[r]);
+    list.add(prefix + ".node_visits." + region, visits[r], "visits", "lane visits of nodes in region " + region);
+    list.add(prefix + ".node_fetches." + region, fetches[r], "fetches", "node fetches in region " + region);
+    list.add(prefix + ".node_sectors." + region, sectors[r], "requests", "sector requests in region " + region);
+  }
+  list.add(prefix + ".node_fetch_latency", fetch_latency.mean(), "cycles",
+           "mean time from the visit until the last sector of the fetch is back");
+  list.add(prefix + ".node_fetch_latency_max", fetch_latency.max(), "cycles", "longest node fetch");
+}
+
+MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
+                                 const traces::Header& header, unsigned entries)
+    : sc_module(name),
+      config_(config),
+      traffic_(header, config.traffic),
+      fetches_(std::size_t{entries} * kMaxLanes),
+      under_way_(entries),
+      queue_(config.queue > 0 ? config.queue : 1) {
+  if (config.queue < kMaxLanes) throw Error("configuration", "rt.memory.queue", "must hold the 32 fetches of a warp");
+  if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
+    throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
+  }
+}
+
+// Open addressing; a slot of an older generation is free.
+MemoryScheduler::MergeSlot& MemoryScheduler::merge_slot(std::uint64_t key) {
+  std::size_t i = (key * 0x9E3779B97F4A7C15ull) >> 57;
+  while (merge_[i].generation == generation_ && merge_[i].key != key) i = (i + 1) & (merge_.size() - 1);
+  return merge_[i];
+}
+
+void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
+  assert(has_room());
+  now_ = now;
+  ++generation_;
+  if (!config_.merge_in_flight) return;
+  for_each_bit(under_way_[entry], [&](unsigned lane) {
+    const LaneId id = lane_id(entry, lane);
+    const Fetch& f = fetches_[id];
+    merge_slot(f.address | (f.header ? 1u : 0u)) = {f.address | (f.header ? 1u : 0u), generation_, id};
+  });
+}
+
+void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
+  const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
+  ++counters_.visits[region];
+  const LaneMask lane = bit(lane_of(id));
+  const std::uint64_t key = address | (header ? 1u : 0u);  // nodes are 64 B aligned
+  MergeSlot& slot = merge_slot(key);
+  if (slot.generation == generation_) {
+    assert(fetches_[slot.fetch].kind == kind);
+    fetches_[slot.fetch].lanes |= lane;
+    return;
+  }
+  slot = {key, generation_, id};
+  ++counters_.fetches[region];
+  unsigned sectors = traffic_.sectors(kind);
+  if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
+  const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+  if (leaf && traffic_.descriptor_read()) ++sectors;
+  const auto count = static_cast<std::uint8_t>(sectors);
+  fetches_[id] = {address, lane, now_, kind, header, count, count};
+  under_way_[entry_of(id)] |= lane;
+  queue_.push({id, 0});
+}
+
+bool MemoryScheduler::issue_front(Cycle now, Link<MemoryRequest>& out) {
+  if (!out.can_push(now)) return false;
+  Pending& p = queue_.front();
+  const Fetch& f = fetches_[p.fetch];
+  // Order: descriptor (if any), the node's sectors, the BLAS header (if any).
+  const unsigned body = traffic_.sectors(f.kind);
+  const unsigned total = f.sectors;
+  const unsigned lead = f.header ? 0 : total - body;
+  std::uint64_t address = f.address;
+  if (p.next >= lead && p.next < lead + body) {
+    address += kSectorBytes * (p.next - lead);
+  } else if (p.next >= lead + body) {
+    address = traffic_.blas_header() + kSectorBytes * (p.next - lead - body);
+  }
+  const bool of_header = p.next >= lead + body;
+  MemoryRequest request;
+  request.address = address;
+  request.tag = p.fetch;
+  request.region = of_header ? Region::blas : traffic_.region(f.kind, f.address);
+  out.push(now, request);
+  ++counters_.sectors[static_cast<std::size_t>(request.region)];
+  ++outstanding_;
+  if (++p.next == total) queue_.pop();
+  return true;
+}
+
+MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
+  assert(f.missing > 0 && outstanding_ > 0);
+  --outstanding_;
+  if (--f.missing > 0) return {};
+  counters_.fetch_latency.add(now - f.asked);
+  const Completed completed{entry_of(id), f.lanes, f.kind};
+  under_way_[entry_of(id)] &= ~bit(lane_of(id));
+  f.lanes = 0;
+  return completed;
+}
+
+Inventory MemoryScheduler::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  // A record: lanes, node address (48 bits), kind, sectors still missing.
+  inventory.storage.push_back({"fetches", StorageKind::ram, fetches_.size() * (kMaxLanes + 48 + 3 + 4)});
+  inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (8 + 3)});
+  inventory.operators.push_back({"match", 48, std::uint64_t{kMaxLanes} * (kMaxLanes - 1) / 2});
+  return inventory;
+}
+
+void MemoryScheduler::dump_state(std::ostream& out) const {
+  out << name() << ": " << queue_.size() << " fetches to issue, " << outstanding_ << " sectors outstanding\n";
+  for (std::size_t e = 0; e < under_way_.size(); ++e) {
+    for_each_bit(under_way_[e], [&](unsigned lane) {
+      const Fetch& f = fetches_[e * kMaxLanes + lane];
+      out << "  entry " << e << " lane " << lane << " node " << f.address << " lanes " << std::popcount(f.lanes)
+          << " missing " << unsigned{f.missing} << " since " << f.asked << '\n';
+    });
+  }
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,111 @@
+// Memory scheduler of the RT unit: merges equal node addresses of a warp into one fetch and issues it by sectors.
+// Paper: Section IV-B ("fetches the node at the top of the traversal stack"; duplicate requests are merged).
+// Cost: a queue of fetches not fully issued, and one record of lanes and missing sectors for each lane of the warp
+// buffer.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+#include <vector>
+
+#include "modules/bounded_queue.h"
+#include "modules/inventory.h"
+#include "modules/lane_loop.h"
+#include "modules/link.h"
+#include "modules/memory_request.h"
+#include "modules/node_traffic.h"
+#include "modules/statistics.h"
+
+namespace grtx::modules {
+
+class MemoryScheduler final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned queue = 64;          ///< fetches waiting for issue, >= 32; a warp is scheduled while 32 places are free
+    bool merge_in_flight = true;  ///< a visit also joins a fetch of the same warp and address that is still under way
+    NodeTrafficConfig traffic;
+  };
+  struct Counters {
+    std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
+    std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
+    std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
+    Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
+    std::uint64_t node_visits() const;
+    std::uint64_t node_fetches() const;
+    std::uint64_t node_sectors() const;
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+  /// A fetch whose sectors are all back.
+  struct Completed {
+    unsigned entry = 0;
+    LaneMask lanes = 0;  ///< 0: the response did not complete a fetch
+    traces::NodeKind kind = traces::NodeKind::internal;
+  };
+
+  MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
+                  unsigned entries);
+
+  const NodeTraffic& traffic() const { return traffic_; }
+  /// Whether any warp's visits are sure to fit.
+  bool has_room() const { return queue_.room() >= kMaxLanes; }
+  /// Starts the visits of one warp in one cycle: only visits between two calls merge (and those in flight, if asked).
+  void begin_warp(Cycle now, unsigned entry);
+  /// Lane `id` of the warp visits the node at `address` (bytes). header: the BLAS header is read as well.
+  void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
+
+  /// Sends at most one sector. Returns whether it did.
+  bool issue(Cycle now, Link<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
+  /// Takes at most one response.
+  Completed respond(Cycle now, Link<MemoryResponse>& in) {
+    const MemoryResponse* response = in.front(now);
+    if (response == nullptr) return {};
+    const auto fetch = static_cast<LaneId>(response->tag);
+    in.pop(now);
+    return receive(now, fetch);
+  }
+
+  bool queue_empty() const { return queue_.empty(); }
+  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Fetch {
+    std::uint64_t address = 0;
+    LaneMask lanes = 0;
+    Cycle asked = 0;
+    traces::NodeKind kind = traces::NodeKind::internal;
+    bool header = false;
+    std::uint8_t sectors = 0;  ///< to send
+    std::uint8_t missing = 0;  ///< responses not yet back
+  };
+  struct Pending {
+    LaneId fetch = 0;
+    std::uint8_t next = 0;  ///< sector to send next
+  };
+  struct MergeSlot {
+    std::uint64_t key = 0;
+    std::uint64_t generation = 0;
+    LaneId fetch = 0;
+  };
+  MergeSlot& merge_slot(std::uint64_t key);
+  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  Completed receive(Cycle now, LaneId fetch);
+
+  Config config_;
+  NodeTraffic traffic_;
+  std::vector<Fetch> fetches_;       ///< by the lane that asked first: a lane has at most one visit under way
+  std::vector<LaneMask> under_way_;  ///< by entry: lanes that lead a fetch
+  BoundedQueue<Pending> queue_;
+  std::array<MergeSlot, 128> merge_{};  ///< finds an equal address among at most 64 fetches of a warp
+  std::uint64_t generation_ = 0;
+  Cycle now_ = 0;
+  std::uint64_t outstanding_ = 0;  ///< sectors sent, not answered
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,79 @@
+// Miss status holding registers: one entry per outstanding sector, each with a bounded list of requests waiting for it.
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/strong.h"
+#include "modules/address_index.h"
+#include "modules/memory_request.h"
+
+namespace grtx::modules {
+
+/// Fully associative over sector addresses. `merges` counts all requests of an entry, the one that missed included
+/// (as in GPGPU-Sim's N:M notation).
+class MshrTable {
+ public:
+  static constexpr std::uint32_t kNone = AddressIndex::kNone;
+
+  MshrTable(unsigned entries, unsigned merges)
+      : merges_(merges), index_(entries), entries_(entries), waiters_(std::size_t{entries} * merges) {
+    assert(entries >= 1 && merges >= 1);
+    free_.reserve(entries);
+    for (unsigned i = entries; i > 0; --i) free_.push_back(i - 1);
+  }
+
+  /// Entry of a pending sector, or kNone.
+  std::uint32_t find(std::uint64_t sector_address) const { return index_.find(sector_address); }
+  bool full() const { return free_.empty(); }
+  bool merges_full(std::uint32_t entry) const { return entries_[entry].count == merges_; }
+  std::size_t used() const { return entries_.size() - free_.size(); }
+
+  std::uint32_t allocate(Cycle now, std::uint64_t sector_address, const MemoryRequest& first) {
+    assert(!full());
+    const std::uint32_t entry = free_.back();
+    free_.pop_back();
+    index_.insert(sector_address, entry);
+    entries_[entry] = {sector_address, now, 0, false};
+    merge(entry, first);
+    return entry;
+  }
+  void merge(std::uint32_t entry, const MemoryRequest& request) {
+    Entry& e = entries_[entry];
+    assert(e.count < merges_);
+    waiters_[std::size_t{entry} * merges_ + e.count++] = request;
+    e.demand = e.demand || !request.prefetch;
+  }
+  std::span<const MemoryRequest> waiters(std::uint32_t entry) const {
+    return {waiters_.data() + std::size_t{entry} * merges_, entries_[entry].count};
+  }
+  std::uint64_t sector_address(std::uint32_t entry) const { return entries_[entry].sector_address; }
+  Cycle allocated(std::uint32_t entry) const { return entries_[entry].allocated; }
+  /// Some waiter is not a prefetch.
+  bool demanded(std::uint32_t entry) const { return entries_[entry].demand; }
+  bool in_use(std::uint32_t entry) const { return entry < entries_.size() && entries_[entry].count > 0; }
+  void release(std::uint32_t entry) {
+    assert(in_use(entry));
+    index_.erase(entries_[entry].sector_address);
+    entries_[entry].count = 0;
+    free_.push_back(entry);
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t sector_address = 0;
+    Cycle allocated = 0;
+    unsigned count = 0;
+    bool demand = false;
+  };
+
+  unsigned merges_;
+  AddressIndex index_;
+  std::vector<Entry> entries_;
+  std::vector<MemoryRequest> waiters_;
+  std::vector<std::uint32_t> free_;
+};
+
+}  // namespace grtx::modules

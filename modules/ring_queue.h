@@ -1,0 +1,58 @@
+// A FIFO in a growable ring: no allocation once it has seen its largest size. The queues inside the memory modules.
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <vector>
+
+namespace grtx::modules {
+
+template <typename T>
+class RingQueue {
+ public:
+  explicit RingQueue(std::size_t reserve = 16) {
+    std::size_t capacity = 1;
+    while (capacity < reserve) capacity *= 2;
+    slots_.resize(capacity);
+  }
+
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  T& front() {
+    assert(size_ > 0);
+    return slots_[head_];
+  }
+  const T& front() const {
+    assert(size_ > 0);
+    return slots_[head_];
+  }
+  /// i counts from the oldest item.
+  const T& operator[](std::size_t i) const {
+    assert(i < size_);
+    return slots_[(head_ + i) & (slots_.size() - 1)];
+  }
+  void push(const T& item) {
+    if (size_ == slots_.size()) grow();
+    slots_[(head_ + size_) & (slots_.size() - 1)] = item;
+    ++size_;
+  }
+  void pop() {
+    assert(size_ > 0);
+    head_ = (head_ + 1) & (slots_.size() - 1);
+    --size_;
+  }
+
+ private:
+  void grow() {
+    std::vector<T> bigger(slots_.size() * 2);
+    for (std::size_t i = 0; i < size_; ++i) bigger[i] = (*this)[i];
+    slots_.swap(bigger);
+    head_ = 0;
+  }
+
+  std::vector<T> slots_;
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace grtx::modules

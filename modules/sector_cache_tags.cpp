@@ -1,0 +1,104 @@
+#include "modules/sector_cache_tags.h"
+
+#include <bit>
+#include <cassert>
+#include <string>
+
+#include "base/error.h"
+
+namespace grtx::modules {
+namespace {
+
+const SectorCacheTags::Geometry& checked(const SectorCacheTags::Geometry& g) {
+  const auto require = [&](bool holds, const std::string& rule) {
+    if (!holds) throw Error("configuration", "cache geometry", rule);
+  };
+  require(std::has_single_bit(g.line_bytes), "line size must be a power of two, is " + std::to_string(g.line_bytes));
+  require(g.sector_bytes > 0 && std::has_single_bit(g.sector_bytes) && g.line_bytes % g.sector_bytes == 0,
+          "sector size must be a power of two that divides the line size, is " + std::to_string(g.sector_bytes));
+  require(g.sectors() <= 8, "a line has at most 8 sectors, not " + std::to_string(g.sectors()));
+  require(g.ways >= 1 && g.sets() >= 1,
+          std::to_string(g.bytes) + " bytes hold no set of " + std::to_string(g.ways) + " ways");
+  return g;
+}
+
+}  // namespace
+
+SectorCacheTags::SectorCacheTags(const Geometry& geometry)
+    : geometry_(checked(geometry)),
+      lines_(geometry.sets() * geometry.ways),
+      sets_(geometry.sets()),
+      index_(lines_.size()) {
+  for (std::uint64_t set = 0; set < sets_.size(); ++set) {
+    const Slot first = static_cast<Slot>(set * geometry_.ways);
+    for (Slot way = 0; way < geometry_.ways; ++way) {
+      lines_[first + way].newer = way == 0 ? kNone : first + way - 1;
+      lines_[first + way].older = way + 1 == geometry_.ways ? kNone : first + way + 1;
+    }
+    sets_[set] = {first, first + geometry_.ways - 1};
+  }
+}
+
+SectorCacheTags::Victim SectorCacheTags::victim(std::uint64_t address) const {
+  const Line& line = lines_[oldest_of(address)];
+  if (!line.present) return {};
+  return {true, line.number * geometry_.line_bytes, line.dirty, line.unused_prefetch};
+}
+
+SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
+  assert(find(address) == kNone);
+  *evicted = victim(address);
+  const Slot slot = oldest_of(address);
+  Line& line = lines_[slot];
+  if (line.present) {
+    index_.erase(line.number);
+  } else {
+    ++lines_valid_;
+  }
+  line.number = address / geometry_.line_bytes;
+  line.present = true;
+  line.valid = line.dirty = line.unused_prefetch = 0;
+  index_.insert(line.number, slot);
+  touch(slot);
+  return slot;
+}
+
+void SectorCacheTags::touch(Slot slot) {
+  Set& set = sets_[slot / geometry_.ways];
+  if (set.newest == slot) return;
+  Line& line = lines_[slot];
+  // Not the newest, so a newer neighbour exists.
+  lines_[line.newer].older = line.older;
+  if (line.older != kNone) {
+    lines_[line.older].newer = line.newer;
+  } else {
+    set.oldest = line.newer;
+  }
+  line.newer = kNone;
+  line.older = set.newest;
+  lines_[set.newest].newer = slot;
+  set.newest = slot;
+}
+
+std::uint64_t SectorCacheTags::count_unused_prefetch() const {
+  std::uint64_t count = 0;
+  for (const Line& line : lines_) count += static_cast<std::uint64_t>(std::popcount(line.unused_prefetch));
+  return count;
+}
+
+std::uint64_t SectorCacheTags::count_dirty() const {
+  std::uint64_t count = 0;
+  for (const Line& line : lines_) count += static_cast<std::uint64_t>(std::popcount(line.dirty));
+  return count;
+}
+
+std::uint64_t SectorCacheTags::tag_bits(unsigned address_bits, bool with_dirty) const {
+  const unsigned offset_bits = static_cast<unsigned>(std::countr_zero(geometry_.line_bytes));
+  const unsigned set_bits = static_cast<unsigned>(std::bit_width(sets_.size()) - 1);
+  const unsigned lru_bits = static_cast<unsigned>(std::bit_width(geometry_.ways - 1));  // position in the recency order
+  const unsigned per_line =
+      address_bits - offset_bits - set_bits + 1 + geometry_.sectors() * (with_dirty ? 2 : 1) + lru_bits;
+  return std::uint64_t{per_line} * lines_.size();
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,139 @@
+// Warp buffer of the RT unit: the warps whose rays are being traversed, with the state of each lane.
+// Paper: Section IV-B, "Baseline Architecture" and "Hardware cost" (replay flag and buffer offsets).
+// Cost: per lane ray data, stack and status; with checkpointing 33 bits a lane and 18 bytes a unit (1074 B for 8
+// warps).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <string_view>
+#include <systemc>
+#include <vector>
+
+#include "modules/inventory.h"
+#include "modules/lane_loop.h"
+#include "modules/round_cursor.h"
+#include "modules/statistics.h"
+#include "modules/warp_messages.h"
+
+namespace grtx::modules {
+
+/// Where a lane stands. A lane is in exactly one state.
+enum class LaneState : std::uint8_t {
+  idle,                      ///< not part of the call
+  ready,                     ///< its next event can be handled when its warp is selected
+  waiting_memory,            ///< node fetch under way
+  in_unit,                   ///< queued at or inside an intersection unit
+  waiting_any_hit,           ///< hit found, waits for the warp's any-hit batch
+  in_any_hit,                ///< batch sent, waits for AnyHitDone
+  waiting_checkpoint_read,   ///< source entry on its way
+  waiting_checkpoint_write,  ///< entries or the last sector not yet taken by the checkpoint unit
+  finished,
+  count
+};
+inline constexpr std::size_t kLaneStates = static_cast<std::size_t>(LaneState::count);
+inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
+    "idle",       "ready",           "waiting_memory",   "in_unit", "waiting_any_hit",
+    "in_any_hit", "checkpoint_read", "checkpoint_write", "finished"};
+
+struct Lane {
+  const traces::Event* next = nullptr;  ///< event to handle, or being handled
+  const traces::Event* end = nullptr;
+  std::uint32_t stack_depth = 0;
+  bool replay = false;
+};
+
+struct Warp {
+  const traces::RayGroup* group = nullptr;
+  std::uint64_t age = 0;  ///< sequence number of acceptance; smaller is older
+  std::uint32_t round = 0;
+  std::uint16_t slot = 0;
+  LaneMask lanes = 0;  ///< of the call
+  std::array<LaneMask, kLaneStates> in{};
+  Cycle accepted = 0;
+  Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
+  std::array<Lane, kMaxLanes> lane{};
+
+  LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
+  LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
+};
+
+class WarpBuffer final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned entries = 8;        ///< warps, 1..64 (paper, Table I: 8)
+    unsigned stack_entries = 8;  ///< stack entries a lane, for the inventory; depth itself is not limited
+  };
+  struct Counters {
+    std::uint64_t calls = 0;               ///< traceRay calls accepted
+    std::uint64_t occupancy_integral = 0;  ///< warps x cycles
+    std::uint64_t max_stack_depth = 0;
+    Distribution warp_latency;  ///< cycles from acceptance to retirement
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// checkpoint: the trace was made with checkpointing, so replay flags and offsets exist.
+  WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint);
+
+  unsigned entries() const { return config_.entries; }
+  bool has_room() const { return occupied_ != all_; }
+  bool empty() const { return occupied_ == 0; }
+  /// Puts the call into the lowest free entry; lanes without events are finished at once. Returns the entry.
+  unsigned accept(Cycle now, const TraceCall& call);
+  /// Frees an entry whose lanes have all finished.
+  void release(Cycle now, unsigned entry);
+
+  Warp& warp(unsigned entry) { return warps_[entry]; }
+  const Warp& warp(unsigned entry) const { return warps_[entry]; }
+  Lane& lane(LaneId id) { return warps_[entry_of(id)].lane[lane_of(id)]; }
+  LaneMask occupied() const { return occupied_; }      ///< one bit an entry
+  LaneMask ready_entries() const { return ready_; }    ///< entries with a ready lane
+  LaneMask finished_entries() const { return done_; }  ///< entries whose lanes have all finished
+  const std::vector<std::uint64_t>& ages() const { return ages_; }
+  /// Oldest of `entries` (not empty).
+  unsigned oldest(LaneMask entries) const;
+  /// Oldest warp in the buffer (not empty).
+  const Warp& oldest_warp() const { return warps_[oldest_]; }
+  /// Entry that holds the warp of `slot`; entries() when none does.
+  unsigned find_slot(std::uint16_t slot) const;
+
+  /// Moves lanes from one state to another; all of them must be in `from`.
+  void move(unsigned entry, LaneMask lanes, LaneState from, LaneState to) {
+    Warp& w = warps_[entry];
+    LaneMask& source = w.in[static_cast<std::size_t>(from)];
+    assert((source & lanes) == lanes);
+    source &= ~lanes;
+    w.in[static_cast<std::size_t>(to)] |= lanes;
+    const LaneMask b = bit(entry);
+    ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
+    if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
+  }
+  void note_stack_depth(std::uint32_t depth) {
+    if (depth > counters_.max_stack_depth) counters_.max_stack_depth = depth;
+  }
+
+  /// Closes the occupancy integral at `end` (first cycle that does not count).
+  void settle(Cycle end);
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  Config config_;
+  bool checkpoint_;
+  std::vector<Warp> warps_;
+  std::vector<std::uint64_t> ages_;
+  std::vector<RoundCursor> cursors_;  ///< by resident slot
+  LaneMask all_ = 0;
+  LaneMask occupied_ = 0;
+  LaneMask ready_ = 0;
+  LaneMask done_ = 0;
+  unsigned oldest_ = 0;  ///< entry of the oldest warp, while there is one
+  std::uint64_t next_age_ = 0;
+  Cycle occupancy_from_ = 0;
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

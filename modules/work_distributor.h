@@ -1,0 +1,92 @@
+// Work distributor of the GPU: hands the ray groups of a trace, in index order, to SMs with a free warp slot.
+// One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
+// Cost: a credit counter per SM; not part of the GRTX hardware.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "modules/clock_domain.h"
+#include "modules/inventory.h"
+#include "modules/link.h"
+#include "modules/statistics.h"
+#include "modules/warp_messages.h"
+#include "traces/event.h"
+
+namespace grtx::modules {
+
+/// Where ray groups come from. Positions 0..count()-1 are acquired in ascending order, each once, and released in any.
+class GroupSource {
+ public:
+  virtual ~GroupSource() = default;
+  virtual std::uint64_t count() const = 0;
+  /// The group at `position`; it stays valid and unchanged until released. Throws Error if it cannot be read.
+  virtual const traces::RayGroup* acquire(std::uint64_t position) = 0;
+  virtual void release(std::uint64_t position) = 0;
+};
+
+struct WorkDistributorConfig {
+  unsigned sms = 8;
+  unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
+  bool stop_when_done = false;   ///< call sc_stop() when all groups have ended
+};
+
+class WorkDistributor final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(WorkDistributor);
+  /// `source` must outlive the module.
+  WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain, const WorkDistributorConfig& config,
+                  GroupSource& source);
+
+  sc_core::sc_vector<sc_core::sc_port<Link<LaunchWarp>>> launch;  ///< to each SM
+  sc_core::sc_vector<sc_core::sc_port<Link<WarpEnded>>> ended;    ///< from each SM
+
+  /// Fires in the delta cycle after the one in which the last group's end was seen.
+  const sc_core::sc_event& done() const { return done_; }
+  bool finished() const { return finished_; }
+  /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
+  Cycle end_cycle() const { return end_cycle_; }
+  std::uint64_t launched() const { return next_; }
+  std::uint64_t running() const { return running_; }
+  std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
+  bool idle() const { return running_ == 0; }
+
+  void statistics(StatisticList& list, const std::string& prefix) const;
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Sm {
+    Link<LaunchWarp>* launch = nullptr;
+    Link<WarpEnded>* ended = nullptr;
+    LaneMask free_slots = 0;
+    std::vector<std::uint64_t> position;  ///< of the group that runs in a slot
+    std::uint64_t launched = 0;
+  };
+
+  void start_of_simulation() override;
+  void on_tick();
+  void collect(Cycle now);
+  void dispatch(Cycle now);
+  void finish(Cycle now);
+
+  ClockDomain& domain_;
+  WorkDistributorConfig config_;
+  GroupSource& source_;
+  sc_core::sc_event done_;
+  std::vector<Sm> sms_;
+  std::uint64_t groups_;    ///< count of the source
+  std::uint64_t next_ = 0;  ///< position handed out next
+  std::uint64_t running_ = 0;
+  unsigned free_slots_;  ///< of all SMs
+  unsigned turn_ = 0;    ///< SM that is looked at first
+  bool finished_ = false;
+  Cycle first_launch_ = 0;
+  Cycle last_launch_ = 0;
+  Cycle end_cycle_ = 0;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,67 @@
+// The configuration of the whole GPU model: the parameters of all modules, and the keys by which people set them.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "modules/address_interleave.h"
+#include "modules/crossbar.h"
+#include "modules/dram.h"
+#include "modules/l1_cache.h"
+#include "modules/l2_slice.h"
+#include "modules/simt_core.h"
+#include "rtl_tlm/config_key.h"
+#include "rtl_tlm/rt_unit.h"
+#include "rtl_tlm/sm.h"
+
+namespace grtx::tlm {
+
+/// Registered links between SMs, crossbar and L2 slices.
+struct GpuLinks {
+  unsigned latency = 1;   ///< cycles; part of the crossbar's latency on its output side
+  unsigned capacity = 4;  ///< messages
+};
+
+struct GpuConfig {
+  unsigned sms = 8;
+  unsigned resident_warps = 32;  ///< warp slots of an SM
+  double core_mhz = 1365.0;
+  double memory_mhz = 3500.0;
+  RtUnitConfig rt;
+  modules::SimtCoreConfig simt;
+  modules::L1Cache::Config l1;
+  SmLinks sm_links;
+  modules::Crossbar::Config crossbar;
+  GpuLinks links;
+  modules::AddressInterleave interleave;     ///< L2 slices = DRAM channels
+  std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
+  modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
+  modules::Dram::Config dram;
+
+  /// Configurations of parts, with what the assembly decides filled in.
+  SmConfig sm(unsigned index) const;
+  modules::Crossbar::Config crossbar_config() const;
+  modules::L2Slice::Config l2_slice(unsigned slice) const;
+  modules::Dram::Config dram_config(std::uint64_t bytes) const;
+};
+
+/// All keys, in the order of the documentation. The keys point into `config`, which must outlive them.
+std::vector<ConfigKey> config_keys(GpuConfig& config);
+
+/// Defaults, then the file (if `path` is not empty), then the settings "key=value" in order. Throws Error for anything
+/// that is unknown, of the wrong type, out of range, or impossible in combination.
+GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
+
+/// Throws Error{origin, key, rule} when keys contradict each other.
+void check_config(const GpuConfig& config, const std::string& origin);
+
+/// Every key with its resolved value, in table order.
+nlohmann::ordered_json config_json(const GpuConfig& config);
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values.
+std::string config_hash(const GpuConfig& config);
+/// The reference table of all keys, in Markdown (docs/configuration.md).
+std::string config_reference();
+
+}  // namespace grtx::tlm

@@ -1,0 +1,96 @@
+#include "rtl_tlm/gpu_counters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+namespace grtx::tlm {
+namespace {
+
+using modules::Distribution;
+using modules::StatisticList;
+
+/// One statistic for each power of two up to the largest value seen.
+void add_histogram(StatisticList& list, const std::string& name, const Distribution& distribution,
+                   const std::string& unit, const std::string& what) {
+  unsigned last = 0;
+  for (unsigned i = 0; i < Distribution::kBins; ++i) {
+    if (distribution.bin(i) != 0) last = i;
+  }
+  for (unsigned i = 0; i <= last; ++i) {
+    const std::uint64_t low = i == 0 ? 0 : std::uint64_t{1} << (i - 1);
+    const std::uint64_t high = i == 0 ? 0 : 2 * low - 1;
+    list.add(fmt::format("{}.from_{}", name, low), distribution.bin(i), unit,
+             fmt::format("{} of {} to {} cycles", what, low, high));
+  }
+}
+
+double ratio(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
+  EndOfRun end;
+  for (const auto& sm : gpu.sms()) {
+    sm->rt().settle(gpu.distributor().end_cycle());
+    end.rt_of.push_back(sm->rt().counters());
+  }
+  for (std::size_t i = 0; i < gpu.slices().size(); ++i) {
+    end.dram_of.push_back(dram.channel_counters(static_cast<unsigned>(i)));
+  }
+  return end;
+}
+
+GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end) {
+  GpuCounters c;
+  c.cycles = gpu.distributor().end_cycle();
+  for (std::size_t i = 0; i < gpu.sms().size(); ++i) {
+    c.rt_of.push_back(gpu.sms()[i]->rt().counters());
+    c.rt_of[i].scheduler = end.rt_of[i].scheduler;
+    c.rt_of[i].warp_buffer = end.rt_of[i].warp_buffer;
+  }
+  c.dram_of = end.dram_of;
+  for (const auto& sm : gpu.sms()) {
+    c.simt_of.push_back(sm->simt().counters());
+    c.l1_of.push_back(sm->l1().counters());
+  }
+  for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
+  for (const RtUnitCounters& rt : c.rt_of) c.rt.add(rt);
+  for (const modules::SimtCounters& simt : c.simt_of) c.simt.add(simt);
+  for (const modules::L1Counters& l1 : c.l1_of) c.l1 += l1;
+  for (const modules::L2Counters& l2 : c.l2_of) c.l2 += l2;
+  c.crossbar = gpu.crossbar().counters();
+  return c;
+}
+
+void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, StatisticList& list) {
+  list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
+  list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(gpu.core().period_fs()) * 1e-9, "us",
+           "simulated time: gpu.cycles at the core clock");
+  gpu.distributor().statistics(list, "gpu.distributor");
+  c.rt.describe(list, "gpu.rt", c.cycles);
+  add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
+  add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
+  list.add("gpu.rt.merge_factor", ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
+           "lane visits a node fetch");
+  for (std::size_t i = 0; i < c.rt_of.size(); ++i) {
+    list.add(fmt::format("gpu.sm{}.rt.selections", i), c.rt_of[i].scheduler.selections, "cycles",
+             "cycles in which this RT unit scheduled a warp");
+    list.add(fmt::format("gpu.sm{}.warps", i), c.simt_of[i].warps, "warps", "warps that ran on this SM");
+  }
+  describe(c.simt, list, "gpu.simt");
+  c.l1.describe(list, "gpu.l1");
+  add_histogram(list, "gpu.l1.miss_latency.histogram", c.l1.miss_latency, "misses", "L1 misses");
+  gpu.crossbar().statistics(list, "gpu.crossbar");
+  c.l2.describe(list, "gpu.l2");
+  add_histogram(list, "gpu.l2.miss_latency.histogram", c.l2.miss_latency, "misses", "L2 misses");
+  std::uint64_t dirty = 0;
+  for (const auto& slice : gpu.slices()) dirty += slice->dirty_sectors();
+  list.add("gpu.l2.dirty_at_end", dirty, "sectors", "dirty sectors left in the L2 when the run ended");
+  dram.statistics(list, "gpu.dram");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,43 @@
+// Everything that the modules of a GPU counted, by SM and slice and added up, and its description as statistics.
+#pragma once
+
+#include <vector>
+
+#include "modules/dram.h"
+#include "modules/l1_cache.h"
+#include "modules/l2_slice.h"
+#include "modules/simt_counters.h"
+#include "modules/statistics.h"
+#include "rtl_tlm/gpu.h"
+#include "rtl_tlm/rt_unit.h"
+
+namespace grtx::tlm {
+
+struct GpuCounters {
+  Cycle cycles = 0;  ///< core cycles until the last warp had ended
+  std::vector<RtUnitCounters> rt_of;
+  std::vector<modules::SimtCounters> simt_of;
+  std::vector<modules::L1Counters> l1_of;
+  std::vector<modules::L2Counters> l2_of;
+  std::vector<modules::DramChannelCounters> dram_of;  ///< at the end of the run, not drained
+  RtUnitCounters rt;
+  modules::SimtCounters simt;
+  modules::L1Counters l1;
+  modules::L2Counters l2;
+  modules::CrossbarCounters crossbar;
+};
+
+/// What must be read when the last warp has ended, before prefetches and write-backs drain.
+struct EndOfRun {
+  std::vector<RtUnitCounters> rt_of;
+  std::vector<modules::DramChannelCounters> dram_of;
+};
+/// Closes the per-cycle counts of the RT units and reads them.
+EndOfRun settle(Gpu& gpu, const modules::Dram& dram);
+/// Counts after draining, but for what RT units count per cycle and what a data bus moved, which are those of `end`.
+GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end);
+
+/// gpu.cycles, gpu.time_us, and the statistics of all modules, summed over SMs and slices.
+void describe(const GpuCounters& counters, const Gpu& gpu, const modules::Dram& dram, modules::StatisticList& list);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,186 @@
+#include "rtl_tlm/simulation.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "rtl_tlm/conservation.h"
+#include "rtl_tlm/gpu_counters.h"
+#include "rtl_tlm/lower_bounds.h"
+#include "rtl_tlm/measured_source.h"
+#include "rtl_tlm/statistics_json.h"
+#include "rtl_tlm/trace_source.h"
+#include "traces/io.h"
+
+namespace grtx::tlm {
+namespace {
+
+constexpr unsigned kDecodeAhead = 32;    ///< groups; the decoding thread never affects results
+constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
+constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::uint64_t peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+void start_for(const Gpu& gpu, Cycle cycles) {
+  sc_core::sc_start(sc_core::sc_time::from_value(cycles * gpu.core().period_fs()), sc_core::SC_RUN_TO_TIME);
+}
+
+[[noreturn]] void stand_still(const Gpu& gpu, const modules::Dram& dram, const std::string& why) {
+  gpu.dump_state(std::cerr);
+  dram.dump_state(std::cerr);
+  throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
+}
+
+/// Fails when the model stands still although work remains.
+class Watchdog {
+ public:
+  Watchdog(const Gpu& gpu, const modules::Dram& dram, Cycle limit) : gpu_(gpu), dram_(dram), limit_(limit) {}
+
+  void look(const std::string& remaining) {
+    const std::uint64_t progress = gpu_.progress() + dram_.counters().responses;
+    const Cycle now = gpu_.core().edge_at_or_after_now();
+    if (progress != progress_) {
+      progress_ = progress;
+      since_ = now;
+    }
+    if (!sc_core::sc_pending_activity()) stand_still(gpu_, dram_, "nothing is scheduled but " + remaining);
+    if (now - since_ > limit_) {
+      stand_still(gpu_, dram_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
+    }
+  }
+
+ private:
+  const Gpu& gpu_;
+  const modules::Dram& dram_;
+  Cycle limit_;
+  std::uint64_t progress_ = ~std::uint64_t{0};
+  Cycle since_ = 0;
+};
+
+/// Steps the kernel until the last warp has ended (the GPU pauses it there).
+void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options) {
+  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
+  Progress progress("simulate", groups, "warps", options.quiet);
+  while (!gpu.finished()) {
+    start_for(gpu, kStepCycles);
+    const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
+    progress.set(ended);
+    if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
+  }
+  progress.finish();
+}
+
+/// Steps on until nothing is under way.
+void drain(Gpu& gpu, const modules::Dram& dram, const SimulationOptions& options) {
+  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
+  while (!(gpu.idle() && dram.idle())) {
+    start_for(gpu, kDrainStepCycles);
+    if (!(gpu.idle() && dram.idle())) watchdog.look("requests are under way after the last warp");
+  }
+}
+
+std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
+                                             const SimulationOptions& options) {
+  std::map<std::string, std::string> inputs;
+  for (const auto& [name, value] : reader.header().inputs) inputs["trace." + name] = value;
+  inputs["accel"] = reader.header().accel;
+  inputs["k"] = std::to_string(reader.header().k);
+  inputs["checkpoint"] = reader.header().checkpoint ? "on" : "off";
+  inputs["trace_hash"] = reader.content_hash();
+  inputs["config_hash"] = config_hash(config);
+  inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+  if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
+  return inputs;
+}
+
+void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, const Gpu& gpu, double wall) {
+  const double seconds = wall > 0.0 ? wall : 1e-9;
+  host.add("host.wall_seconds", wall, "s", "wall time of building and running the model");
+  host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
+  host.add("host.cycles_per_second", static_cast<double>(counters.cycles) / seconds, "cycles/s",
+           "simulated core cycles a second of wall time");
+  host.add("host.node_visits_per_second", static_cast<double>(counters.rt.memory.node_visits()) / seconds, "visits/s",
+           "lane visits replayed a second of wall time");
+  host.add("host.ticks", gpu.core().ticks(), "ticks", "core cycles that were not skipped");
+}
+
+/// What a process of the model threw arrives as the kernel's report. A trace that contradicts itself is bad input: then
+/// its check says where. Everything else is an internal error.
+[[noreturn]] void rethrow(const traces::Reader& reader, const MeasuredSource& source,
+                          const sc_core::sc_report& report) {
+  if (source.failure()) std::rethrow_exception(source.failure());
+  traces::check(reader, true);
+  throw std::runtime_error(report.get_msg());
+}
+
+}  // namespace
+
+SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options) {
+  if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
+    throw std::logic_error("a process can simulate once only");
+  }
+  check_config(config, "configuration");
+  const traces::Reader reader(trace_path);
+  reader.verify_content();
+  const traces::Header& header = reader.header();
+  const auto start = std::chrono::steady_clock::now();
+
+  modules::set_time_resolution_to_fs();
+  std::vector<std::uint64_t> groups = options.groups;
+  if (groups.empty()) {
+    groups.resize(reader.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  }
+  TraceSource file(reader, groups, kDecodeAhead);
+  MeasuredSource source(file, header, ChainLatencies(config, header));
+
+  SimulationResult result;
+  result.inputs = inputs_of(reader, config, options);
+  try {
+    Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
+    const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
+    std::unique_ptr<Waveform> waveform;
+    if (!options.waveform.path.empty()) {
+      waveform =
+          std::make_unique<Waveform>("waveform", options.waveform, gpu, memory->dram,
+                                     fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
+    }
+    run_to_end(gpu, memory->dram, groups.size(), options);
+    const EndOfRun end = settle(gpu, memory->dram);
+    drain(gpu, memory->dram, options);
+    if (waveform) waveform->finish(gpu.distributor().end_cycle());
+
+    const GpuCounters counters = collect_counters(gpu, end);
+    const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
+    result.cycles = counters.cycles;
+    result.binding_bound = binding_bound(bounds).name;
+    result.violations = conservation_violations(counters, source.totals(), groups.size(), gpu, memory->dram, bounds);
+    if (options.groups.empty() && !(source.totals() == reader.totals())) {
+      result.violations.push_back("the groups of the trace do not add up to its totals");
+    }
+    describe(counters, gpu, memory->dram, result.statistics);
+    describe(bounds, counters.cycles, result.statistics);
+    add_host_statistics(result.host, counters, gpu, seconds_since(start));
+  } catch (const sc_core::sc_report& report) {
+    rethrow(reader, source, report);
+  }
+  result.document = statistics_document(config_json(config), result.inputs, result.statistics, result.host);
+  return result;
+}
+
+}  // namespace grtx::tlm

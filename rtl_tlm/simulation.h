@@ -1,0 +1,41 @@
+// Runs a trace on the GPU model: builds it, steps it to the end, watches over it, checks the conservation laws and
+// gathers the statistics.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "modules/statistics.h"
+#include "rtl_tlm/gpu.h"
+#include "rtl_tlm/gpu_config.h"
+#include "rtl_tlm/waveform.h"
+
+namespace grtx::tlm {
+
+struct SimulationOptions {
+  bool quiet = true;
+  Cycle watchdog_cycles = 2'000'000;  ///< no progress for this many cycles is a deadlock
+  std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
+  WaveformOptions waveform;           ///< off when its path is empty
+  BuildOptions build;
+};
+
+struct SimulationResult {
+  Cycle cycles = 0;
+  modules::StatisticList statistics;          ///< identical for identical inputs
+  modules::StatisticList host;                ///< wall time, memory, speed of this machine
+  std::map<std::string, std::string> inputs;  ///< hashes of trace and configuration, and what the trace was made from
+  std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
+  std::string binding_bound;                  ///< name of the largest lower bound
+  nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
+};
+
+/// Simulates the trace. SystemC elaborates once a process: call it once, or each time in a ChildProcess. Throws Error
+/// for a bad trace or configuration, std::runtime_error (with all modules' states on stderr) when the model stands
+/// still.
+SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,118 @@
+#include "rtl_tlm/vcd_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <string_view>
+
+namespace grtx::tlm {
+namespace {
+
+/// Short identifier made of the printable characters that the format allows.
+std::string identifier(std::size_t number) {
+  constexpr std::size_t kFirst = '!', kCount = '~' - '!' + 1;
+  std::string id;
+  do {
+    id += static_cast<char>(kFirst + number % kCount);
+    number /= kCount;
+  } while (number-- != 0);
+  return id;
+}
+
+std::vector<std::string_view> parts(std::string_view name) {
+  std::vector<std::string_view> result;
+  for (;;) {
+    const std::size_t dot = name.find('.');
+    result.push_back(name.substr(0, dot));
+    if (dot == std::string_view::npos) return result;
+    name.remove_prefix(dot + 1);
+  }
+}
+
+}  // namespace
+
+VcdWriter::Signal VcdWriter::declare(const std::string& name, unsigned width,
+                                     const std::vector<std::string>& enumeration) {
+  assert(!begun_ && width >= 1 && width <= 64);
+  signals_.push_back({name, width, enumeration, identifier(signals_.size()), 0});
+  return signals_.size() - 1;
+}
+
+void VcdWriter::write_scopes() {
+  // Signals of one scope must be neighbours: sort by scope, keeping the order of declaration inside one.
+  std::vector<const Declared*> order;
+  for (const Declared& signal : signals_) order.push_back(&signal);
+  const auto scope_of = [](const Declared* signal) {
+    auto scope = parts(signal->name);
+    scope.pop_back();
+    return scope;
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](const Declared* a, const Declared* b) { return scope_of(a) < scope_of(b); });
+  std::vector<std::string_view> open;
+  const auto close_to = [&](std::size_t depth) {
+    for (; open.size() > depth; open.pop_back()) file_.write("$upscope $end\n");
+  };
+  for (const Declared* signal : order) {
+    const auto scope = scope_of(signal);
+    std::size_t common = 0;
+    while (common < open.size() && common < scope.size() && open[common] == scope[common]) ++common;
+    close_to(common);
+    for (; common < scope.size(); ++common) {
+      file_.write(fmt::format("$scope module {} $end\n", scope[common]));
+      open.push_back(scope[common]);
+    }
+    const std::string_view leaf = parts(signal->name).back();
+    if (!signal->enumeration.empty()) {
+      // Enumeration table in the form that GTKWave's FST tools and wellen (Surfer) read; other viewers skip it.
+      std::string table = fmt::format("{}_values {}", leaf, signal->enumeration.size());
+      for (const std::string& value : signal->enumeration) table += " " + value;
+      for (std::size_t i = 0; i < signal->enumeration.size(); ++i) table += fmt::format(" {:0{}b}", i, signal->width);
+      file_.write(fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table,
+                              signal - signals_.data() + 1, signal - signals_.data() + 1));
+    }
+    const std::string range = signal->width == 1 ? "" : fmt::format(" [{}:0]", signal->width - 1);
+    file_.write(fmt::format("$var wire {} {} {}{} $end\n", signal->width, signal->id, leaf, range));
+  }
+  close_to(0);
+}
+
+void VcdWriter::begin(const std::string& comment, std::uint64_t start_fs) {
+  assert(!begun_);
+  begun_ = true;
+  file_.write(fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION));
+  write_scopes();
+  file_.write(fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs));
+  for (const Declared& signal : signals_) write_value(signal);
+  file_.write("$end\n");
+  time_ = written_time_ = start_fs;
+}
+
+void VcdWriter::write_value(const Declared& signal) {
+  if (signal.width == 1) {
+    file_.write(fmt::format("{}{}\n", signal.value & 1, signal.id));
+  } else {
+    file_.write(fmt::format("b{:b} {}\n", signal.value, signal.id));
+  }
+}
+
+void VcdWriter::change(Signal signal, std::uint64_t value) {
+  Declared& changed = signals_[signal];
+  assert(changed.width == 64 || value >> changed.width == 0);
+  changed.value = value;
+  if (!begun_) return;
+  if (time_ != written_time_) {
+    assert(time_ > written_time_);
+    file_.write(fmt::format("#{}\n", time_));
+    written_time_ = time_;
+  }
+  write_value(changed);
+}
+
+void VcdWriter::finish(std::uint64_t end_fs) {
+  if (end_fs > written_time_) file_.write(fmt::format("#{}\n", end_fs));
+  file_.commit();
+}
+
+}  // namespace grtx::tlm
