@@ -39,12 +39,19 @@ void write_image(const std::string& path, const Image& image) {
   const Format format = format_of(path);
   const std::uint64_t count = std::uint64_t{image.width} * image.height;
   if (count == 0 || count > kMaxImagePixels || image.pixels.size() != count) {
-    throw Error(path, "", fmt::format("an image has 1 to {} pixels, not {} x {}", kMaxImagePixels, image.width, image.height));
+    throw Error(path, "",
+                fmt::format("an image has 1 to {} pixels, not {} x {}", kMaxImagePixels, image.width, image.height));
   }
   switch (format) {
-    case Format::png: write_file(path, encode_png(path, image)); return;
-    case Format::pfm: write_file(path, encode_pfm(image)); return;
-    case Format::exr: write_file(path, encode_exr(path, image)); return;
+    case Format::png:
+      write_file(path, encode_png(path, image));
+      return;
+    case Format::pfm:
+      write_file(path, encode_pfm(image));
+      return;
+    case Format::exr:
+      write_file(path, encode_exr(path, image));
+      return;
   }
 }
 
@@ -52,9 +59,12 @@ Image read_image(const std::string& path) {
   const Format format = format_of(path);
   const std::string bytes = read_file(path);
   switch (format) {
-    case Format::png: return decode_png(path, bytes);
-    case Format::pfm: return decode_pfm(path, bytes);
-    case Format::exr: return decode_exr(path, bytes);
+    case Format::png:
+      return decode_png(path, bytes);
+    case Format::pfm:
+      return decode_pfm(path, bytes);
+    case Format::exr:
+      return decode_exr(path, bytes);
   }
   return {};
 }
@@ -85,7 +95,8 @@ Comparison compare(const Image& a, const Image& b) {
   }
   const double channels = 3.0 * static_cast<double>(a.pixels.size());
   result.mean_error = a.pixels.empty() ? 0.0 : sum_absolute / channels;
-  result.psnr = sum_squared == 0.0 ? std::numeric_limits<double>::infinity() : -10.0 * std::log10(sum_squared / channels);
+  result.psnr =
+      sum_squared == 0.0 ? std::numeric_limits<double>::infinity() : -10.0 * std::log10(sum_squared / channels);
   return result;
 }
 

@@ -42,7 +42,8 @@ class MemoryIn : public Imf::IStream {
   MemoryIn(const char* name, const std::string& bytes) : Imf::IStream(name), bytes_(bytes) {}
   bool read(char out[], int count) override {
     const auto size = static_cast<std::size_t>(count);
-    if (at_ > bytes_.size() || bytes_.size() - at_ < size) throw Error(fileName(), fmt::format("byte {}", at_), "ends early");
+    if (at_ > bytes_.size() || bytes_.size() - at_ < size)
+      throw Error(fileName(), fmt::format("byte {}", at_), "ends early");
     std::memcpy(out, bytes_.data() + at_, size);
     at_ += size;
     return at_ < bytes_.size();

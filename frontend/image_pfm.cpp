@@ -24,7 +24,8 @@ std::string token(const std::string& bytes, std::size_t& at) {
 unsigned dimension(const std::string& path, const std::string& text) {
   unsigned value = 0;
   for (const char c : text) {
-    if (c < '0' || c > '9' || value > kMaxImagePixels / 10) throw Error(path, "header", "width and height must be positive integers");
+    if (c < '0' || c > '9' || value > kMaxImagePixels / 10)
+      throw Error(path, "header", "width and height must be positive integers");
     value = value * 10 + static_cast<unsigned>(c - '0');
   }
   if (value == 0) throw Error(path, "header", "width and height must be positive integers");
@@ -63,7 +64,8 @@ Image decode_pfm(const std::string& path, const std::string& bytes) {
   ++at;  // exactly one white-space byte after the scale
   const std::size_t need = std::size_t{width} * height * channels * sizeof(float);
   if (bytes.size() - at != need) {
-    throw Error(path, fmt::format("byte {}", at), fmt::format("must hold {} bytes of pixels, has {}", need, bytes.size() - at));
+    throw Error(path, fmt::format("byte {}", at),
+                fmt::format("must hold {} bytes of pixels, has {}", need, bytes.size() - at));
   }
   const bool swap = scale > 0.0;  // a positive scale says big-endian
   Image image(width, height);

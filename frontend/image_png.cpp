@@ -143,7 +143,8 @@ std::string encode_png(const std::string& path, const Image& image) {
 Image decode_png(const std::string& path, const std::string& bytes) {
   Reader reader(bytes);
   const auto failed = [&] {
-    return Error(path, fmt::format("byte {}", reader.at()), fmt::format("must be a complete PNG file: {}", reader.error()));
+    return Error(path, fmt::format("byte {}", reader.at()),
+                 fmt::format("must be a complete PNG file: {}", reader.error()));
   };
   if (!reader.read_header()) throw failed();
   const std::uint64_t count = std::uint64_t{reader.width()} * reader.height();
@@ -157,7 +158,8 @@ Image decode_png(const std::string& path, const std::string& bytes) {
   if (!reader.read_rows(rows.data())) throw failed();
   Image image(reader.width(), reader.height());
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) image.pixels[i][static_cast<int>(c)] = static_cast<float>(rgb[3 * i + c]) / 255.0f;
+    for (std::size_t c = 0; c < 3; ++c)
+      image.pixels[i][static_cast<int>(c)] = static_cast<float>(rgb[3 * i + c]) / 255.0f;
   }
   return image;
 }

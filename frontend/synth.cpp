@@ -28,7 +28,8 @@ std::string cameras_path(const std::string& path) {
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
   if (std::find(known.begin(), known.end(), options.preset) == known.end()) {
-    throw Error("preset", options.preset, fmt::format("is not known; the nearest name is {}", nearest_name(options.preset, known)));
+    throw Error("preset", options.preset,
+                fmt::format("is not known; the nearest name is {}", nearest_name(options.preset, known)));
   }
   if (options.sh_degree > 3) throw Error("SH degree", std::to_string(options.sh_degree), "must be 0 to 3");
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();  // Gaussians are numbered with 32 bits

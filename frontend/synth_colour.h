@@ -16,8 +16,9 @@ struct SynthColourNoise {
   std::array<double, 4> rms{};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
 };
 
-/// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, and f_dc such that the
-/// colour seen along `view` (unit, from the eye) is nearly `colour`: training fits the sum, not the single coefficients.
+/// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, and f_dc such that
+/// the colour seen along `view` (unit, from the eye) is nearly `colour`: training fits the sum, not the single
+/// coefficients.
 void colour_row(SynthRow& row, const SynthColourNoise& noise, glm::dvec3 colour, const glm::dvec3& view,
                 std::uint64_t object, SynthRandom& random);
 

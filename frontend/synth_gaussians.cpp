@@ -190,7 +190,8 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
   const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
   const double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
-  const SynthGamma& flatness = random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
+  const SynthGamma& flatness =
+      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
   const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
   const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
   const double floor = portable_log(statistics.smallest_scale);
@@ -207,6 +208,12 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   }
   shape_row(row, along, normal, scales, random);
   row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
+
+  if (part.patch.shape == SynthShape::haze) {  // training leaves nothing right before a camera
+    for (const Camera& camera : world_.cameras) {
+      if (glm::distance(camera.position, point.position) < 0.08 * world_.diagonal) row.opacity_logit = logit(1e-3);
+    }
+  }
 
   point.position = surface_point;  // colour belongs to the surface
   // A Gaussian shows the mean of what it covers.
@@ -252,7 +259,8 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
   glm::dvec3 d = random.direction();
   if (d.y > 0.0 && random.uniform() < 0.9) d.y = -d.y;  // mostly above the horizon; y points down
   const double distance = 5.0 * portable_exp(random.uniform() * random.uniform() * portable_log(6.0));
-  const double size = std::clamp(0.06 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
+  const double size =
+      std::clamp(0.05 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
   SynthRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(size * world_.diagonal);

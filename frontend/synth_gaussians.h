@@ -20,11 +20,11 @@ class SynthGaussians {
  private:
   struct Part {
     SynthPatch patch;
-    std::uint64_t first = 0;   ///< generation index of its first Gaussian
+    std::uint64_t first = 0;  ///< generation index of its first Gaussian
     std::uint64_t count = 0;
     std::uint64_t leaves = 0;
-    double spacing = 0.0;      ///< expected distance to the 8th neighbour
-    double log_reach = 0.0;    ///< ln of the largest scale that stays on the patch
+    double spacing = 0.0;    ///< expected distance to the 8th neighbour
+    double log_reach = 0.0;  ///< ln of the largest scale that stays on the patch
   };
 
   void allocate(std::uint64_t surface_rows);

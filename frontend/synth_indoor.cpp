@@ -155,7 +155,7 @@ void other_rooms(SynthLayout& layout) {
   for (const double at : {0.8, 1.65}) layout.ellipsoid({at, -0.6, 6.65}, {0.33, 0.12, 0.2});
   layout.style({P::planks, {0.45, 0.3, 0.18}, {0.33, 0.21, 0.12}, 0.2});
   layout.box({1.2, 0, 6.95}, {1.8, 0.95, 0.08});
-  layout.box({4.65, 0, 5.9}, {0.6, 2.1, 1.6});  // wardrobe
+  layout.box({4.65, 0, 5.9}, {0.6, 2.1, 1.6});                                 // wardrobe
   layout.style({P::planks, {0.7, 0.66, 0.6}, {0.58, 0.53, 0.47}, 0.1}, -0.2);  // desk, screen, chair
   layout.box({8.1, -0.7, 5.7}, {0.75, 0.04, 1.5}, true);
   for (const double pz : {5.0, 6.4}) layout.box({8.1, 0, pz}, {0.7, 0.7, 0.05});

@@ -31,7 +31,8 @@ void lawn(SynthLayout& layout) {
       }
       layout.style({P::mottled, {0.20, 0.33, 0.10}, {0.42, 0.47, 0.20}, 0.35}, detail_at(middle));
       layout.ground(corner, {kSize, 0, 0}, {0, 0, kSize}, 1.0);
-      SynthPatch& blades = layout.style({P::mottled, {0.22, 0.40, 0.10}, {0.50, 0.60, 0.22}, 0.25}, detail_at(middle) + 0.15);
+      SynthPatch& blades =
+          layout.style({P::mottled, {0.22, 0.40, 0.10}, {0.50, 0.60, 0.22}, 0.25}, detail_at(middle) + 0.15);
       blades.grain = {0, -1, 0};
       layout.leaves(middle - V(0, 0.06, 0), {1.1, 0.09, 1.1}, 0.06);
     }
@@ -71,7 +72,8 @@ void tree(SynthLayout& layout, V foot, double height, double crown, std::uint64_
   const double autumn = random.uniform();
   for (int i = 0; i < 9; ++i) {
     const V at = top + 0.62 * crown * random.direction() * V(1, 0.7, 1);
-    layout.style({P::mottled, {0.13 + 0.2 * autumn, 0.30, 0.09}, {0.34 + 0.25 * autumn, 0.50, 0.16}, 0.5}, detail_at(foot) + 0.05);
+    layout.style({P::mottled, {0.13 + 0.2 * autumn, 0.30, 0.09}, {0.34 + 0.25 * autumn, 0.50, 0.16}, 0.5},
+                 detail_at(foot) + 0.05);
     layout.leaves(at, V(0.55, 0.42, 0.55) * crown * random.uniform(0.7, 1.1), 0.11);
     bark = layout.style({P::mottled, {0.34, 0.26, 0.19}, {0.22, 0.16, 0.11}, 0.12}, detail_at(foot));
     layout.cylinder(foot - V(0, 0.55 * height, 0), at, 0.02 * height);
@@ -109,7 +111,8 @@ void rim(SynthLayout& layout) {
     tree(layout, foot, 4.2 + 0.4 * static_cast<double>(number % 3), 2.0, number);
     ++number;
   }
-  const V bushes[] = {{-3.4, -0.4, 3.6}, {3.6, -0.45, 3.2}, {-4.0, -0.35, -2.6}, {4.4, -0.4, -1.8}, {2.9, -0.3, -4.4}, {-2.2, -0.3, 5.8}};
+  const V bushes[] = {{-3.4, -0.4, 3.6}, {3.6, -0.45, 3.2}, {-4.0, -0.35, -2.6},
+                      {4.4, -0.4, -1.8}, {2.9, -0.3, -4.4}, {-2.2, -0.3, 5.8}};
   for (const V& at : bushes) {
     const bool flowers = ++number % 2 == 0;
     layout.style({P::mottled, {0.14, 0.32, 0.10}, {0.32, 0.50, 0.16}, 0.3}, detail_at(at) - 0.1);

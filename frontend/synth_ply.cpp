@@ -19,7 +19,8 @@ SynthPly::SynthPly(const std::string& path, std::uint64_t rows, unsigned sh_degr
   const auto property = [&](const std::string& name) { buffer_ += "property float " + name + '\n'; };
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"}) property(name);
   for (unsigned i = 0; i < 3 * (coefficients_ - 1); ++i) property(fmt::format("f_rest_{}", i));
-  for (const char* name : {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) property(name);
+  for (const char* name : {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+    property(name);
   buffer_ += "end_header\n";
 }
 

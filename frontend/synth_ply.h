@@ -13,10 +13,10 @@ namespace grtx::frontend {
 /// One Gaussian as the file stores it.
 struct SynthRow {
   glm::vec3 position{0.0f};
-  std::array<float, 3> log_scale{};       ///< natural logarithm
-  std::array<float, 4> rotation{1.0f};    ///< w x y z, any norm
+  std::array<float, 3> log_scale{};     ///< natural logarithm
+  std::array<float, 4> rotation{1.0f};  ///< w x y z, any norm
   float opacity_logit = 0.0f;
-  std::array<float, 48> sh{};             ///< coefficient-major, r g b inner; the first (degree + 1)^2 are used
+  std::array<float, 48> sh{};  ///< coefficient-major, r g b inner; the first (degree + 1)^2 are used
 };
 
 class SynthPly {

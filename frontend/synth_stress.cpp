@@ -39,7 +39,8 @@ class Rows {
       row.sh[c] = static_cast<float>(0.4 * wave / kShBand0);
     }
     const unsigned coefficients = (options_.sh_degree + 1) * (options_.sh_degree + 1);
-    for (std::size_t k = 3; k < std::size_t{3} * coefficients; ++k) row.sh[k] = static_cast<float>(0.1 * random_.normal());
+    for (std::size_t k = 3; k < std::size_t{3} * coefficients; ++k)
+      row.sh[k] = static_cast<float>(0.1 * random_.normal());
     rows_.push_back(row);
     return rows_.back();
   }
@@ -57,9 +58,7 @@ class Rows {
     return radius * random_.uniform() * d;
   }
   /// log-uniform between two positive numbers.
-  double between(double low, double high) {
-    return low * portable_exp(random_.uniform() * portable_log(high / low));
-  }
+  double between(double low, double high) { return low * portable_exp(random_.uniform() * portable_log(high / low)); }
 
  private:
   const SynthOptions& options_;
@@ -87,7 +86,8 @@ StressScene nohit(const SynthOptions& options) {
     const double hue = rows.uniform();
     rows.add_turned(at, {0.1, 0.05, 0.02}, 0.9, hue);
   }
-  return {rows.take(), {synth_camera("away", {0, 0, 0}, {0, 0, -1}, 90), synth_camera("below", {0, 6, 6}, {0, 12, 6}, 80)}};
+  return {rows.take(),
+          {synth_camera("away", {0, 0, 0}, {0, 0, -1}, 90), synth_camera("below", {0, 6, 6}, {0, 12, 6}, 80)}};
 }
 
 /// Copies of one Gaussian in stacks of 1 to 40 behind each other, in columns that start one copy later each: whatever k
@@ -144,8 +144,19 @@ StressScene tiny(const SynthOptions& options) {
 StressScene params(const SynthOptions& options) {
   Rows rows(options);
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const float specials[] = {0.0f,    -0.0f, 1e-45f,     1e-38f,    -1e-45f, 3.4e38f, -3.4e38f, 1e30f, 1e3f, -1e3f,
-                            kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN()};
+  const float specials[] = {0.0f,
+                            -0.0f,
+                            1e-45f,
+                            1e-38f,
+                            -1e-45f,
+                            3.4e38f,
+                            -3.4e38f,
+                            1e30f,
+                            1e3f,
+                            -1e3f,
+                            kInfinity,
+                            -kInfinity,
+                            std::numeric_limits<float>::quiet_NaN()};
   Rows ordinary(options);
   const auto next = [&] {
     const glm::dvec3 at = ordinary.in_ball(1.0);
@@ -200,7 +211,8 @@ StressScene far(const SynthOptions& options) {
     rows.add_turned(at, {0.15, 0.1, 0.03}, 0.7, hue);
   }
   std::vector<Camera> cameras;
-  for (const glm::dvec3& middle : middles) cameras.push_back(synth_camera("far", middle - glm::dvec3(0, 0, 4), middle, 50));
+  for (const glm::dvec3& middle : middles)
+    cameras.push_back(synth_camera("far", middle - glm::dvec3(0, 0, 4), middle, 50));
   for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].name += std::to_string(i + 3);
   return {rows.take(), cameras};
 }
@@ -230,7 +242,8 @@ StressScene axis(const SynthOptions& options) {
   std::vector<Camera> cameras;
   const glm::dvec3 ends[] = {{0, 0, -6}, {-6, 0, 0}, {0, -6, 0}, {0, 0, 6}, {0.5, 0.5, -6}};
   for (const glm::dvec3& end : ends) {
-    Camera camera = synth_camera("axis" + std::to_string(cameras.size()), end, {end.x == 0.5 ? 0.5 : 0, end.y == 0.5 ? 0.5 : 0, 0}, 60);
+    Camera camera = synth_camera("axis" + std::to_string(cameras.size()), end,
+                                 {end.x == 0.5 ? 0.5 : 0, end.y == 0.5 ? 0.5 : 0, 0}, 60);
     camera.width = camera.height = 129;
     camera.cx = camera.cy = 64.5;
     camera.fx = camera.fy = 128.0;
@@ -252,7 +265,8 @@ StressScene inside(const SynthOptions& options) {
     const double hue = rows.uniform();
     rows.add_turned(at, {scale, middle, scale}, opacity, hue);
   }
-  return {rows.take(), {synth_camera("inside", {0, 0, 0}, {0, 0, 1}, 80), synth_camera("edge", {0.4, 0.1, 0}, {-1, 0, 0.2}, 80)}};
+  return {rows.take(),
+          {synth_camera("inside", {0, 0, 0}, {0, 0, 1}, 80), synth_camera("edge", {0.4, 0.1, 0}, {-1, 0, 0.2}, 80)}};
 }
 
 StressScene onepoint(const SynthOptions& options) {
@@ -271,9 +285,9 @@ struct Named {
   StressScene (*make)(const SynthOptions&);
 };
 
-constexpr Named kScenes[] = {{"ties", ties},     {"needles", needles}, {"tiny", tiny},         {"params", params},
-                             {"far", far},       {"axis", axis},       {"inside", inside},     {"onepoint", onepoint},
-                             {"empty", empty},   {"one", one},         {"nohit", nohit}};
+constexpr Named kScenes[] = {{"ties", ties},   {"needles", needles}, {"tiny", tiny},     {"params", params},
+                             {"far", far},     {"axis", axis},       {"inside", inside}, {"onepoint", onepoint},
+                             {"empty", empty}, {"one", one},         {"nohit", nohit}};
 
 }  // namespace
 
@@ -284,7 +298,8 @@ std::vector<std::string> stress_names() {
 }
 
 StressScene stress_scene(const std::string& name, const SynthOptions& options) {
-  const auto* found = std::find_if(std::begin(kScenes), std::end(kScenes), [&](const Named& s) { return s.name == name; });
+  const auto* found =
+      std::find_if(std::begin(kScenes), std::end(kScenes), [&](const Named& s) { return s.name == name; });
   assert(found != std::end(kScenes));
   return found->make(options);
 }

@@ -44,8 +44,9 @@ SynthPoint on_ellipsoid(const SynthPatch& patch, SynthRandom& random) {
   SynthPoint point;
   const glm::dvec3 d = random.direction();
   point.position = patch.origin + d.x * patch.a + d.y * patch.b + d.z * patch.c;
-  point.normal = glm::normalize(patch.a * (d.x / glm::dot(patch.a, patch.a)) + patch.b * (d.y / glm::dot(patch.b, patch.b)) +
-                                patch.c * (d.z / glm::dot(patch.c, patch.c)));
+  point.normal =
+      glm::normalize(patch.a * (d.x / glm::dot(patch.a, patch.a)) + patch.b * (d.y / glm::dot(patch.b, patch.b)) +
+                     patch.c * (d.z / glm::dot(patch.c, patch.c)));
   return point;
 }
 
@@ -109,11 +110,20 @@ SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64
   SynthPoint point;
   switch (patch.shape) {
     case SynthShape::quad:
-    case SynthShape::ground: point = on_quad(patch, random); break;
-    case SynthShape::ellipsoid: point = on_ellipsoid(patch, random); break;
-    case SynthShape::cylinder: point = on_cylinder(patch, random); break;
-    case SynthShape::leaves: return on_leaf(patch, seed, leaves, random);
-    case SynthShape::haze: point = in_haze(patch, random); break;
+    case SynthShape::ground:
+      point = on_quad(patch, random);
+      break;
+    case SynthShape::ellipsoid:
+      point = on_ellipsoid(patch, random);
+      break;
+    case SynthShape::cylinder:
+      point = on_cylinder(patch, random);
+      break;
+    case SynthShape::leaves:
+      return on_leaf(patch, seed, leaves, random);
+    case SynthShape::haze:
+      point = in_haze(patch, random);
+      break;
   }
   point.noise = value_noise(seed + patch.object, point.position / std::max(1e-6, 2.0 * patch.texture.size));
   return point;
@@ -133,7 +143,9 @@ glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double
   t /= texture.size;
   double mix = 0.0;
   switch (texture.pattern) {
-    case SynthPattern::plain: mix = 0.5 + 0.12 * point.noise; break;
+    case SynthPattern::plain:
+      mix = 0.5 + 0.12 * point.noise;
+      break;
     case SynthPattern::mottled:
       mix = 0.5 + 0.45 * point.noise + 0.25 * value_noise(seed + 5, point.position / (0.4 * texture.size));
       break;
@@ -141,19 +153,24 @@ glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double
       mix = 0.8 * lattice(seed + 1, std::floor(s), std::floor(t / 7.0 + 0.37 * std::floor(s))) + 0.1 * point.noise;
       mix = std::max(mix, joint(s, 0.06));
       break;
-    case SynthPattern::tiles: mix = std::max(joint(s, 0.05), joint(t, 0.05)) + 0.08 * point.noise; break;
+    case SynthPattern::tiles:
+      mix = std::max(joint(s, 0.05), joint(t, 0.05)) + 0.08 * point.noise;
+      break;
     case SynthPattern::bricks: {
       const double row = std::floor(t);
       const double shifted = 0.4 * s + 0.5 * row;
       mix = std::max({joint(t, 0.1), joint(shifted, 0.05), 0.5 * lattice(seed + 2, std::floor(shifted), row)});
       break;
     }
-    case SynthPattern::stripes: mix = 0.5 + 0.5 * portable_turn(s).sine; break;
+    case SynthPattern::stripes:
+      mix = 0.5 + 0.5 * portable_turn(s).sine;
+      break;
     case SynthPattern::books: {
       const double shelf = std::floor(t / 6.0);
       const double column = std::floor(s + 0.3 * shelf);
       if (joint(t / 6.0, 0.07) > 0.0) return texture.first;
-      const glm::dvec3 cover(lattice(seed + 3, column, shelf), lattice(seed + 4, column, shelf), lattice(seed + 5, column, shelf));
+      const glm::dvec3 cover(lattice(seed + 3, column, shelf), lattice(seed + 4, column, shelf),
+                             lattice(seed + 5, column, shelf));
       const double blur = std::min(1.0, footprint / texture.size);
       return 0.15 + (0.6 * (1.0 - blur) * cover + 0.3 * blur) * texture.second + 0.1 * joint(s + 0.3 * shelf, 0.12);
     }
@@ -210,12 +227,12 @@ void SynthLayout::box(glm::dvec3 foot, glm::dvec3 size, bool bottom) {
   const glm::dvec3 y(0, size.y, 0);
   const glm::dvec3 z(0, 0, size.z);
   const glm::dvec3 low = foot - 0.5 * x - 0.5 * z - y;  // smallest x, y, z; y points down, so this is the top
-  quad(low, x, z * 1.0);                                 // x cross z = -y: up
+  quad(low, x, z * 1.0);                                // x cross z = -y: up
   patches_.back().pattern_origin = low;
-  quad(low, y, x);           // y cross x = -z
-  quad(low + z, x, y);       // x cross y = +z
-  quad(low, z, y);           // z cross y = -x
-  quad(low + x, y, z);       // y cross z = +x
+  quad(low, y, x);      // y cross x = -z
+  quad(low + z, x, y);  // x cross y = +z
+  quad(low, z, y);      // z cross y = -x
+  quad(low + x, y, z);  // y cross z = +x
   if (bottom) quad(low + y, z, x);
 }
 

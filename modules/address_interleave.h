@@ -25,13 +25,17 @@ struct AddressInterleave {
   }
   /// Slice of a byte address, in [0, slices).
   unsigned slice(std::uint64_t address) const {
-    const std::uint64_t block = address / bytes;
-    if (!xor_hash) return static_cast<unsigned>(block % slices);
+    const std::uint64_t block = address >> std::countr_zero(bytes);
+    if (!xor_hash) return static_cast<unsigned>(std::has_single_bit(slices) ? block & (slices - 1) : block % slices);
     return static_cast<unsigned>(fold(block)) & (slices - 1);
   }
   /// Address inside its slice: blocks of one slice packed together. With the XOR hash too, since for given higher bits
   /// the slice number is a permutation of the low ones.
-  std::uint64_t local(std::uint64_t address) const { return address / bytes / slices * bytes + address % bytes; }
+  std::uint64_t local(std::uint64_t address) const {
+    const std::uint64_t block = address >> std::countr_zero(bytes);
+    const std::uint64_t packed = std::has_single_bit(slices) ? block >> std::countr_zero(slices) : block / slices;
+    return packed * bytes + (address & (bytes - 1));
+  }
   /// Inverse of slice() and local().
   std::uint64_t global(std::uint64_t local_address, unsigned slice) const {
     const std::uint64_t block = local_address / bytes;

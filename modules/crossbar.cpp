@@ -37,7 +37,9 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
       continue;
     }
     // Distance from the round-robin pointer: the nearest input wins.
-    const auto distance = [&](unsigned input) { return (input + n - output.next_input) % n; };
+    const auto distance = [&](unsigned k) {
+      return k >= output.next_input ? k - output.next_input : k + n - output.next_input;
+    };
     if (output.contenders++ == 0 || distance(i) < distance(output.winner)) output.winner = i;
   }
 
@@ -49,7 +51,7 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
       Link<Packet>* input = inputs_[output.winner];
       output.buffer.push({*input->front(now), now + output.hold});
       input->pop(now);
-      output.next_input = (output.winner + 1) % n;
+      output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
     }
     if (!output.buffer.empty() && output.buffer.front().due <= now && output.link->can_push(now)) {

@@ -31,7 +31,8 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       clients_(config.clients),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
-      miss_queue_(config.miss_queue) {
+      miss_queue_(config.miss_queue),
+      bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "l1", rule);
   };
@@ -139,7 +140,8 @@ bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   assert(access.address % kSectorBytes == 0);
   // A blocked response port backs the hit pipeline up to the access port.
   if (client.hits.size() >= config_.latency) return stall(L1Stall::response_port);
-  const std::uint64_t bank = std::uint64_t{1} << (access.address / kSectorBytes % config_.banks);
+  const std::uint64_t sector = access.address / kSectorBytes;
+  const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
   const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
   if (accepted) banks_taken_ |= bank;

@@ -139,6 +139,7 @@ class L1Cache final : public sc_core::sc_module {
   SectorCacheTags tags_;
   MshrTable mshrs_;
   RingQueue<Miss> miss_queue_;
+  unsigned bank_mask_;  ///< banks - 1 for a power of two of banks, else 0
   unsigned first_client_ = 0;
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;

@@ -26,7 +26,7 @@ class MshrTable {
   }
 
   /// Entry of a pending sector, or kNone.
-  std::uint32_t find(std::uint64_t sector_address) const { return index_.find(sector_address); }
+  std::uint32_t find(std::uint64_t sector_address) const { return index_.find(sector_address / kSectorBytes); }
   bool full() const { return free_.empty(); }
   bool merges_full(std::uint32_t entry) const { return entries_[entry].count == merges_; }
   std::size_t used() const { return entries_.size() - free_.size(); }
@@ -35,7 +35,7 @@ class MshrTable {
     assert(!full());
     const std::uint32_t entry = free_.back();
     free_.pop_back();
-    index_.insert(sector_address, entry);
+    index_.insert(sector_address / kSectorBytes, entry);
     entries_[entry] = {sector_address, now, 0, false};
     merge(entry, first);
     return entry;
@@ -56,7 +56,7 @@ class MshrTable {
   bool in_use(std::uint32_t entry) const { return entry < entries_.size() && entries_[entry].count > 0; }
   void release(std::uint32_t entry) {
     assert(in_use(entry));
-    index_.erase(entries_[entry].sector_address);
+    index_.erase(entries_[entry].sector_address / kSectorBytes);
     entries_[entry].count = 0;
     free_.push_back(entry);
   }

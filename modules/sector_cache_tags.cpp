@@ -17,6 +17,7 @@ const SectorCacheTags::Geometry& checked(const SectorCacheTags::Geometry& g) {
   require(g.sector_bytes > 0 && std::has_single_bit(g.sector_bytes) && g.line_bytes % g.sector_bytes == 0,
           "sector size must be a power of two that divides the line size, is " + std::to_string(g.sector_bytes));
   require(g.sectors() <= 8, "a line has at most 8 sectors, not " + std::to_string(g.sectors()));
+  require(g.ways < 0xFFFF, "ways must be below 65535, not " + std::to_string(g.ways));
   require(g.ways >= 1 && g.sets() >= 1,
           std::to_string(g.bytes) + " bytes hold no set of " + std::to_string(g.ways) + " ways");
   return g;
@@ -28,21 +29,25 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
     : geometry_(checked(geometry)),
       lines_(geometry.sets() * geometry.ways),
       sets_(geometry.sets()),
-      index_(lines_.size()) {
-  for (std::uint64_t set = 0; set < sets_.size(); ++set) {
-    const Slot first = static_cast<Slot>(set * geometry_.ways);
-    for (Slot way = 0; way < geometry_.ways; ++way) {
-      lines_[first + way].newer = way == 0 ? kNone : first + way - 1;
-      lines_[first + way].older = way + 1 == geometry_.ways ? kNone : first + way + 1;
+      index_(lines_.size()),
+      line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
+      sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
+      set_mask_(std::has_single_bit(sets_.size()) ? sets_.size() - 1 : 0) {
+  for (std::size_t set = 0; set < sets_.size(); ++set) {
+    for (unsigned way = 0; way < geometry_.ways; ++way) {
+      Line& line = lines_[set * geometry_.ways + way];
+      line.set = static_cast<std::uint32_t>(set);
+      line.newer = way == 0 ? kNoWay : static_cast<Way>(way - 1);
+      line.older = way + 1 == geometry_.ways ? kNoWay : static_cast<Way>(way + 1);
     }
-    sets_[set] = {first, first + geometry_.ways - 1};
+    sets_[set] = {0, static_cast<Way>(geometry_.ways - 1)};
   }
 }
 
 SectorCacheTags::Victim SectorCacheTags::victim(std::uint64_t address) const {
   const Line& line = lines_[oldest_of(address)];
   if (!line.present) return {};
-  return {true, line.number * geometry_.line_bytes, line.dirty, line.unused_prefetch};
+  return {true, std::uint64_t{line.number} << line_shift_, line.dirty, line.unused_prefetch};
 }
 
 SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
@@ -55,7 +60,7 @@ SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evi
   } else {
     ++lines_valid_;
   }
-  line.number = address / geometry_.line_bytes;
+  line.number = static_cast<std::uint32_t>(line_number(address));
   line.present = true;
   line.valid = line.dirty = line.unused_prefetch = 0;
   index_.insert(line.number, slot);
@@ -64,20 +69,21 @@ SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evi
 }
 
 void SectorCacheTags::touch(Slot slot) {
-  Set& set = sets_[slot / geometry_.ways];
-  if (set.newest == slot) return;
   Line& line = lines_[slot];
-  // Not the newest, so a newer neighbour exists.
-  lines_[line.newer].older = line.older;
-  if (line.older != kNone) {
-    lines_[line.older].newer = line.newer;
+  if (line.newer == kNoWay) return;  // the newest already
+  Set& set = sets_[line.set];
+  Line* ways = &lines_[std::size_t{line.set} * geometry_.ways];
+  ways[line.newer].older = line.older;
+  if (line.older != kNoWay) {
+    ways[line.older].newer = line.newer;
   } else {
     set.oldest = line.newer;
   }
-  line.newer = kNone;
+  const Way way = static_cast<Way>(&line - ways);
+  line.newer = kNoWay;
   line.older = set.newest;
-  lines_[set.newest].newer = slot;
-  set.newest = slot;
+  ways[set.newest].newer = way;
+  set.newest = way;
 }
 
 std::uint64_t SectorCacheTags::count_unused_prefetch() const {

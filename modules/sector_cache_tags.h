@@ -39,11 +39,11 @@ class SectorCacheTags {
     return address & ~std::uint64_t{geometry_.line_bytes - 1u};
   }
   std::uint8_t sector_bit(std::uint64_t address) const {
-    return static_cast<std::uint8_t>(1u << (address & (geometry_.line_bytes - 1u)) / geometry_.sector_bytes);
+    return static_cast<std::uint8_t>(1u << ((address & (geometry_.line_bytes - 1u)) >> sector_shift_));
   }
 
   /// Slot of the line that holds `address`, or kNone.
-  Slot find(std::uint64_t address) const { return index_.find(address / geometry_.line_bytes); }
+  Slot find(std::uint64_t address) const { return index_.find(line_number(address)); }
   /// The line that insert(address) would replace.
   Victim victim(std::uint64_t address) const;
   /// Makes the line present with no valid sector and most recently used; the least recently used line of the set goes.
@@ -71,27 +71,40 @@ class SectorCacheTags {
   std::uint64_t tag_bits(unsigned address_bits, bool with_dirty) const;
 
  private:
-  struct Line {
-    std::uint64_t number = 0;  ///< address / line_bytes, when present
-    Slot newer = kNone;        ///< neighbours in the set's recency list
-    Slot older = kNone;
+  using Way = std::uint16_t;
+  static constexpr Way kNoWay = 0xFFFF;
+
+  struct Line {                // 16 B: four to a line of the host's cache
+    std::uint32_t number = 0;  ///< address / line_bytes, when present
+    Way newer = kNoWay;        ///< neighbours in the set's recency list
+    Way older = kNoWay;
     bool present = false;
     std::uint8_t valid = 0;
     std::uint8_t dirty = 0;
     std::uint8_t unused_prefetch = 0;
+    std::uint32_t set = 0;
   };
   struct Set {
-    Slot newest = kNone;
-    Slot oldest = kNone;
+    Way newest = kNoWay;
+    Way oldest = kNoWay;
   };
 
-  std::uint64_t set_of(std::uint64_t line_number) const { return line_number % sets_.size(); }
-  Slot oldest_of(std::uint64_t address) const { return sets_[set_of(address / geometry_.line_bytes)].oldest; }
+  std::uint64_t line_number(std::uint64_t address) const { return address >> line_shift_; }
+  std::uint64_t set_of(std::uint64_t line_number) const {
+    return set_mask_ != 0 ? line_number & set_mask_ : line_number % sets_.size();
+  }
+  Slot oldest_of(std::uint64_t address) const {
+    const std::uint64_t set = set_of(line_number(address));
+    return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
+  }
 
   Geometry geometry_;
   std::vector<Line> lines_;
   std::vector<Set> sets_;
   AddressIndex index_;
+  unsigned line_shift_;
+  unsigned sector_shift_;
+  std::uint64_t set_mask_;  ///< sets - 1 for a power of two of sets, else 0
   std::uint64_t lines_valid_ = 0;
 };
 

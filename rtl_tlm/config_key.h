@@ -20,9 +20,9 @@ struct Choice {
   std::function<void(const std::string&)> set;
 };
 
-/// How well a default is known: a = stated in the paper, b = taken from a public simulator or product,
-/// c = assumption of this project.
-enum class Confidence : char { paper = 'a', public_source = 'b', assumption = 'c' };
+/// How well a default is known: A = stated in the paper, B = taken from a public simulator or product,
+/// C = assumption of this project.
+enum class Confidence : char { paper = 'A', public_source = 'B', assumption = 'C' };
 
 struct ConfigKey {
   std::string name;  ///< dotted, as in the TOML tables: table.key

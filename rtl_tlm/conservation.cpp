@@ -6,9 +6,8 @@
 
 namespace grtx::tlm {
 
-std::vector<std::string> conservation_violations(const GpuCounters& c, const traces::Totals& totals,
-                                                 std::uint64_t groups, const Gpu& gpu, const modules::Dram& dram,
-                                                 const std::vector<LowerBound>& bounds) {
+std::vector<std::string> count_violations(const GpuCounters& c, const modules::DramCounters& memory,
+                                          const traces::Totals& totals, std::uint64_t groups) {
   std::vector<std::string> violations;
   const auto equal = [&](const char* what, std::uint64_t executed, std::uint64_t expected) {
     if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
@@ -50,7 +49,6 @@ std::vector<std::string> conservation_violations(const GpuCounters& c, const tra
   equal("L2 replies", c.l2.replies_out, c.l2.requests_in);
   equal("packets into the reply network", c.crossbar.reply.packets_in, c.l2.replies_out);
   equal("packets out of the reply network", c.crossbar.reply.packets_out, c.crossbar.reply.packets_in);
-  const modules::DramCounters memory = dram.counters();
   equal("DRAM reads", memory.channel.reads, c.l2.dram_reads);
   equal("DRAM writes", memory.channel.writes, c.l2.dram_writes);
   equal("DRAM responses", memory.responses, c.l2.dram_reads + c.l2.dram_writes);
@@ -59,17 +57,26 @@ std::vector<std::string> conservation_violations(const GpuCounters& c, const tra
   // Every cycle of every RT unit is a selection or has one stall reason.
   const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});
   equal("RT unit cycles accounted for", events.selections + stalls, c.rt.units * c.cycles);
+  return violations;
+}
 
+std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dram& dram) {
+  std::vector<std::string> violations;
   if (!gpu.idle()) violations.push_back("the GPU is not empty at the end");
   if (!dram.idle()) violations.push_back("the DRAM is not empty at the end");
   for (const auto& slice : gpu.slices()) {
     if (slice->dram.pool().live() != 0)
-      violations.push_back(fmt::format("{}: DRAM payloads are still held", slice->name()));
+      violations.push_back(std::string(slice->name()) + ": DRAM payloads are still held");
   }
+  return violations;
+}
+
+std::vector<std::string> bound_violations(Cycle cycles, const std::vector<LowerBound>& bounds) {
+  std::vector<std::string> violations;
   for (const LowerBound& bound : bounds) {
-    if (c.cycles < bound.cycles) {
+    if (cycles < bound.cycles) {
       violations.push_back(
-          fmt::format("{} cycles are below the lower bound {} of {}", c.cycles, bound.name, bound.cycles));
+          fmt::format("{} cycles are below the lower bound {} of {}", cycles, bound.name, bound.cycles));
     }
   }
   return violations;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -76,8 +77,9 @@ class Watchdog {
 void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options) {
   Watchdog watchdog(gpu, dram, options.watchdog_cycles);
   Progress progress("simulate", groups, "warps", options.quiet);
+  const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
   while (!gpu.finished()) {
-    start_for(gpu, kStepCycles);
+    start_for(gpu, step);
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
     if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
@@ -169,7 +171,10 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
     result.cycles = counters.cycles;
     result.binding_bound = binding_bound(bounds).name;
-    result.violations = conservation_violations(counters, source.totals(), groups.size(), gpu, memory->dram, bounds);
+    result.violations = count_violations(counters, memory->dram.counters(), source.totals(), groups.size());
+    for (const auto& more : {emptiness_violations(gpu, memory->dram), bound_violations(counters.cycles, bounds)}) {
+      result.violations.insert(result.violations.end(), more.begin(), more.end());
+    }
     if (options.groups.empty() && !(source.totals() == reader.totals())) {
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }

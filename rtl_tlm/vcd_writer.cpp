@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <string_view>
 
 namespace grtx::tlm {
 namespace {
+
+constexpr std::size_t kFlushBytes = 1 << 20;
 
 /// Short identifier made of the printable characters that the format allows.
 std::string identifier(std::size_t number) {
@@ -52,7 +55,7 @@ void VcdWriter::write_scopes() {
                    [&](const Declared* a, const Declared* b) { return scope_of(a) < scope_of(b); });
   std::vector<std::string_view> open;
   const auto close_to = [&](std::size_t depth) {
-    for (; open.size() > depth; open.pop_back()) file_.write("$upscope $end\n");
+    for (; open.size() > depth; open.pop_back()) buffer_ += "$upscope $end\n";
   };
   for (const Declared* signal : order) {
     const auto scope = scope_of(signal);
@@ -60,7 +63,7 @@ void VcdWriter::write_scopes() {
     while (common < open.size() && common < scope.size() && open[common] == scope[common]) ++common;
     close_to(common);
     for (; common < scope.size(); ++common) {
-      file_.write(fmt::format("$scope module {} $end\n", scope[common]));
+      buffer_ += fmt::format("$scope module {} $end\n", scope[common]);
       open.push_back(scope[common]);
     }
     const std::string_view leaf = parts(signal->name).back();
@@ -69,11 +72,11 @@ void VcdWriter::write_scopes() {
       std::string table = fmt::format("{}_values {}", leaf, signal->enumeration.size());
       for (const std::string& value : signal->enumeration) table += " " + value;
       for (std::size_t i = 0; i < signal->enumeration.size(); ++i) table += fmt::format(" {:0{}b}", i, signal->width);
-      file_.write(fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table,
-                              signal - signals_.data() + 1, signal - signals_.data() + 1));
+      buffer_ += fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table,
+                             signal - signals_.data() + 1, signal - signals_.data() + 1);
     }
     const std::string range = signal->width == 1 ? "" : fmt::format(" [{}:0]", signal->width - 1);
-    file_.write(fmt::format("$var wire {} {} {}{} $end\n", signal->width, signal->id, leaf, range));
+    buffer_ += fmt::format("$var wire {} {} {}{} $end\n", signal->width, signal->id, leaf, range);
   }
   close_to(0);
 }
@@ -81,20 +84,31 @@ void VcdWriter::write_scopes() {
 void VcdWriter::begin(const std::string& comment, std::uint64_t start_fs) {
   assert(!begun_);
   begun_ = true;
-  file_.write(fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION));
+  buffer_ += fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION);
   write_scopes();
-  file_.write(fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs));
+  buffer_ += fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs);
   for (const Declared& signal : signals_) write_value(signal);
-  file_.write("$end\n");
+  buffer_ += "$end\n";
   time_ = written_time_ = start_fs;
 }
 
 void VcdWriter::write_value(const Declared& signal) {
   if (signal.width == 1) {
-    file_.write(fmt::format("{}{}\n", signal.value & 1, signal.id));
+    buffer_ += (signal.value & 1) != 0 ? '1' : '0';
   } else {
-    file_.write(fmt::format("b{:b} {}\n", signal.value, signal.id));
+    buffer_ += 'b';
+    for (int bit = std::max(1, static_cast<int>(std::bit_width(signal.value))); bit-- > 0;) {
+      buffer_ += (signal.value >> bit & 1) != 0 ? '1' : '0';
+    }
+    buffer_ += ' ';
   }
+  buffer_ += signal.id;
+  buffer_ += '\n';
+}
+
+void VcdWriter::flush() {
+  file_.write(buffer_);
+  buffer_.clear();
 }
 
 void VcdWriter::change(Signal signal, std::uint64_t value) {
@@ -104,14 +118,16 @@ void VcdWriter::change(Signal signal, std::uint64_t value) {
   if (!begun_) return;
   if (time_ != written_time_) {
     assert(time_ > written_time_);
-    file_.write(fmt::format("#{}\n", time_));
+    buffer_ += '#' + std::to_string(time_) + '\n';
     written_time_ = time_;
   }
   write_value(changed);
+  if (buffer_.size() > kFlushBytes) flush();
 }
 
 void VcdWriter::finish(std::uint64_t end_fs) {
-  if (end_fs > written_time_) file_.write(fmt::format("#{}\n", end_fs));
+  if (end_fs > written_time_) buffer_ += fmt::format("#{}\n", end_fs);
+  flush();
   file_.commit();
 }
 

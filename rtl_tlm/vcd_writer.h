@@ -43,8 +43,10 @@ class VcdWriter {
   void change(Signal signal, std::uint64_t value);
   void write_value(const Declared& signal);
   void write_scopes();
+  void flush();
 
   AtomicFile file_;
+  std::string buffer_;
   std::vector<Declared> signals_;
   std::uint64_t time_ = 0;
   std::uint64_t written_time_ = 0;

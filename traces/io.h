@@ -15,15 +15,16 @@ namespace grtx::traces {
 /// index order, so the file is byte-identical for any number of threads. Memory is bounded by the groups in flight.
 class Writer {
  public:
-  /// Creates `path` (under a temporary name until finish()). header.groups groups must be appended, indices 0..groups-1.
+  /// Creates `path` (under a temporary name until finish()). header.groups groups must be appended, indices
+  /// 0..groups-1.
   Writer(const std::string& path, const Header& header);
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
   /// Encodes and stores one group. Thread-safe. Encoding runs in the caller's thread.
-  /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming group,
-  /// lane, round and event, when the events contradict each other, and Error when the file cannot be written.
+  /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming
+  /// group, lane, round and event, when the events contradict each other, and Error when the file cannot be written.
   void append(const RayGroup& group);
   /// Wakes callers that wait in append(), with an Error. For a thread that will not append its group after all.
   void cancel();

@@ -76,8 +76,8 @@ struct Interval {
 };
 
 /// Where the line lo + s ld is inside the proxy. `dt`, `d2`, `a`: peak position, its squared distance, ld . ld.
-Interval proxy_interval(const std::vector<ReferenceSlab>& slabs, double kappa, const glm::dvec3& lo, const glm::dvec3& ld,
-                        double dt, double d2, double a) {
+Interval proxy_interval(const std::vector<ReferenceSlab>& slabs, double kappa, const glm::dvec3& lo,
+                        const glm::dvec3& ld, double dt, double d2, double a) {
   if (slabs.empty()) {
     const double half = std::sqrt(std::max(0.0, kappa * kappa - d2) / a);
     return {dt - half, dt + half};
@@ -151,8 +151,8 @@ class TileCone {
   /// m, theta the cone's half angle. The cone's distance from m is |m| sin(phi - theta) for 0 <= phi - theta <= 90
   /// degrees and |m| beyond that, so it is at least |m| sin(phi - theta) wherever that is positive. With
   /// |m| sin(phi) = |m x axis| and |m| cos(phi) = m . axis this is |m x axis| cos(theta) - (m . axis) sin(theta). When
-  /// it exceeds the radius, no point of any forward half-line in the cone lies in the ball, hence none in the proxy, and
-  /// a hit needs such a point: its entry, or (inside = count) its peak, at t > 0.
+  /// it exceeds the radius, no point of any forward half-line in the cone lies in the ball, hence none in the proxy,
+  /// and a hit needs such a point: its entry, or (inside = count) its peak, at t > 0.
   bool may_meet(const Gaussian& g) const {
     if (!usable_) return true;
     const glm::dvec3 m = g.mean - origin_;
@@ -194,7 +194,8 @@ class Renderer {
         progress.add(render_tile(tile % tiles_x * kTile, tile / tiles_x * kTile, result));
       }
     };
-    const unsigned wanted = options_.threads != 0 ? options_.threads : std::max(1u, std::thread::hardware_concurrency());
+    const unsigned wanted =
+        options_.threads != 0 ? options_.threads : std::max(1u, std::thread::hardware_concurrency());
     std::vector<std::thread> others;
     for (unsigned i = 1; i < std::min(wanted, tiles); ++i) others.emplace_back(work);
     work();
@@ -203,9 +204,7 @@ class Renderer {
   }
 
  private:
-  Ray ray(unsigned x, unsigned y) const {
-    return {origin_, glm::dvec3(glm::vec3(camera_.direction(x, y)))};
-  }
+  Ray ray(unsigned x, unsigned y) const { return {origin_, glm::dvec3(glm::vec3(camera_.direction(x, y)))}; }
 
   /// Returns the number of pixels done. Tiles write disjoint pixels, so the result does not depend on the threads.
   std::uint64_t render_tile(unsigned x0, unsigned y0, ReferenceResult& result) const {
@@ -237,7 +236,8 @@ class Renderer {
   }
 
   /// All hits of the ray, in the order (t, id).
-  void collect(const Ray& current, const std::vector<std::uint32_t>& candidates, std::vector<ReferenceHit>& hits) const {
+  void collect(const Ray& current, const std::vector<std::uint32_t>& candidates,
+               std::vector<ReferenceHit>& hits) const {
     hits.clear();
     if (current.direction == glm::dvec3(0.0)) return;
     for (const std::uint32_t id : candidates) {

@@ -52,9 +52,12 @@ std::vector<Triangle> icosphere() {
 
 std::vector<Triangle> faces_of(ReferenceProxy proxy) {
   switch (proxy) {
-    case ReferenceProxy::icosahedron20: return icosahedron();
-    case ReferenceProxy::icosphere80: return icosphere();
-    case ReferenceProxy::sphere: break;
+    case ReferenceProxy::icosahedron20:
+      return icosahedron();
+    case ReferenceProxy::icosphere80:
+      return icosphere();
+    case ReferenceProxy::sphere:
+      break;
   }
   return {};
 }

@@ -32,8 +32,17 @@ class ImageFile : public ::testing::Test {
 /// Values that a careless round trip changes: negative zero, denormals, huge, infinities, and rows that differ.
 Image awkward_image() {
   Image image(5, 3);
-  const float values[] = {0.0f, -0.0f, 1.0f, -1.5f, 3.4e38f, 1e-45f, 0.1f, 65504.5f, 1.0f / 3.0f,
-                          std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+  const float values[] = {0.0f,
+                          -0.0f,
+                          1.0f,
+                          -1.5f,
+                          3.4e38f,
+                          1e-45f,
+                          0.1f,
+                          65504.5f,
+                          1.0f / 3.0f,
+                          std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity()};
   std::size_t next = 0;
   for (glm::vec3& pixel : image.pixels) {
     for (int c = 0; c < 3; ++c) {
@@ -82,9 +91,17 @@ TEST_F(ImageFile, PngClampsAndRoundsHalfUp) {
     float value;
     int byte;
   };
-  const Case cases[] = {{0.0f, 0},    {1.0f, 255},  {-3.0f, 0},        {7.0f, 255},
-                        {0.5f, 128},  {0.25f, 64},  {0.0019f, 0},      {0.00197f, 1},
-                        {0.998f, 254}, {0.9981f, 255}, {std::numeric_limits<float>::quiet_NaN(), 0}};
+  const Case cases[] = {{0.0f, 0},
+                        {1.0f, 255},
+                        {-3.0f, 0},
+                        {7.0f, 255},
+                        {0.5f, 128},
+                        {0.25f, 64},
+                        {0.0019f, 0},
+                        {0.00197f, 1},
+                        {0.998f, 254},
+                        {0.9981f, 255},
+                        {std::numeric_limits<float>::quiet_NaN(), 0}};
   Image image(static_cast<unsigned>(std::size(cases)), 1);
   for (unsigned x = 0; x < image.width; ++x) image.at(x, 0) = glm::vec3(cases[x].value, 0.0f, 1.0f);
   write_image(path("a.png"), image);

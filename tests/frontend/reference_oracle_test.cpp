@@ -27,8 +27,8 @@ std::vector<Triangle> icosahedron() {
   const Real p = (1.0L + std::sqrt(5.0L)) / 2.0L;
   const Vec v[12] = {{-1, p, 0}, {1, p, 0},  {0, 1, -p},  {-p, 0, -1}, {-p, 0, 1}, {0, 1, p},
                      {p, 0, 1},  {0, -1, p}, {-1, -p, 0}, {0, -1, -p}, {p, 0, -1}, {1, -p, 0}};
-  const int f[20][3] = {{0, 1, 2},  {0, 2, 3},   {0, 3, 4},  {0, 4, 5},  {0, 5, 1},  {6, 1, 5},  {6, 5, 7},
-                        {6, 7, 11}, {6, 11, 10}, {6, 10, 1}, {8, 4, 3},  {8, 3, 9},  {8, 9, 11}, {8, 11, 7},
+  const int f[20][3] = {{0, 1, 2},  {0, 2, 3},   {0, 3, 4},  {0, 4, 5},   {0, 5, 1}, {6, 1, 5},  {6, 5, 7},
+                        {6, 7, 11}, {6, 11, 10}, {6, 10, 1}, {8, 4, 3},   {8, 3, 9}, {8, 9, 11}, {8, 11, 7},
                         {8, 7, 4},  {9, 3, 2},   {9, 2, 10}, {9, 10, 11}, {5, 4, 7}, {1, 10, 2}};
   std::vector<Triangle> faces;
   const Real scale = std::sqrt(3.0L) / (p * p);
@@ -126,8 +126,9 @@ struct OracleHit {
   Real t, alpha;
 };
 
-std::vector<OracleHit> trace(const Scene& scene, const ReferenceOptions& options, const Vec& origin, const Vec& d, Vec& rgb) {
-  const std::vector<Triangle> faces = options.proxy == ReferenceProxy::icosahedron20   ? icosahedron()
+std::vector<OracleHit> trace(const Scene& scene, const ReferenceOptions& options, const Vec& origin, const Vec& d,
+                             Vec& rgb) {
+  const std::vector<Triangle> faces = options.proxy == ReferenceProxy::icosahedron20 ? icosahedron()
                                       : options.proxy == ReferenceProxy::icosphere80 ? icosphere()
                                                                                      : std::vector<Triangle>();
   std::vector<OracleHit> hits;
@@ -208,7 +209,8 @@ struct Case {
 
 std::vector<Case> cases() {
   std::vector<Case> list;
-  for (const ReferenceProxy proxy : {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
+  for (const ReferenceProxy proxy :
+       {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     for (const double distance : {6.0, 0.0}) {
       for (int variant = 0; variant < 4; ++variant) {
         ReferenceOptions options;

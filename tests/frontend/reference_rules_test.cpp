@@ -83,7 +83,8 @@ TEST(ReferenceRules, RadiusIsAdaptiveOrThreeSigma) {
     add(scene, {c.offset, 0, 500}, 1.0f, c.opacity);
     ReferenceOptions options;
     options.adaptive_radius = c.adaptive;
-    for (const ReferenceProxy proxy : {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
+    for (const ReferenceProxy proxy :
+         {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
       options.proxy = proxy;
       EXPECT_EQ(trace(scene, options).sequences[0].size(), c.hits) << c.opacity << ' ' << c.offset;
     }
@@ -127,7 +128,8 @@ TEST(ReferenceRules, ProxyAroundTheOriginIsSkippedUnlessCounted) {
   add(scene, {0, 0, -0.05f}, 0.1f, 0.5f);  // holds the origin, peak behind
   add(scene, {0, 0, -5.0f}, 0.1f, 0.5f);   // behind
   add(scene, {0, 0, 5.0f}, 0.1f, 0.5f);    // ahead
-  for (const ReferenceProxy proxy : {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
+  for (const ReferenceProxy proxy :
+       {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     for (const bool peak : {false, true}) {
       ReferenceOptions options;
       options.proxy = proxy;
@@ -154,7 +156,8 @@ TEST(ReferenceRules, PeakSortMakesTheImageIndependentOfTheProxy) {
   Scene scene;
   for (int i = 0; i < 300; ++i) {
     const float a = static_cast<float>(i);
-    add(scene, {std::sin(a * 1.3f), std::cos(a * 2.1f), 5.0f + std::sin(a * 0.7f)}, 0.05f + 0.001f * a, 0.3f, 0.003f * a);
+    add(scene, {std::sin(a * 1.3f), std::cos(a * 2.1f), 5.0f + std::sin(a * 0.7f)}, 0.05f + 0.001f * a, 0.3f,
+        0.003f * a);
   }
   Camera camera = one_ray();
   camera.width = camera.height = 24;
@@ -172,7 +175,8 @@ TEST(ReferenceRules, PeakSortMakesTheImageIndependentOfTheProxy) {
 TEST(ReferenceRules, ThreadsDoNotChangeAnyBit) {
   Scene scene;
   for (int i = 0; i < 200; ++i) {
-    add(scene, {std::sin(static_cast<float>(i)), std::cos(static_cast<float>(i)), 4.0f}, 0.1f, 0.4f, 0.004f * static_cast<float>(i));
+    add(scene, {std::sin(static_cast<float>(i)), std::cos(static_cast<float>(i)), 4.0f}, 0.1f, 0.4f,
+        0.004f * static_cast<float>(i));
   }
   Camera camera = one_ray();
   camera.width = 33;
@@ -219,7 +223,8 @@ TEST(ReferenceSolid, SlabsAndRadiiMatchThePublishedConstants) {
 }
 
 TEST(ReferenceColour, BasisEqualsTheSphericalHarmonicsAndNegativeColoursAreCut) {
-  for (const glm::dvec3& d : {glm::dvec3(1, 2, 3), glm::dvec3(-0.3, 0.1, -0.9), glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0)}) {
+  for (const glm::dvec3& d :
+       {glm::dvec3(1, 2, 3), glm::dvec3(-0.3, 0.1, -0.9), glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0)}) {
     const glm::dvec3 u = glm::normalize(d);
     for (unsigned l = 0; l <= 4; ++l) {
       for (int m = -static_cast<int>(l); m <= static_cast<int>(l); ++m) {

@@ -139,7 +139,8 @@ class SceneStatistics {
       std::nth_element(distance.begin(), distance.begin() + 16, distance.end());
       std::sort(distance.begin(), distance.begin() + 17);
       glm::dvec3 middle(0.0);
-      for (int k = 1; k <= 16; ++k) middle += glm::dvec3(scene_.mean[distance[static_cast<std::size_t>(k)].second]) / 16.0;
+      for (int k = 1; k <= 16; ++k)
+        middle += glm::dvec3(scene_.mean[distance[static_cast<std::size_t>(k)].second]) / 16.0;
       glm::dmat3 covariance(0.0);
       for (int k = 1; k <= 16; ++k) {
         const glm::dvec3 d = glm::dvec3(scene_.mean[distance[static_cast<std::size_t>(k)].second]) - middle;
@@ -177,7 +178,8 @@ class SceneStatistics {
         const glm::dvec3 d = glm::abs(point - glm::dvec3(scene_.mean[j]));
         if (d.x > half_[j].x || d.y > half_[j].y || d.z > half_[j].z) continue;
         result.boxes += 1.0 / static_cast<double>(samples);
-        const glm::dvec3 q = glm::transpose(axes_[j]) * (point - glm::dvec3(scene_.mean[j])) / glm::dvec3(scene_.scale[j]);
+        const glm::dvec3 q =
+            glm::transpose(axes_[j]) * (point - glm::dvec3(scene_.mean[j])) / glm::dvec3(scene_.scale[j]);
         if (glm::dot(q, q) <= 9.0) result.ellipsoids += 1.0 / static_cast<double>(samples);
       }
     }
@@ -240,8 +242,8 @@ class SceneStatistics {
   }
 
   const Scene& scene_;
-  std::vector<glm::dvec3> half_;   ///< of the 3-sigma boxes
-  std::vector<glm::dmat3> axes_;   ///< columns: the local axes in the world
+  std::vector<glm::dvec3> half_;  ///< of the 3-sigma boxes
+  std::vector<glm::dmat3> axes_;  ///< columns: the local axes in the world
   double diagonal_ = 0.0;
 };
 

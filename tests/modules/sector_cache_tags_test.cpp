@@ -17,7 +17,7 @@ TEST(AddressIndexTest, AgreesWithAMap) {
   std::map<std::uint64_t, std::uint32_t> reference;
   Random random(1);
   for (int i = 0; i < 200000; ++i) {
-    const std::uint64_t key = random.below(150) * (random.chance(50) ? 1 : 0x100000001u);
+    const std::uint64_t key = random.below(150) * (random.chance(50) ? 1u : 0x10001u);
     const auto found = reference.find(key);
     ASSERT_EQ(index.find(key), found == reference.end() ? AddressIndex::kNone : found->second);
     if (found != reference.end()) {

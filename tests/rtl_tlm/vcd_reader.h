@@ -18,7 +18,7 @@ struct VcdFile {
   };
   std::string comment;
   std::string timescale;
-  std::map<std::string, unsigned> width;                ///< by full name
+  std::map<std::string, unsigned> width;               ///< by full name
   std::map<std::string, std::vector<Change>> changes;  ///< by full name, the initial value first
   std::uint64_t end = 0;
 };

@@ -41,8 +41,9 @@ TEST(VcdWriter, WritesHierarchyInitialValuesAndChangesOnly) {
   const VcdFile file = read_vcd(read_file(path));
   EXPECT_EQ(file.comment, "trace abc");
   EXPECT_EQ(file.timescale, "1 fs");
-  EXPECT_EQ(file.width, (std::map<std::string, unsigned>{
-                            {"gpu.cycle", 64}, {"gpu.sm0.l1d.mshr", 9}, {"gpu.sm0.rt.busy", 1}, {"gpu.sm0.rt.warps", 4}}));
+  EXPECT_EQ(file.width,
+            (std::map<std::string, unsigned>{
+                {"gpu.cycle", 64}, {"gpu.sm0.l1d.mshr", 9}, {"gpu.sm0.rt.busy", 1}, {"gpu.sm0.rt.warps", 4}}));
   EXPECT_EQ(file.changes.at("gpu.sm0.rt.warps"), (std::vector<Change>{{100, 3}, {300, 8}}));
   EXPECT_EQ(file.changes.at("gpu.sm0.rt.busy"), (std::vector<Change>{{100, 0}, {200, 1}, {300, 0}}));
   EXPECT_EQ(file.changes.at("gpu.sm0.l1d.mshr"), (std::vector<Change>{{100, 0}, {100, 256}}));

@@ -30,7 +30,7 @@ TEST(RoundTrip, EveryCombinationOfOptions) {
   for (const RandomOptions& options : testing::all_random_options()) expect_round_trip(options);
 }
 
-TEST(RoundTrip, SingleRoundOfAThousandEntries) {
+TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   RandomOptions options;
   options.k = 2048;
   options.depth = 5;

@@ -1,0 +1,87 @@
+// The command line: help for every command with a default for every option, and one line with exit code 2 for mistakes.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <regex>
+
+#include "program.h"
+
+namespace grtx::e2e {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::vector<std::string> kCommands = {"synth",       "info",       "trace", "reference", "compare",
+                                            "trace-check", "trace-dump", "sim",   "run"};
+
+TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
+  const Folder folder;
+  for (const std::string& command : kCommands) {
+    const Outcome help = folder.run(command + " --help");
+    EXPECT_EQ(help.code, 0) << command;
+    EXPECT_EQ(help.err, "") << command;
+    // Entries of the list of options; a description may continue on the next line.
+    const std::string options = help.out.substr(std::min(help.out.size(), help.out.find("Options:")));
+    const std::regex entry("\n  (-[^\n]*(\n {10,}[^\n]*)*)");
+    unsigned found = 0;
+    for (std::sregex_iterator it(options.begin(), options.end(), entry), end; it != end; ++it, ++found) {
+      const std::string text = (*it)[1];
+      if (text.starts_with("-h,--help")) continue;
+      EXPECT_TRUE(text.find('=') != std::string::npos || text.find("(default:") != std::string::npos ||
+                  text.find("(no default)") != std::string::npos)
+          << command << ": no default in: " << text;
+    }
+    EXPECT_GE(found, 2U) << command;
+  }
+}
+
+TEST(CliUsage, VersionIsPrinted) {
+  const Folder folder;
+  const Outcome outcome = folder.run("--version");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST(CliUsage, WithoutACommandTheHelpGoesToStderr) {
+  const Folder folder;
+  const Outcome outcome = folder.run("");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr("trace-check"));
+}
+
+TEST(CliUsage, MistakesNameTheNearestKnownName) {
+  struct Case {
+    const char* arguments;
+    std::vector<const char*> parts;
+  };
+  const std::vector<Case> cases = {
+      {"simm x.grtx", {"unknown command simm", "sim"}},
+      {"traces", {"unknown command traces", "trace"}},
+      {"sim x.grtx --confg a.toml", {"sim", "unknown option --confg", "--config"}},
+      {"sim x.grtx --stat=a.json", {"unknown option --stat", "--stats"}},
+      {"sim x.grtx --mode cycles", {"--mode", "unknown value 'cycles'", "'cycle'"}},
+      {"trace --accel tri2 --scene a --cameras b", {"--accel", "unknown value 'tri2'", "'tri20'"}},
+      {"reference --proxy cube --scene a --cameras b -o c.pfm", {"--proxy", "unknown value 'cube'"}},
+      {"synth --preset indor -o a.ply", {"--preset", "unknown value 'indor'", "'indoor'"}},
+      {"synth --count many -o a.ply", {"--count"}},
+      {"synth --count -5 -o a.ply", {"--count"}},
+      {"compare a.pfm", {"B", "required"}},
+      {"compare a.pfm b.pfm c.pfm", {"compare", "unexpected argument c.pfm"}},
+      {"sim", {"sim", "trace file"}},
+      {"sim x.grtx --set l1.latncy=3", {"--set", "l1.latncy", "'l1.latency'"}},
+      {"sim x.grtx --vcd a.vcd --vcd-window 9:3", {"--vcd-window", "9:3"}},
+      {"sim x.grtx --config", {"--config"}},
+      {"reference --inside count --scene a --cameras b -o c.pfm", {"--inside count", "sphere"}}};
+  for (const Case& c : cases) {
+    const Folder folder;
+    const Outcome outcome = folder.run(c.arguments);
+    EXPECT_EQ(outcome.code, 2) << c.arguments;
+    EXPECT_EQ(outcome.out, "") << c.arguments;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << c.arguments << ": " << outcome.err;
+    for (const char* part : c.parts) EXPECT_THAT(outcome.err, HasSubstr(part)) << c.arguments;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::e2e
