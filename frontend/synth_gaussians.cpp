@@ -284,7 +284,7 @@ SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
   const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));
   SynthRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
-  const double large = portable_log(world_.diagonal * random.uniform(0.5, 2.0));
+  const double large = portable_log(world_.diagonal * random.uniform(0.5, 1.0));
   const double middle = large - random.gamma(2.0, 0.4);
   const double small = large - random.gamma(2.0, 1.5);
   const glm::dvec3 along = any_perpendicular(d, random);

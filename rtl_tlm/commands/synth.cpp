@@ -20,7 +20,8 @@ void add_synth(CLI::App& app, CommonOptions& common) {
         return 0;
       });
   command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
-  command->add_option("--count", options->synth.count, "Number of Gaussians");
+  // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
+  command->add_option("--count", options->synth.count, "Number of Gaussians")->check(CLI::Range(1.0, 4294967294.0));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
   command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(CLI::Range(0U, 3U));
   command

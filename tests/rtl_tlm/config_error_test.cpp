@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"hash_needs_power_of_two", "[l2]\nslices = 3\nxor_hash = true\n", "l2.xor_hash", {"power of two"}},
         Case{"latency_below_link", "[l1]\nlatency = 1\nlink_latency = 2\n", "l1.latency", {"l1.link_latency"}},
         Case{"leaf_bytes", "[rt.memory]\ninstance_leaf_bytes = 96\n", "rt.memory.instance_leaf_bytes", {"64 or 128"}}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& test_case) { return std::string(test_case.param.name); });
 
 TEST(ConfigSetting, NamesTheNearestKeyAndTheRule) {
   const std::vector<std::pair<const char*, const char*>> cases = {

@@ -64,7 +64,8 @@ TEST(LowerBounds, PerfectDramHasNoDataBus) {
 }
 
 TEST(LongestRay, SumsTheVisitsOfATinyRay) {
-  const GpuConfig config;
+  GpuConfig config;
+  config.rt.memory.merge_in_flight = false;
   const test::TinyTrace tiny{1, 2};
   const ChainLatencies latencies(config, test::tiny_header(tiny));
   // Fetch: 1 to the request, 1 link, 20 L1, 1 into the unit; box 13, triangle 37.
@@ -79,6 +80,10 @@ TEST(LongestRay, SumsTheVisitsOfATinyRay) {
   const Chain chain = measure_chain(test::tiny_group(tiny, 0), latencies);
   EXPECT_EQ(chain.ray, 52U + 18 + 36 + 2 * (60 + 18));
   EXPECT_EQ(chain.warp, chain.ray);
+
+  // A visit that joins a fetch under way may wait for less than an L1 hit: only the box test and its start are certain.
+  config.rt.memory.merge_in_flight = true;
+  EXPECT_EQ(ChainLatencies(config, test::tiny_header(tiny)).internal, 36U - 22U);
 }
 
 TEST(LongestRay, AWarpWaitsForTheLongestLaneOfEachRound) {

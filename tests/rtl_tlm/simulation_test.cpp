@@ -151,7 +151,7 @@ TEST_P(SimulationKinds, ConservesAndDoesNotDependOnConstructionOrderOrIdleSkip) 
 INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
                          ::testing::Values(Kind{"baseline", false, false}, Kind{"sw", true, false},
                                            Kind{"hw", false, true}, Kind{"grtx", true, true}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test_case) { return std::string(test_case.param.name); });
 
 TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
   const TemporaryFile file("work");
