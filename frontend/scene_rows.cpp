@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "frontend/float_rounding.h"
 
 namespace grtx::frontend {
 namespace {
@@ -100,7 +101,7 @@ glm::dvec3 median_centre(const std::vector<glm::dvec3>& centres) {
   std::vector<double> values(centres.size());
   for (glm::length_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < centres.size(); ++i) values[i] = centres[i][axis];
-    result[axis] = static_cast<double>(static_cast<float>(median(values)));
+    result[axis] = round_to_float(median(values));
   }
   return result;
 }

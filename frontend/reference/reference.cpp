@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/progress.h"
+#include "frontend/float_rounding.h"
 #include "frontend/reference/reference_sh.h"
 #include "frontend/reference/reference_solid.h"
 
@@ -23,6 +24,9 @@ constexpr double kMinAlpha = 1.0 / 255.0;  // 3DGRT, 3DGS
 constexpr double kMinResponse = 0.0113;    // 3DGRT: the proxy ends where o * response falls to this
 constexpr double kMaxRatio = 0.97;         // 3DGRT: floor of the radius for nearly transparent Gaussians
 constexpr unsigned kTile = 8;              // pixels along each side of a tile
+// Near misses are candidates, too: this much beyond the limits of d2 and alpha.
+constexpr double kNearRadius2 = 1.05;
+constexpr double kNearAlpha = 0.95;
 
 struct Ray {
   glm::dvec3 origin;
@@ -65,7 +69,7 @@ std::vector<Gaussian> prepare(const Scene& scene, const ReferenceOptions& option
     }
     g.opacity = scene.opacity[i];
     g.kappa = options.adaptive_radius ? std::sqrt(-2.0 * std::log(std::min(kMinResponse / g.opacity, kMaxRatio))) : 3.0;
-    g.ball = g.kappa * circumradius * std::max({scale.x, scale.y, scale.z}) * (1.0 + 1e-9);
+    g.ball = g.kappa * circumradius * std::max({scale.x, scale.y, scale.z}) * std::sqrt(kNearRadius2) * (1.0 + 1e-9);
   }
   return gaussians;
 }
@@ -86,7 +90,7 @@ Interval proxy_interval(const std::vector<ReferenceSlab>& slabs, double kappa, c
   for (const ReferenceSlab& slab : slabs) {
     const double offset = glm::dot(slab.normal, lo);
     const double slope = glm::dot(slab.normal, ld);
-    if (slope == 0.0) continue;  // parallel, and d2 <= kappa^2 says it runs between the planes
+    if (slope == 0.0) continue;  // parallel; the ray of a hit runs between the planes, since d2 <= kappa^2
     const double reach = kappa * slab.distance;
     const double toward = std::copysign(reach, slope);
     inside.entry = std::max(inside.entry, (-toward - offset) / slope);
@@ -95,11 +99,11 @@ Interval proxy_interval(const std::vector<ReferenceSlab>& slabs, double kappa, c
   return inside;
 }
 
-/// The hit of one ray with one Gaussian; alpha = 0 when there is none. Form F4: the ray is rebased to the foot of the
+/// One ray and one Gaussian; alpha = 0 when they are far apart. Form F4: the ray is rebased to the foot of the
 /// perpendicular from the centre before the local transform, so that only small numbers are stretched by 1 / scale.
-ReferenceHit intersect(const Ray& ray, const Gaussian& g, const std::vector<ReferenceSlab>& slabs,
-                       const ReferenceOptions& options) {
-  const ReferenceHit miss;
+ReferenceCandidate intersect(const Ray& ray, const Gaussian& g, const std::vector<ReferenceSlab>& slabs,
+                             const ReferenceOptions& options) {
+  const ReferenceCandidate miss;
   const glm::dvec3 m = g.mean - ray.origin;
   const double tc = glm::dot(m, ray.direction) / glm::dot(ray.direction, ray.direction);
   const glm::dvec3 p = ray.direction * tc - m;
@@ -113,18 +117,23 @@ ReferenceHit intersect(const Ray& ray, const Gaussian& g, const std::vector<Refe
   const double dt = -glm::dot(lo, ld) / a;
   const glm::dvec3 nearest = lo + dt * ld;
   const double d2 = glm::dot(nearest, nearest);
-  if (!(d2 <= g.kappa * g.kappa)) return miss;
+  if (!(d2 <= kNearRadius2 * g.kappa * g.kappa)) return miss;
   const double alpha = std::min(kMaxAlpha, g.opacity * std::exp(-0.5 * d2));
-  if (!(alpha >= kMinAlpha)) return miss;
+  if (!(alpha >= kNearAlpha * kMinAlpha)) return miss;
   const Interval inside = proxy_interval(slabs, g.kappa, lo, ld, dt, d2, a);
-  ReferenceHit hit;
-  hit.alpha = alpha;
-  hit.t = options.sort_by_peak ? tc + dt : tc + inside.entry;
-  if (tc + inside.entry > 0.0) return hit.t > 0.0 ? hit : miss;
-  const bool holds_origin = tc + inside.entry < 0.0 && tc + inside.exit > 0.0;
-  if (!options.count_inside || !holds_origin || !(tc + dt > 0.0)) return miss;
-  if (!options.sort_by_peak) hit.t = 0.0;
-  return hit;
+  ReferenceCandidate result;
+  result.alpha = alpha;
+  result.radius = std::sqrt(d2) / g.kappa;
+  result.entry = tc + inside.entry;
+  result.exit = tc + inside.exit;
+  result.t = options.sort_by_peak ? tc + dt : result.entry;
+  bool ahead = result.entry > 0.0 && result.t > 0.0;
+  if (!(result.entry > 0.0) && options.count_inside && result.entry < 0.0 && result.exit > 0.0 && tc + dt > 0.0) {
+    ahead = true;
+    if (!options.sort_by_peak) result.t = 0.0;
+  }
+  result.hit = ahead && d2 <= g.kappa * g.kappa && alpha >= kMinAlpha;
+  return result;
 }
 
 /// Gaussians whose balls may be met by a ray of a tile.
@@ -179,12 +188,13 @@ class Renderer {
         slabs_(reference_slabs(options.proxy)),
         gaussians_(prepare(scene, options)),
         // The tracer starts from fp32 rays. Rounding them here, too, measures its arithmetic and not its input.
-        origin_(glm::dvec3(glm::vec3(camera.position - scene.offset))) {}
+        origin_(round_to_float(camera.position - scene.offset)) {}
 
   ReferenceResult render() const {
     ReferenceResult result;
     result.image = Image(camera_.width, camera_.height);
     if (options_.keep_sequences) result.sequences.resize(result.image.pixels.size());
+    if (options_.keep_candidates) result.candidates.resize(result.image.pixels.size());
     const unsigned tiles_x = (camera_.width + kTile - 1) / kTile;
     const unsigned tiles = tiles_x * ((camera_.height + kTile - 1) / kTile);
     Progress progress("reference", result.image.pixels.size(), "rays", options_.quiet);
@@ -204,7 +214,7 @@ class Renderer {
   }
 
  private:
-  Ray ray(unsigned x, unsigned y) const { return {origin_, glm::dvec3(glm::vec3(camera_.direction(x, y)))}; }
+  Ray ray(unsigned x, unsigned y) const { return {origin_, round_to_float(camera_.direction(x, y))}; }
 
   /// Returns the number of pixels done. Tiles write disjoint pixels, so the result does not depend on the threads.
   std::uint64_t render_tile(unsigned x0, unsigned y0, ReferenceResult& result) const {
@@ -219,34 +229,40 @@ class Renderer {
     for (std::size_t i = 0; i < gaussians_.size(); ++i) {
       if (cone.may_meet(gaussians_[i])) candidates.push_back(static_cast<std::uint32_t>(i));
     }
+    std::vector<ReferenceCandidate> near;
     std::vector<ReferenceHit> hits;
     std::size_t next = 0;
     for (unsigned y = y0; y < y1; ++y) {
       for (unsigned x = x0; x < x1; ++x) {
         const Ray& current = rays[next++];
-        collect(current, candidates, hits);
+        collect(current, candidates, near);
+        hits.clear();
+        for (const ReferenceCandidate& c : near) {
+          if (c.hit) hits.push_back({c.gaussian, c.t, c.alpha});
+        }
         const std::size_t blended = blend(current, hits, result.image.at(x, y));
         if (options_.keep_sequences) {
           const auto end = hits.begin() + static_cast<std::ptrdiff_t>(blended);
           result.sequences[std::size_t{y} * camera_.width + x].assign(hits.begin(), end);
         }
+        if (options_.keep_candidates) result.candidates[std::size_t{y} * camera_.width + x] = near;
       }
     }
     return rays.size();
   }
 
-  /// All hits of the ray, in the order (t, id).
+  /// All hits and near misses of the ray, in the order (t, id).
   void collect(const Ray& current, const std::vector<std::uint32_t>& candidates,
-               std::vector<ReferenceHit>& hits) const {
-    hits.clear();
+               std::vector<ReferenceCandidate>& near) const {
+    near.clear();
     if (current.direction == glm::dvec3(0.0)) return;
     for (const std::uint32_t id : candidates) {
-      ReferenceHit hit = intersect(current, gaussians_[id], slabs_, options_);
-      if (hit.alpha <= 0.0) continue;
-      hit.gaussian = id;
-      hits.push_back(hit);
+      ReferenceCandidate candidate = intersect(current, gaussians_[id], slabs_, options_);
+      if (candidate.alpha <= 0.0 || !(candidate.hit || options_.keep_candidates)) continue;
+      candidate.gaussian = id;
+      near.push_back(candidate);
     }
-    std::sort(hits.begin(), hits.end(), [](const ReferenceHit& a, const ReferenceHit& b) {
+    std::sort(near.begin(), near.end(), [](const ReferenceCandidate& a, const ReferenceCandidate& b) {
       return a.t != b.t ? a.t < b.t : a.gaussian < b.gaussian;
     });
   }

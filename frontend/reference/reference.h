@@ -23,6 +23,7 @@ struct ReferenceOptions {
   unsigned threads = 0;              ///< 0: all
   bool quiet = true;
   bool keep_sequences = false;       ///< also return what each ray blended, for tests
+  bool keep_candidates = false;      ///< also return what each ray nearly or really meets, for tests
 };
 
 struct ReferenceHit {
@@ -31,9 +32,22 @@ struct ReferenceHit {
   double alpha = 0.0;
 };
 
+/// A Gaussian that a ray meets or misses by little: what decides whether it is a hit, so that another renderer's other
+/// decision can be explained. Kept when d2 <= 1.05 kappa^2 and alpha >= 0.95 / 255; it may lie behind the origin.
+struct ReferenceCandidate {
+  std::uint32_t gaussian = 0;
+  double t = 0.0;       ///< sort key if it is a hit
+  double alpha = 0.0;   ///< min(0.99, o exp(-d2 / 2)); a hit needs 1/255
+  double radius = 0.0;  ///< sqrt(d2) / kappa; a hit needs at most 1
+  double entry = 0.0;   ///< t at which the ray enters the proxy; a hit needs > 0 (inside = skip)
+  double exit = 0.0;
+  bool hit = false;
+};
+
 struct ReferenceResult {
   Image image;
   std::vector<std::vector<ReferenceHit>> sequences;  ///< per pixel, front to back, blended only; empty unless asked for
+  std::vector<std::vector<ReferenceCandidate>> candidates;  ///< per pixel, by (t, id); empty unless asked for
 };
 
 ReferenceResult render_reference(const Scene& scene, const Camera& camera, const ReferenceOptions& options);
