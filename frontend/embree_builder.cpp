@@ -147,6 +147,8 @@ Tree build_tree(std::size_t count, const std::function<Box(std::size_t)>& box_of
   tree.children.reserve(count + count / 2);
   tree.internals.reserve(count / 2 + 1);
   tree.height = flatten(static_cast<const BuildNode*>(root), tree, 0);
+  // Embree leaves out primitives whose boxes are not finite; loading admits none, and a loss must not be silent.
+  assert(tree.children.size() == tree.internals.size() - 1 + count);
   return tree;
 }
 

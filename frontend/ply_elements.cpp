@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "frontend/float_rounding.h"
 
 namespace grtx::frontend {
 namespace {
@@ -123,7 +124,7 @@ bool fits(PlyType type, double value) {
 
 void store(const PlyColumn& column, PlyType type, std::size_t row, double value) {
   // Rounded to the declared type first, so that ASCII and binary files of the same values give the same scene.
-  if (type == PlyType::f32) value = static_cast<double>(static_cast<float>(value));
+  if (type == PlyType::f32) value = round_to_float(value);
   std::visit(
       [&](auto* out) {
         using Target = std::remove_pointer_t<decltype(out)>;

@@ -67,7 +67,9 @@ Box PreparedGaussians::instance_box(std::uint32_t g, const Proxy& proxy, bool co
   Box box;
   if (proxy.is_sphere()) {
     for (int i = 0; i < 3; ++i) {
-      const float half = std::sqrt(a[i].x * a[i].x + a[i].y * a[i].y + a[i].z * a[i].z);
+      // In double: the squares of scales beyond 1e19 are no floats.
+      const glm::dvec3 row(a[i]);
+      const auto half = static_cast<float>(std::sqrt(row.x * row.x + row.y * row.y + row.z * row.z));
       box.lower[i] = m[i] - half;
       box.upper[i] = m[i] + half;
     }

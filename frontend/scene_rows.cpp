@@ -17,6 +17,7 @@ namespace {
 constexpr double kMinScale = 1e-6;       // scene units; Mitsuba's ellipsoids clamp at the same value
 constexpr double kMinNorm = 1e-12;       // of a quaternion
 constexpr double kMaxCoordinate = 1e37;  // differences of two coordinates stay finite in float
+constexpr double kMaxScale = 1e37;       // so do the corners of a proxy, 3.8 scales from the centre
 constexpr double kUnitTolerance = 1e-3;  // on the norm of a quaternion
 constexpr float kMinAlpha = 1.0f / 255.0f;
 
@@ -37,7 +38,7 @@ constexpr std::array<const char*, 10> kReasonText{"",
                                                   "non-finite position",
                                                   "position beyond 1e37",
                                                   "non-finite scale",
-                                                  "exp(scale) overflows",
+                                                  "exp(scale) beyond 1e37",
                                                   "non-finite rotation",
                                                   "quaternion norm < 1e-12",
                                                   "NaN opacity",
@@ -71,7 +72,7 @@ Reason judge(const RawRows& rows, std::size_t i, std::size_t sh_stride, Activate
   if (!all_finite(log_scale, 3)) return Reason::scale;
   for (std::size_t a = 0; a < 3; ++a) activated.scale[a] = std::exp(static_cast<double>(log_scale[a]));
   for (const double s : activated.scale) {
-    if (!(s <= static_cast<double>(std::numeric_limits<float>::max()))) return Reason::scale_range;
+    if (!(s <= kMaxScale)) return Reason::scale_range;
   }
   const float* q = &rows.rotation[i * 4];
   if (!all_finite(q, 4)) return Reason::rotation;

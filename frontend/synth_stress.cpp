@@ -189,15 +189,77 @@ StressScene params(const SynthOptions& options) {
       rows.add_raw(row);
     }
   }
-  for (const float length : {0.0f, 1e-30f, 1e-13f, 1e-5f, 3.0f, 1e15f, 1e30f}) {  // quaternions of every length
-    SynthRow row = next();
-    row.rotation = {length, 0.0f, -length, length};
-    rows.add_raw(row);
+  // Scales up to the end of float, in all axes and in one. The centres lie off the view, else little else would show.
+  for (const float log_scale : {40.0f, 45.0f, 60.0f, 80.0f, 85.0f, 86.0f, 88.0f, 89.0f, -40.0f, -80.0f, -104.0f}) {
+    for (std::size_t axes = 1; axes <= 3; axes += 2) {
+      SynthRow row = next();
+      for (std::size_t i = 0; i < axes; ++i) row.log_scale[i] = log_scale;
+      row.rotation = {1.0f, 0.0f, 0.0f, 0.0f};
+      row.position = {0.0f, 0.0f, axes == 1 ? 1.5f : 3.0f};
+      row.opacity_logit = -3.0f;
+      rows.add_raw(row);
+    }
   }
   SynthRow zero;  // a row of zeros only
   zero.rotation = {0.0f, 0.0f, 0.0f, 0.0f};
   rows.add_raw(zero);
   while (rows.size() < options.count) rows.add_raw(next());
+  return {rows.take(), front_and_side()};
+}
+
+/// Place i of a square grid in the plane z = 0 that both usual cameras see; then again in planes behind it.
+glm::dvec3 grid_place(std::uint64_t i) {
+  constexpr std::uint64_t kSide = 12;
+  return {0.25 * (static_cast<double>(i % kSide) - 5.5), 0.25 * (static_cast<double>(i / kSide % kSide) - 5.5),
+          0.3 * static_cast<double>(i / (kSide * kSide))};
+}
+
+/// Quaternions of every length: the same two Gaussians again and again, turned by the same two quaternions.
+StressScene quaternions(const SynthOptions& options) {
+  Rows rows(options);
+  constexpr std::array<float, 4> kTurns[] = {{0.5f, -0.5f, 0.5f, 0.5f}, {0.8f, 0.2f, -0.1f, 0.55f}};
+  // Powers of two, so that the scaled quaternion differs from the unit one by its exponent alone.
+  constexpr int kExponents[] = {0, 1, -1, 10, -10, 30, -30, 60, -39, 100, -100, 126, -126, -140};
+  constexpr std::uint64_t kLengths = std::size(kExponents) + 1;
+  for (std::uint64_t i = 0; rows.size() < options.count; ++i) {
+    const std::uint64_t length = i % kLengths;
+    SynthRow& row = rows.add(grid_place(i), {0.1, 0.03, 0.01}, 0.6, 0.07 * static_cast<double>(length));
+    row.rotation = kTurns[i / kLengths % 2];
+    for (float& part : row.rotation) {
+      part = length == std::size(kExponents) ? 0.0f : std::ldexp(part, kExponents[length]);
+    }
+  }
+  return {rows.take(), front_and_side()};
+}
+
+/// Opacities at and beyond every limit: logits +-infinity, NaN, saturated, and both sides of 1/255 (least alpha),
+/// 0.0113 / 0.97 (floor of the kernel radius) and 0.99 (largest alpha).
+StressScene opacity(const SynthOptions& options) {
+  Rows rows(options);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  std::vector<float> logits{-kInfinity, kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                            -1000.0f,   -104.0f,   -88.0f,
+                            -17.0f,     17.0f,     88.0f,
+                            1000.0f,    3.4e38f,   -3.4e38f,
+                            0.0f,       -0.0f,     1e-45f};
+  for (const double limit : {1.0 / 255.0, 0.0113 / 0.97, 0.0113, 0.99}) {
+    const auto logit = static_cast<float>(portable_log(limit / (1.0 - limit)));
+    for (const float factor : {0.999f, 0.999999f, 1.0f, 1.000001f, 1.001f}) logits.push_back(logit * factor);
+  }
+  for (std::uint64_t i = 0; rows.size() < options.count; ++i) {
+    rows.add(grid_place(i), {0.1, 0.06, 0.04}, 0.5, 0.03 * static_cast<double>(i % logits.size())).opacity_logit =
+        logits[i % logits.size()];
+  }
+  return {rows.take(), front_and_side()};
+}
+
+/// One Gaussian, `count` times: equal boxes for the builder, equal keys for every hit of a ray. Only ids order them.
+StressScene copies(const SynthOptions& options) {
+  Rows rows(options);
+  while (rows.size() < options.count) {
+    SynthRow& row = rows.add({0.1, -0.2, 0.3}, {0.4, 0.3, 0.2}, 0.06, 0.37 * static_cast<double>(rows.size()));
+    row.rotation = {0.9f, 0.1f, -0.3f, 0.2f};
+  }
   return {rows.take(), front_and_side()};
 }
 
@@ -285,9 +347,11 @@ struct Named {
   StressScene (*make)(const SynthOptions&);
 };
 
-constexpr Named kScenes[] = {{"ties", ties},   {"needles", needles}, {"tiny", tiny},     {"params", params},
-                             {"far", far},     {"axis", axis},       {"inside", inside}, {"onepoint", onepoint},
-                             {"empty", empty}, {"one", one},         {"nohit", nohit}};
+constexpr Named kScenes[] = {{"ties", ties},       {"copies", copies},     {"needles", needles},
+                             {"tiny", tiny},       {"params", params},     {"quaternions", quaternions},
+                             {"opacity", opacity}, {"far", far},           {"axis", axis},
+                             {"inside", inside},   {"onepoint", onepoint}, {"empty", empty},
+                             {"one", one},         {"nohit", nohit}};
 
 }  // namespace
 

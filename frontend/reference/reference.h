@@ -15,20 +15,20 @@ enum class ReferenceProxy { icosahedron20, icosphere80, sphere };
 
 struct ReferenceOptions {
   ReferenceProxy proxy = ReferenceProxy::icosahedron20;
-  bool sort_by_peak = false;         ///< false: t_hit of the proxy's entry; true: t_alpha
-  bool adaptive_radius = true;       ///< false: fixed 3 sigma
-  double ert = 0.001;                ///< transmittance threshold
-  bool count_inside = false;         ///< inside = count (sphere only)
-  bool sh_from_centre = false;       ///< SH direction: ray (false) or normalize(mean - origin)
-  unsigned threads = 0;              ///< 0: all
+  bool sort_by_peak = false;    ///< false: t_hit of the proxy's entry; true: t_alpha
+  bool adaptive_radius = true;  ///< false: fixed 3 sigma
+  double ert = 0.001;           ///< transmittance threshold
+  bool count_inside = false;    ///< inside = count (sphere only)
+  bool sh_from_centre = false;  ///< SH direction: ray (false) or normalize(mean - origin)
+  unsigned threads = 0;         ///< 0: all
   bool quiet = true;
-  bool keep_sequences = false;       ///< also return what each ray blended, for tests
-  bool keep_candidates = false;      ///< also return what each ray nearly or really meets, for tests
+  bool keep_sequences = false;   ///< also return what each ray blended, for tests
+  bool keep_candidates = false;  ///< also return what each ray nearly or really meets, for tests
 };
 
 struct ReferenceHit {
   std::uint32_t gaussian = 0;
-  double t = 0.0;      ///< sort key
+  double t = 0.0;  ///< sort key
   double alpha = 0.0;
 };
 

@@ -102,8 +102,9 @@ inline Parity compare_sequences(const std::vector<std::vector<std::uint32_t>>& t
   parity.rays = traced.size();
   for (std::size_t p = 0; p < traced.size(); ++p) {
     const auto& expected = exact.sequences[p];
-    const bool same = std::equal(traced[p].begin(), traced[p].end(), expected.begin(), expected.end(),
-                                 [](std::uint32_t id, const frontend::ReferenceHit& hit) { return id == hit.gaussian; });
+    const bool same =
+        std::equal(traced[p].begin(), traced[p].end(), expected.begin(), expected.end(),
+                   [](std::uint32_t id, const frontend::ReferenceHit& hit) { return id == hit.gaussian; });
     if (same) continue;
     ++parity.different;
     parity.needed.take(explain(traced[p], exact.candidates[p], ert));

@@ -1,40 +1,13 @@
 // Anchors on real trained scenes: bytes a Gaussian of both structures, image identity. Skipped where the scenes lack.
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
-#include <cstdlib>
-#include <filesystem>
-
 #include "frontend/image.h"
 #include "frontend/scene_io.h"
+#include "real_scene_files.h"
 #include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {
-
-/// The folder of scenes, or "" where there is none.
-std::string scene_folder() {
-  if (const char* named = std::getenv("GRTX_SCENES")) return named;
-  const std::filesystem::path beside = std::filesystem::path(GRTX_SOURCE_DIR) / ".." / "shared" / "scenes";
-  return std::filesystem::is_directory(beside) ? beside.string() : "";
-}
-
-/// Path of an unpacked .ply; unpacks NAME.ply.xz into the temporary folder with xz. "" when the scene is missing.
-std::string scene_path(const std::string& name) {
-  const std::string folder = scene_folder();
-  if (folder.empty()) return "";
-  const std::string plain = folder + "/" + name + ".ply";
-  if (std::filesystem::exists(plain)) return plain;
-  if (!std::filesystem::exists(plain + ".xz")) return "";
-  const std::string unpacked = testing::TempDir() + "/grtx_" + name + ".ply";
-  if (!std::filesystem::exists(unpacked)) {
-    const std::string partial = unpacked + "." + std::to_string(::getpid());
-    if (std::system(("xz -dkc '" + plain + ".xz' > '" + partial + "'").c_str()) != 0) return "";
-    std::filesystem::rename(partial, unpacked);
-  }
-  return unpacked;
-}
 
 struct RealScene {
   const char* file;
@@ -45,10 +18,13 @@ std::ostream& operator<<(std::ostream& out, const RealScene& s) { return out << 
 class RealSceneTest : public testing::TestWithParam<RealScene> {};
 
 TEST_P(RealSceneTest, StructureSizesAndImageIdentity) {
-  const std::string path = scene_path(GetParam().file);
-  if (path.empty()) GTEST_SKIP() << "no real scenes: put them into ../shared/scenes or name the folder in GRTX_SCENES";
+  const std::string path = test::real_scene_path(GetParam().file);
+  const std::string cameras = test::real_cameras_path(GetParam().cameras);
+  if (path.empty() || cameras.empty()) {
+    GTEST_SKIP() << "no real scenes: put them into ../shared/scenes or name the folder in GRTX_SCENES";
+  }
   const Scene scene = load_scene(path);
-  Camera camera = load_cameras(scene_folder() + "/" + GetParam().cameras + ".cameras.json")[0].resized(48, 48);
+  const Camera camera = load_cameras(cameras)[0].resized(48, 48);
   const PreparedGaussians gaussians(scene, true);
   const double count = static_cast<double>(scene.size());
   const AccelerationStructure monolithic(gaussians, {AccelKind::tri20, 6, false});

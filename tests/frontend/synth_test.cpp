@@ -95,7 +95,7 @@ TEST_F(Synth, EveryPresetLoadsAtEveryDegreeWithItsCameras) {
         EXPECT_EQ(scene.size(), 0u);
       } else if (preset == "stress-one") {
         EXPECT_EQ(scene.size(), 1u);
-      } else if (preset != "stress-params") {
+      } else if (preset != "stress-params" && preset != "stress-quaternions" && preset != "stress-opacity") {
         EXPECT_EQ(scene.size(), 300u) << preset;
       }
     }
@@ -216,6 +216,49 @@ TEST_F(Synth, HardParametersLeaveOnlyUsableRows) {
       for (const ReferenceHit& hit : hits) EXPECT_TRUE(hit.t > 0.0 && hit.alpha >= 1.0 / 255.0 && hit.alpha <= 0.99);
     }
   }
+}
+
+TEST_F(Synth, QuaternionsOfEveryKeptLengthTurnAlike) {
+  const Scene scene = load_scene(make("stress-quaternions", 450));  // 30 rounds of 15 lengths
+  EXPECT_EQ(scene.report.dropped, (std::map<std::string, std::uint64_t>{{"quaternion norm < 1e-12", 30u * 4u}}));
+  ASSERT_EQ(scene.size(), 30u * 11u);
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    const std::size_t same_turn = i / 11 % 2 * 11;  // the first of each turn has length 2^0 times its own
+    EXPECT_EQ(scene.rotation[i], scene.rotation[same_turn]) << i;
+  }
+}
+
+TEST_F(Synth, OpacitiesAtTheirLimitsAreCounted) {
+  const Scene scene = load_scene(make("stress-opacity", 350));  // 10 rounds of 35 logits
+  EXPECT_EQ(scene.report.dropped.at("opacity logit -infinity"), 10u);
+  EXPECT_EQ(scene.report.dropped.at("NaN opacity"), 10u);
+  EXPECT_EQ(scene.report.dropped.size(), 2u);
+  EXPECT_EQ(scene.report.clamped.at("opacity logit +infinity, opacity 1"), 10u);
+  const auto unacceptable = static_cast<std::uint64_t>(
+      std::count_if(scene.opacity.begin(), scene.opacity.end(), [](float o) { return o <= 1.0f / 255.0f; }));
+  EXPECT_EQ(scene.report.noticed.at("opacity <= 1/255 (can never be accepted)"), unacceptable);
+  EXPECT_GE(unacceptable, 70u);  // five saturated logits and two below 1/255
+  const ReferenceResult result = render(scene, 0, 64);
+  std::set<std::uint32_t> seen;
+  for (const auto& hits : result.sequences) {
+    for (const ReferenceHit& hit : hits) seen.insert(hit.gaussian);
+  }
+  for (const std::uint32_t id : seen) EXPECT_GT(scene.opacity[id], 0.99f / 255.0f);
+  EXPECT_GT(seen.size(), 80u);
+}
+
+TEST_F(Synth, CopiesTieOnEveryRay) {
+  const Scene scene = load_scene(make("stress-copies", 300));
+  const ReferenceResult result = render(scene, 0, 17);
+  std::size_t longest = 0;
+  for (const auto& hits : result.sequences) {
+    longest = std::max(longest, hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      EXPECT_EQ(hits[i].t, hits[0].t);
+      EXPECT_EQ(hits[i].gaussian, i);
+    }
+  }
+  EXPECT_GT(longest, 100u);
 }
 
 TEST_F(Synth, OnePointOrdersByEntryNotByCentre) {
