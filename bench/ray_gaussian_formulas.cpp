@@ -2,6 +2,7 @@
 // function, on random rays near the Gaussians of generated scenes and of those named on the command line:
 //   ray_gaussian_formulas [--rays N] [SCENE CAMERAS.json]...
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -152,7 +153,8 @@ int run(const std::vector<std::string>& arguments) {
     const std::string name = std::filesystem::path(files[i]).stem().string();
     rows.push_back(measure(name, load_scene(files[i]), load_cameras(files[i + 1]), rays));
   }
-  const std::string stem = (std::filesystem::temp_directory_path() / "grtx_ray_gaussian_formulas").string();
+  const std::string stem =
+      (std::filesystem::temp_directory_path() / ("grtx_ray_gaussian_formulas_" + std::to_string(::getpid()))).string();
   for (const std::string& preset : synth_presets()) {
     synthesise({preset, 20000, 1, 0}, stem + ".ply");
     const Scene scene = load_scene(stem + ".ply");

@@ -34,7 +34,7 @@ Percentiles percentiles(std::vector<double>& values) {
 }
 
 void describe_centres(const Scene& scene, SceneInfo& info) {
-  Box all, inner;
+  FileBox all, inner;
   std::vector<double> values(scene.size());
   for (glm::length_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
@@ -51,7 +51,7 @@ void describe_centres(const Scene& scene, SceneInfo& info) {
 }
 
 void describe_extent(const Scene& scene, SceneInfo& info) {
-  Box box{glm::dvec3(std::numeric_limits<double>::infinity()), glm::dvec3(-std::numeric_limits<double>::infinity())};
+  FileBox box{glm::dvec3(std::numeric_limits<double>::infinity()), glm::dvec3(-std::numeric_limits<double>::infinity())};
   for (std::size_t i = 0; i < scene.size(); ++i) {
     const glm::dmat3 rotation = glm::mat3_cast(glm::dquat(scene.rotation[i]));
     const glm::dvec3 scale(scene.scale[i]);
@@ -87,7 +87,7 @@ void describe_scales(const Scene& scene, SceneInfo& info) {
   info.scale_ratio = percentiles(ratio);
 }
 
-std::string box_text(const std::optional<Box>& box) {
+std::string box_text(const std::optional<FileBox>& box) {
   if (!box) return "none (empty scene)";
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", box->low.x, box->low.y, box->low.z,
                      box->high.x, box->high.y, box->high.z);
@@ -108,7 +108,7 @@ std::string reasons_text(const char* kind, const std::map<std::string, std::uint
 
 nlohmann::ordered_json to_array(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-nlohmann::ordered_json to_object(const std::optional<Box>& box) {
+nlohmann::ordered_json to_object(const std::optional<FileBox>& box) {
   if (!box) return nullptr;
   return {{"low", to_array(box->low)}, {"high", to_array(box->high)}};
 }

@@ -11,8 +11,8 @@
 
 namespace grtx::frontend {
 
-/// In the file's coordinates.
-struct Box {
+/// A box in the file's coordinates, before recentring.
+struct FileBox {
   glm::dvec3 low{0.0}, high{0.0};
 };
 
@@ -25,9 +25,9 @@ struct SceneInfo {
   std::uint64_t gaussians = 0;  ///< kept
   unsigned sh_degree = 0;
   glm::dvec3 offset{0.0};
-  std::optional<Box> centres;        ///< of all centres; none for an empty scene
-  std::optional<Box> inner_centres;  ///< on each axis without the outer 0.1 % of centres (0.05 % at either end)
-  std::optional<Box> extent;         ///< of all ellipsoids at 3 sigma
+  std::optional<FileBox> centres;        ///< of all centres; none for an empty scene
+  std::optional<FileBox> inner_centres;  ///< on each axis without the outer 0.1 % of centres (0.05 % at either end)
+  std::optional<FileBox> extent;         ///< of all ellipsoids at 3 sigma
   Percentiles scale_max{}, scale_mid{}, scale_min{};  ///< of each Gaussian's sorted scales, scene units
   Percentiles scale_ratio{};                          ///< largest over smallest scale
   std::array<std::uint64_t, 10> opacity_tenths{};     ///< [0, .1), [.1, .2) ... [.9, 1]
