@@ -36,6 +36,7 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   options.depth = 5;
   options.checkpoint = false;
   options.groups = 1;
+  options.tracing = "single";
   expect_round_trip(options);
 }
 
