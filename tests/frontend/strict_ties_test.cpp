@@ -73,13 +73,15 @@ TEST(StrictTies, CountedExactlyOnTheTiesPreset) {
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20, AccelKind::ellipsoid, AccelKind::tlas_sphere}) {
     const AccelerationStructure accel(gaussians, {kind, 6, false});
     for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::closest}) {
+      std::uint64_t lost = 0;
       for (const unsigned k : {1u, 4u, 8u, 37u}) {
         if (tracing == Tracing::closest && k != 1) continue;
         TracerOptions options;
         options.tracing = tracing;
         options.k = k;
-        EXPECT_GT(expect_exact_count(ties.scene, camera, gaussians, accel, options), 0u) << accel_name(kind);
+        lost += expect_exact_count(ties.scene, camera, gaussians, accel, options);
       }
+      EXPECT_GT(lost, 0u) << accel_name(kind);
     }
   }
 }

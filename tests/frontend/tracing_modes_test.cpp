@@ -48,7 +48,7 @@ void expect_modes_agree(const Scene& scene, const Camera& camera, AccelKind kind
 
 TEST(TracingModes, AgreeOnRandomScenes) {
   for (const AccelKind kind : kAllKinds) {
-    expect_modes_agree(test::random_scene(31, {80, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(12, 8), kind, {});
+    expect_modes_agree(test::random_scene(31, {60, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(10, 8), kind, {});
   }
 }
 
@@ -62,7 +62,7 @@ TEST(TracingModes, AgreeOnTies) {
 TEST(TracingModes, AgreeOnPeakKeys) {
   TracerOptions options;
   options.sort_key = SortKey::peak;
-  for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20, AccelKind::ellipsoid}) {
+  for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
     expect_modes_agree(test::random_scene(32, {80, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(12, 8), kind,
                        options);
   }
@@ -116,7 +116,7 @@ TEST(KBufferHeap, KeepsTheSmallest) {
       if (!buffer.full()) {
         const unsigned moved = buffer.append(e);
         EXPECT_LT(moved, k);
-        if (!buffer.full()) EXPECT_EQ(moved, 0u);
+        EXPECT_TRUE(moved == 0 || buffer.full());
       } else if (e < buffer.largest()) {
         EXPECT_LE(buffer.replace_largest(e), levels);
       }

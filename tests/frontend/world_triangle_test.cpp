@@ -90,7 +90,7 @@ TEST_F(WorldTriangle, MissesBackFacesAndWhatLiesBehind) {
 
 TEST(WorldTriangleImage, IsCloseToTheCanonicalOne) {
   const Scene scene = test::random_scene(41);
-  const Camera camera = test::front_camera(48, 48);
+  const Camera camera = test::front_camera(32, 32);
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tri80, AccelKind::tlas_tri20, AccelKind::tlas_tri80}) {
     const PreparedGaussians gaussians(scene, true);
     const AccelerationStructure accel(gaussians, {kind, 6, false});
