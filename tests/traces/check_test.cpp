@@ -238,7 +238,7 @@ std::vector<Case> cases() {
        })},
       {"UnknownOutcome", restarting, "the leaf outcome must be known", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_leaf) return false;
-         set_leaf(p.event, static_cast<LeafOutcome>(7));
+         set_leaf(p.event, static_cast<LeafOutcome>(8));
          return true;
        })},
       // Evictions
