@@ -73,14 +73,14 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
       {"sim x.grtx --vcd a.vcd --vcd-window 9:3", {"--vcd-window", "9:3"}},
       {"sim x.grtx --config", {"--config"}},
       {"trace --tracing singl --scene a --cameras b", {"--tracing", "unknown value 'singl'", "'single'"}},
-      {"trace --tracing single --checkpoint on --no-trace --scene a --cameras b", {"--tracing single", "multi"}},
-      {"trace --tracing closest --checkpoint on --no-trace --scene a --cameras b", {"--tracing closest", "multi"}},
+      {"trace --tracing single --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "single", "multi"}},
+      {"trace --tracing closest --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "closest", "multi"}},
       {"trace --triangle-test world --accel ellipsoid --no-trace --scene a --cameras b",
-       {"--triangle-test world", "triangles"}},
+       {"--triangle-test", "triangles"}},
       {"trace --triangle-test world --sort-key peak --no-trace --scene a --cameras b",
-       {"--triangle-test world", "--sort-key entry"}},
-      {"run --tracing single --scene a --cameras b -o c", {"--tracing single", "multi"}},
-      {"run --triangle-test world --scene a --cameras b -o c", {"--triangle-test world", "identical"}},
+       {"--triangle-test", "--sort-key entry"}},
+      {"run --tracing single --scene a --cameras b -o c", {"--tracing", "single", "multi"}},
+      {"run --triangle-test world --scene a --cameras b -o c", {"--triangle-test", "identical"}},
       {"reference --inside count --scene a --cameras b -o c.pfm", {"--inside count", "sphere"}}};
   for (const Case& c : cases) {
     const Folder folder;

@@ -48,7 +48,7 @@ TEST_F(TracingModes, SameImageSoundTraceAndSimulation) {
     EXPECT_GT(stat("full.json", "tracer.single.overflows"), 0.0);
     EXPECT_GT(stat("closest.json", "tracer.rounds"), stat("multi.json", "tracer.rounds"));
     EXPECT_EQ(stat("closest.sim.json", "gpu.rt.any_hit_calls"), 0.0);
-    EXPECT_THAT(folder_.run("trace-dump closest.grtx --group 0").out, HasSubstr(" nearest"));
+    EXPECT_THAT(folder_.run("trace-dump closest.grtx").out, HasSubstr(" nearest"));
   }
 }
 
