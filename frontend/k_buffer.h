@@ -1,6 +1,7 @@
-// The k closest hits of a round, ordered by (t, id).
+// The hits of a round: the k closest, ordered by (t, id); or all of them as they come, as long as they fit.
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstdint>
 #include <vector>
@@ -38,7 +39,43 @@ class KBuffer {
     return sink();
   }
 
+  /// Into a buffer with room, unsorted. The entry that fills it makes it a heap, so that the largest entry is known;
+  /// returns how many entries that moved, at most k - 1.
+  unsigned append(const KEntry& e) {
+    assert(!full());
+    entries_.push_back(e);
+    unsigned moved = 0;
+    if (full()) {
+      for (std::size_t i = entries_.size() / 2; i-- > 0;) moved += sift_down(i);
+    }
+    return moved;
+  }
+  /// Of a full buffer filled by append().
+  const KEntry& largest() const { return entries_.front(); }
+  /// Replaces largest() by a smaller entry; returns how many entries moved, at most log2(k).
+  unsigned replace_largest(const KEntry& e) {
+    assert(full() && e < largest());
+    entries_.front() = e;
+    return sift_down(0);
+  }
+  /// After append(): makes the order (t, id).
+  void sort() { std::sort(entries_.begin(), entries_.end()); }
+
  private:
+  unsigned sift_down(std::size_t i) {
+    const KEntry e = entries_[i];
+    unsigned moved = 0;
+    for (std::size_t child = 2 * i + 1; child < entries_.size(); child = 2 * i + 1) {
+      if (child + 1 < entries_.size() && entries_[child] < entries_[child + 1]) ++child;
+      if (!(e < entries_[child])) break;
+      entries_[i] = entries_[child];
+      i = child;
+      ++moved;
+    }
+    entries_[i] = e;
+    return moved;
+  }
+
   unsigned sink() {
     std::size_t i = entries_.size() - 1;
     const KEntry e = entries_[i];

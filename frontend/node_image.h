@@ -68,6 +68,12 @@ class NodeImage {
 
   DecodedInternal decode_internal(std::uint64_t address) const;
   std::uint32_t primitive(std::uint64_t leaf) const { return read_u32(leaf + 8); }       ///< triangle leaf
+  /// Vertex 0..2 of a triangle leaf.
+  glm::vec3 vertex(std::uint64_t leaf, unsigned index) const {
+    glm::vec3 v;
+    std::memcpy(&v, data() + leaf + 16 + 12 * std::uint64_t{index}, sizeof v);
+    return v;
+  }
   std::uint32_t procedural_primitive(std::uint64_t leaf) const { return read_u32(leaf + 12); }
   std::uint32_t instance_index(std::uint64_t leaf) const { return read_u32(leaf + 76); }
   std::uint32_t read_u32(std::uint64_t address) const {

@@ -19,6 +19,7 @@
 #include "frontend/tracer_counters.h"
 #include "frontend/tracer_options.h"
 #include "frontend/visit_tracker.h"
+#include "frontend/world_triangle.h"
 
 namespace grtx::frontend {
 
@@ -42,6 +43,7 @@ class RayTracer {
         faces_(accel.proxy().is_sphere() ? 1 : accel.proxy().faces()),
         k_buffer_(options.k) {
     stack_.reserve(512);
+    if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
   const TracerCounters& counters() const { return counters_; }
@@ -77,7 +79,14 @@ class RayTracer {
   void blend(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
   void enter_instance(const TraceRay& ray, std::uint32_t leaf_units);
+  ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
   Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
+  Hit world_hit(const TraceRay& ray, const Entry& entry, std::uint32_t gaussian, std::uint32_t face);
+  template <typename Recorder>
+  void collect_unsorted(const KEntry& candidate, const Entry& entry, Recorder& recorder);
+  template <typename Recorder>
+  void commit_nearest(const KEntry& candidate, const Entry& entry, Recorder& recorder);
+  void count_doubled(std::uint32_t gaussian);
   void refill_from_evictions(traces::Round& round);
   void visited(std::uint32_t units, unsigned size_units) {
     if (tracker_ != nullptr) tracker_->visit(units, size_units);
@@ -136,6 +145,13 @@ class RayTracer {
   std::array<CachedHit, kHitCache> hit_cache_{};
   std::uint64_t ray_stamp_ = 0;
 
+  // Tests against stored vertices (options_.triangle_test): the ray in world space and in the instance being walked.
+  ShearedRay sheared_;
+  ShearedRay instance_sheared_;
+  std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray_stamp_; empty unless the test is `world`
+
+  bool turned_away_ = false;  ///< single: a hit of this round met a full buffer
+
   TracerCounters counters_;
   VisitTracker* tracker_ = nullptr;
   std::vector<std::uint32_t>* blended_ids_ = nullptr;
@@ -152,6 +168,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
   evictions_.clear();
   source_.clear();
   ++ray_stamp_;
+  if (options_.triangle_test == TriangleTest::world) sheared_ = ShearedRay(ray.origin, ray.direction);
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
   std::size_t evictions_seen = 0;
@@ -163,6 +180,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     k_buffer_.clear();
     destination_.clear();
     overflow_ = false;
+    turned_away_ = false;
     recorder.begin_round();
     refill_from_evictions(round);
     t_max_ = std::numeric_limits<float>::infinity();
@@ -173,6 +191,8 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     evictions_seen = std::max(evictions_seen, evictions_.size());
     round.overflow = overflow_;
     round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
+    if (options_.tracing == Tracing::single) k_buffer_.sort();
+    if (turned_away_) ++counters_.single_overflows;
     blend(ray, round, recorder);
     counters_.checkpoints_max_per_ray =
         std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
@@ -258,6 +278,7 @@ inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf_un
   unit_ = to_unit_ray(ray, gaussians_.record(instance_gaussian_));
   unit_slabs_ = SlabRay(unit_.peak, unit_.direction);
   instance_hit_known_ = false;
+  if (options_.triangle_test == TriangleTest::world) instance_sheared_ = object_space_ray(ray, instance_gaussian_);
 }
 
 template <typename Recorder>
@@ -328,15 +349,17 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
   if (in_blas(entry)) {
     gaussian = instance_gaussian_;
     face = primitive;
-    if (!instance_hit_known_) {
+    if (options_.triangle_test == TriangleTest::world) {
+      hit = world_hit(ray, entry, gaussian, face);
+    } else if (!instance_hit_known_) {
       instance_hit_ = canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside);
       instance_hit_known_ = true;
     }
-    hit = instance_hit_;
+    if (instance_hit_known_) hit = instance_hit_;
   } else {
     gaussian = primitive / faces_;
     face = primitive - gaussian * faces_;
-    hit = hit_of(ray, gaussian);
+    hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
   }
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
     recorder.event(EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), checkpoints, shifts);
@@ -348,13 +371,14 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
   }
   if (hit.t < t_last_) return outcome(LeafOutcome::behind);
   if (hit.t == t_last_) {
+    if (options_.resume == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
+      if (gaussian > id_last_) ++counters_.ties_lost;
+      return outcome(LeafOutcome::behind);
+    }
     if (gaussian <= id_last_) {
+      if (options_.tracing == Tracing::closest) return outcome(LeafOutcome::behind);
       ++counters_.any_hit_ignored;
       return outcome(LeafOutcome::ignored);
-    }
-    if (options_.resume == Resume::strict) {
-      ++counters_.ties_lost;
-      return outcome(LeafOutcome::behind);
     }
   }
   if (hit.t > t_max_) {
@@ -362,6 +386,8 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
   const KEntry candidate{hit.t, gaussian, hit.d2};
+  if (options_.tracing == Tracing::single) return collect_unsorted(candidate, entry, recorder);
+  if (options_.tracing == Tracing::closest) return commit_nearest(candidate, entry, recorder);
   if (!k_buffer_.full()) {
     const unsigned shifts = k_buffer_.insert(candidate);
     ++counters_.any_hit_inserted;
@@ -400,6 +426,7 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
     recorder.processed(entry.id, alpha > 0.0f);
     ++round.processed_count;
     ++counters_.processed;
+    if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id);
     if (!(alpha > 0.0f)) continue;
     if (options_.sh_direction == ShDirection::centre) {
       const glm::vec3 to_centre = g.mean - ray.origin;
@@ -420,3 +447,5 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
 }
 
 }  // namespace grtx::frontend
+
+#include "frontend/ray_tracer_modes.h"

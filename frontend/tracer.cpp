@@ -59,8 +59,10 @@ std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned heig
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render) {
   static const char* const orders[] = {"fifo", "lifo", "nearest"};
+  static const char* const tracings[] = {"multi", "single", "closest"};
   traces::Header header;
   header.accel = accel_name(accel.options().kind);
+  header.tracing = tracings[static_cast<int>(options.tracing)];
   header.k = options.k;
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = orders[static_cast<int>(options.checkpoint_order)];

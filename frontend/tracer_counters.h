@@ -28,6 +28,10 @@ struct TracerCounters {
   std::uint64_t inside_skipped = 0;
   std::uint64_t terminated = 0;  ///< rays that ended by early ray termination
 
+  std::uint64_t single_overflows = 0;  ///< single: rounds in which a hit met a full buffer
+  std::uint64_t nearest_commits = 0;   ///< closest: hits that became the nearest so far
+  std::uint64_t doubled = 0;  ///< world triangle test: entries whose Gaussian the ray had processed before
+
   std::uint64_t visits() const { return visits_internal + visits_instance + visits_leaf; }
   std::uint64_t any_hit_calls() const { return any_hit_inserted + any_hit_rejected + any_hit_ignored; }
 
@@ -52,6 +56,9 @@ struct TracerCounters {
     ties_lost += o.ties_lost;
     inside_skipped += o.inside_skipped;
     terminated += o.terminated;
+    single_overflows += o.single_overflows;
+    nearest_commits += o.nearest_commits;
+    doubled += o.doubled;
   }
 };
 

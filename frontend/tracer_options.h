@@ -16,6 +16,12 @@ enum class ReplayTmax : std::uint8_t { infinity, kth };
 enum class ChildOrder : std::uint8_t { near_first, slot };
 enum class ShDirection : std::uint8_t { ray, centre };
 
+/// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
+/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
+enum class Tracing : std::uint8_t { multi, single, closest };
+/// What a triangle leaf is tested with: the canonical hit function, or its stored vertices (frontend/world_triangle.h).
+enum class TriangleTest : std::uint8_t { canonical, world };
+
 struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048
   bool checkpoint = false;  ///< checkpointing and replay
@@ -32,6 +38,8 @@ struct TracerOptions {
   ChildOrder child_order = ChildOrder::near_first;
   ShDirection sh_direction = ShDirection::ray;
   bool adaptive_radius = true;
+  Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
+  TriangleTest triangle_test = TriangleTest::canonical;
 };
 
 inline constexpr unsigned kMaxK = 2048;

@@ -29,7 +29,7 @@ constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
 MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config)
     : gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
-      k_(header.k),
+      k_(header.tracing == "single" ? 2 * header.k : header.k),
       warp_size_(header.warp_size),
       resident_warps_(config.resident_warps) {
   const std::uint64_t warps = static_cast<std::uint64_t>(config.sms) * config.resident_warps;
@@ -44,7 +44,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   place("node_image", header.node_image_bytes);
   gaussian_ = place("gaussian", header.gaussians * gaussian_bytes_);
   sh_ = place("sh", header.gaussians * sh_bytes_);
-  k_buffer_ = place("k_buffer", warps * header.k * 2 * 4 * header.warp_size);
+  k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
   if (header.checkpoint) {
     checkpoint_capacity_ = header.checkpoint_capacity;
     checkpoint_stride_ = spread_stride(checkpoint_capacity_ * traces::kCheckpointEntryBytes);

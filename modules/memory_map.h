@@ -30,6 +30,7 @@ class MemoryMap {
   std::uint64_t gaussian_record(std::uint32_t gaussian) const { return gaussian_ + gaussian * gaussian_bytes_; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
   /// k-buffers are structures of arrays over a warp: value `field` (0 = t, 1 = id, 4 B each) of entry `index`.
+  /// Single-round tracing sorts there and back: its buffers have 2 k entries.
   std::uint64_t k_buffer(std::uint64_t warp_slot, unsigned index, unsigned field, unsigned lane) const {
     assert(index < k_ && field < 2);
     return k_buffer_ + (((warp_slot * k_ + index) * 2 + field) * warp_size_ + lane) * 4;
@@ -68,7 +69,8 @@ class MemoryMap {
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
-  unsigned k_, warp_size_, resident_warps_;
+  unsigned k_;                             ///< entries of a k-buffer
+  unsigned warp_size_, resident_warps_;
   std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
   std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
   std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer to the next

@@ -52,6 +52,8 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       sm_(sm),
       k_(header.k),
       checkpoint_(header.checkpoint),
+      single_(header.tracing == "single"),
+      closest_(header.tracing == "closest"),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
       gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
@@ -85,6 +87,7 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   Warp& warp = warps_[slot];
   warp.group = &group;
   warp.round = 0;
+  warp.sort_pass = 0;
   warp.fill.fill(0);
   warp.evictions.fill(0);
   warp.first_processed.fill(0);
@@ -151,6 +154,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, batch.slot);
   ++counters_.any_hit_batches;
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
+  if (single_) return any_hit_single(batch, phase);
 
   // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
   // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
@@ -185,20 +189,9 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
 
   const auto walk = [&](const LaneCounts& counts, const Entries& last, bool is_store) {
-    for (std::uint32_t i = 0;; ++i) {
-      const LaneMask lanes = running(batch.lanes, counts, i);
-      if (lanes == 0) break;
-      for (unsigned field = 0; field < 2; ++field) {
-        if (is_store) {
-          store(Region::k_buffer, phase);
-        } else {
-          load(Region::k_buffer, phase);
-        }
-        for_each_bit(lanes, [&](unsigned lane) {
-          coalescer_.touch(map_.k_buffer(warp_slot, last[lane] - i, field, lane), kFieldBytes);
-        });
-      }
-    }
+    for_each_entry(
+        warp_slot, batch.lanes, counts, [&](unsigned lane, std::uint32_t i) { return last[lane] - i; }, is_store,
+        phase);
   };
   walk(reads, last_read, false);
   walk(writes, last_written, true);
@@ -216,10 +209,12 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
+  LaneCounts first{};  // where the sorted entries of a lane begin
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
     processed[lane] = round.processed_count;
-    if (warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
+    if (!closest_ && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
+    if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
   });
   phase.reset(PhaseKind::blend, costs_.blend_fixed);
 
@@ -227,10 +222,11 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     const LaneMask lanes = running(warp.active, processed, i);
     if (lanes == 0) break;
     const auto entry = [&](unsigned lane) { return warp.group->rays[lane].processed[warp.first_processed[lane] + i]; };
-    for (unsigned field = 0; field < 2; ++field) {
+    for (unsigned field = 0; field < 2 && !closest_; ++field) {
       load(Region::k_buffer, phase);
-      for_each_bit(lanes,
-                   [&](unsigned lane) { coalescer_.touch(map_.k_buffer(warp_slot, i, field, lane), kFieldBytes); });
+      for_each_bit(lanes, [&](unsigned lane) {
+        coalescer_.touch(map_.k_buffer(warp_slot, first[lane] + i, field, lane), kFieldBytes);
+      });
     }
     LaneMask blending = 0;
     load(Region::gaussian, phase);
@@ -254,6 +250,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     warp.fill[lane] = 0;
     warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
   });
+  warp.sort_pass = 0;
   ++warp.round;
   find_active(warp);
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "modules/coalescer.h"
+#include "modules/lane_loop.h"
 #include "modules/memory_map.h"
 #include "modules/warp_messages.h"
 #include "traces/event.h"
@@ -25,16 +26,17 @@ struct ShaderCosts {
   unsigned evict_move_per_entry = 4;  ///< per entry of the longest eviction buffer (selection of the k nearest)
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< per k-buffer entry moved: compare, two moves
+  unsigned sort_per_entry = 6;        ///< single-round: an entry in one merge pass: compare, select, advance
   unsigned blend_fixed = 10;          ///< loop set-up and the test for early ray termination
   unsigned blend_per_entry = 24;      ///< response, alpha, transmittance
   unsigned sh_per_coefficient = 4;    ///< basis value and three colour channels
   unsigned epilogue = 10;             ///< pixel address and colour
 };
 
-enum class PhaseKind : std::uint8_t { prologue, evict_move, trace_call, any_hit, blend, epilogue, count };
+enum class PhaseKind : std::uint8_t { prologue, evict_move, trace_call, any_hit, sort, blend, epilogue, count };
 inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::count);
-inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {"prologue", "evict_move", "trace_call",
-                                                                              "any_hit",  "blend",      "epilogue"};
+inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
+    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue"};
 
 /// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
 struct ShaderPhase {
@@ -70,7 +72,7 @@ struct ShaderCounters {
 };
 
 /// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():
-/// evict_move (when checkpointing), trace_call, any_hit..., blend; at last epilogue.
+/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend; at last epilogue.
 class ShaderProgram {
  public:
   /// Throws Error if the header's warp size exceeds kMaxLanes.
@@ -91,6 +93,9 @@ class ShaderProgram {
   void evict_move(unsigned slot, ShaderPhase& phase);
   void trace_call(unsigned slot, ShaderPhase& phase);
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
+  /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
+  bool sorts(unsigned slot) const;
+  void sort(unsigned slot, ShaderPhase& phase);
   /// Blends the warp's round and moves on to the next one.
   void blend(unsigned slot, ShaderPhase& phase);
   void epilogue(unsigned slot, ShaderPhase& phase);
@@ -103,6 +108,7 @@ class ShaderProgram {
     const traces::RayGroup* group = nullptr;
     std::uint32_t round = 0;
     LaneMask active = 0;
+    unsigned sort_pass = 0;                                  ///< merge passes done in this round
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
@@ -112,6 +118,12 @@ class ShaderProgram {
   const traces::Round& round_of(const Warp& warp, unsigned lane) const {
     return warp.group->rays[lane].rounds[warp.round];
   }
+  void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
+  unsigned sort_passes(std::uint32_t entries) const;
+  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step.
+  template <typename IndexAt>
+  void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                      bool is_store, ShaderPhase& phase);
   void find_active(Warp& warp);
   void load(Region region, ShaderPhase& phase);
   void store(Region region, ShaderPhase& phase);
@@ -121,6 +133,8 @@ class ShaderProgram {
   unsigned sm_;
   unsigned k_;
   bool checkpoint_;
+  bool single_;   ///< header.tracing
+  bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
   unsigned sh_coefficients_;
   std::uint64_t gaussian_bytes_;
   std::uint64_t sh_bytes_;
@@ -128,5 +142,28 @@ class ShaderProgram {
   Coalescer coalescer_;
   ShaderCounters counters_;
 };
+
+template <typename IndexAt>
+void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                                   bool is_store, ShaderPhase& phase) {
+  constexpr std::uint64_t kFieldBytes = 4;  // t or id of a k-buffer entry
+  for (std::uint32_t i = 0;; ++i) {
+    LaneMask running = 0;  // lanes whose loop is longer than i
+    for_each_bit(lanes, [&](unsigned lane) {
+      if (counts[lane] > i) running |= bit(lane);
+    });
+    if (running == 0) return;
+    for (unsigned field = 0; field < 2; ++field) {
+      if (is_store) {
+        store(Region::k_buffer, phase);
+      } else {
+        load(Region::k_buffer, phase);
+      }
+      for_each_bit(running, [&](unsigned lane) {
+        coalescer_.touch(map_.k_buffer(warp_slot, at(lane, i), field, lane), kFieldBytes);
+      });
+    }
+  }
+}
 
 }  // namespace grtx::modules

@@ -23,8 +23,8 @@ const SimtCoreConfig& checked(const SimtCoreConfig& config) {
   return config;
 }
 
-constexpr std::array<std::string_view, 8> kStepNames = {"free",    "prologue", "evict_move", "trace_call",
-                                                        "tracing", "blend",    "epilogue",   "draining"};
+constexpr std::array<std::string_view, 9> kStepNames = {"free",    "prologue", "evict_move", "trace_call", "tracing",
+                                                        "sort",    "blend",    "epilogue",   "draining"};
 
 constexpr WarpActivity executing(PhaseKind kind) {
   if (kind == PhaseKind::blend) return WarpActivity::blend;
@@ -118,7 +118,7 @@ void SimtCore::accept_messages(Cycle now) {
   for (const TraceDone* done; (done = trace_done_->front(now)) != nullptr; trace_done_->pop(now)) {
     Slot& slot = slots_[done->slot];
     assert(slot.step == Step::tracing && !slot.in_any_hit && done->round == program_.round(done->slot));
-    slot.step = Step::blend;
+    slot.step = program_.sorts(done->slot) ? Step::sort : Step::blend;
     starting_ray_generation_ |= bit(done->slot);
   }
   for (const AnyHitBatch* batch; (batch = any_hit_batch_->front(now)) != nullptr; any_hit_batch_->pop(now)) {
@@ -170,6 +170,10 @@ void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
       slots_[slot].step = Step::trace_call;
       starting_ray_generation_ |= bit(slot);
       break;
+    case Step::sort:
+      slots_[slot].step = program_.sorts(slot) ? Step::sort : Step::blend;
+      starting_ray_generation_ |= bit(slot);
+      break;
     case Step::trace_call:
       slots_[slot].step = Step::tracing;
       enter(slot, WarpActivity::trace, now);
@@ -215,6 +219,9 @@ void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
       break;
     case Step::trace_call:
       program_.trace_call(slot, phase_);
+      break;
+    case Step::sort:
+      program_.sort(slot, phase_);
       break;
     case Step::blend:
       program_.blend(slot, phase_);

@@ -60,7 +60,7 @@ class SimtCore final : public sc_core::sc_module {
 
  private:
   /// Where the ray generation shader of a warp stands.
-  enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, blend, epilogue, draining };
+  enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
 
   struct Slot {
     Step step = Step::free;

@@ -14,7 +14,7 @@ namespace grtx::modules {
 
 /// What a resident warp does in a cycle; exactly one of these.
 enum class WarpActivity : std::uint8_t {
-  raygen,   ///< prologue, evict move, trace call or epilogue: waiting for its issue slot or executing
+  raygen,   ///< prologue, evict move, trace call, sort or epilogue: waiting for its issue slot or executing
   blend,    ///< the same for the blending phase
   any_hit,  ///< the same for the any-hit shader
   memory,   ///< any phase: waiting for its loads

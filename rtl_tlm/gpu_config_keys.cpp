@@ -105,6 +105,7 @@ void add_simt(std::vector<ConfigKey>& keys, GpuConfig& config) {
                            Cost{"evict_move_per_entry", &costs.evict_move_per_entry, "the same, per entry"},
                            Cost{"any_hit_fixed", &costs.any_hit_fixed, "any-hit shader without insertion"},
                            Cost{"any_hit_per_shift", &costs.any_hit_per_shift, "per k-buffer entry moved"},
+                           Cost{"sort_per_entry", &costs.sort_per_entry, "single-round: an entry in a merge pass"},
                            Cost{"blend_fixed", &costs.blend_fixed, "blending: set-up and termination test"},
                            Cost{"blend_per_entry", &costs.blend_per_entry, "response, alpha and transmittance"},
                            Cost{"sh_per_coefficient", &costs.sh_per_coefficient, "basis value, three colour channels"},

@@ -262,7 +262,7 @@ class GroupChecker {
 
   void check_leaf(const Event& event, const NodeReference& popped, std::uint32_t address) {
     require(is_kind(popped, NodeKind::triangle), "the node on top of the stack is not a leaf");
-    require(event.detail <= static_cast<unsigned>(LeafOutcome::ignored), "the leaf outcome must be known");
+    require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
     require_in_image(address, kTriangleLeafBytes);
     ++totals_.visits_leaf;
     const LeafOutcome outcome = event.outcome();
@@ -270,6 +270,7 @@ class GroupChecker {
     const bool inserts = outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced;
     require(inserts || event.shifts() == 0, "only an insertion shifts");
     require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
+    check_collection(event, outcome);
     switch (outcome) {
       case LeafOutcome::beyond:
         require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
@@ -279,6 +280,9 @@ class GroupChecker {
         require(occupied_ < header_->k, "an insertion needs room in the k-buffer");
         require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
         ++occupied_;
+        break;
+      case LeafOutcome::nearest:
+        occupied_ = 1;
         break;
       case LeafOutcome::displaced:
       case LeafOutcome::rejected:
@@ -293,6 +297,21 @@ class GroupChecker {
       default:
         break;
     }
+  }
+
+  // How the header's tracing collects hits, beyond what holds for each outcome.
+  void check_collection(const Event& event, LeafOutcome outcome) const {
+    if (header_->tracing == "closest") {
+      require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
+      return;
+    }
+    require(outcome != LeafOutcome::nearest, "only closest-hit tracing commits nearest hits");
+    if (header_->tracing == "multi") return;
+    const bool fills = occupied_ + 1 == header_->k;
+    require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
+            "single-round tracing appends without moving entries, unless the buffer is then full");
+    require(outcome != LeafOutcome::displaced || event.shifts() < std::bit_width(header_->k),
+            "a heap of k entries moves at most log2(k) of them");
   }
 
   void require_in_image(std::uint32_t address, std::uint64_t bytes) const {

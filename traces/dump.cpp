@@ -27,6 +27,8 @@ const char* name_of(LeafOutcome outcome) {
       return "rejected";
     case LeafOutcome::ignored:
       return "ignored";
+    case LeafOutcome::nearest:
+      return "nearest";
   }
   return "unknown";
 }

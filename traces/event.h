@@ -15,6 +15,10 @@
 //                    the destination buffer, 0 if dropped.
 //   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1 follows.
 //   replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the destination.
+//
+// Header::tracing says how a round collects hits. multi: sorted insertion into the k-buffer. single: hits are appended
+// to it unsorted (no shifts); the one that fills it makes a heap of it, whose largest entry later hits displace; it is
+// sorted when the round ends. closest: no any-hit shader, the only entry is the nearest hit (LeafOutcome::nearest).
 #pragma once
 
 #include <array>
@@ -42,15 +46,17 @@ enum class LeafOutcome : std::uint8_t {
   inserted = 3,   ///< any-hit: k-buffer had room
   displaced = 4,  ///< any-hit: inserted, the last entry fell out (evicted when checkpointing)
   rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; reported, so t_max becomes t_hit
-  ignored = 6     ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
+  ignored = 6,    ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
+  nearest = 7     ///< tracing = closest, no any-hit: the nearest hit so far, replaces the one before; t_max becomes its t
 };
-constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted; }
+inline constexpr LeafOutcome kLastLeafOutcome = LeafOutcome::nearest;
+constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted && o <= LeafOutcome::ignored; }
 
 struct Event {
   std::uint32_t node = 0;         ///< visit_internal: index into RayGroup::nodes; else node address / kNodeUnit
   std::uint8_t detail = 0;        ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
   std::uint8_t checkpoints = 0;   ///< visit_internal: mask of checkpointed children; others: 0/1
-  std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer entries moved by the insertion (12 bits)
+  std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer or heap entries moved by the insertion (12 bits)
 
   EventKind kind() const { return static_cast<EventKind>(kind_shifts & 0xF); }
   unsigned shifts() const { return kind_shifts >> 4; }

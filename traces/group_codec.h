@@ -27,6 +27,7 @@ enum class InnerOp : std::uint8_t { visit = 0, visit_with_checkpoints = 1, cull_
 inline constexpr unsigned kLeafBeyondCheckpointed = 7;
 inline constexpr unsigned kLeafCullDropped = 8;
 inline constexpr unsigned kLeafCullCheckpointed = 9;
+inline constexpr unsigned kLeafNearest = 10;
 /// Symbols of column replay_op.
 enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2 };
 /// Bits of column round_flags.

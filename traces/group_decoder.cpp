@@ -293,10 +293,11 @@ class GroupDecoder {
   }
 
   void take_leaf(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const unsigned op = take_op(Column::leaf_op, popped, kLeafCullCheckpointed);
-    if (op >= kLeafCullDropped) return take_cull(popped, address, op == kLeafCullCheckpointed, events);
+    const unsigned op = take_op(Column::leaf_op, popped, kLeafNearest);
+    if (op == kLeafCullDropped || op == kLeafCullCheckpointed) return take_cull(popped, address, op == kLeafCullCheckpointed, events);
     const bool checkpointed = op == kLeafBeyondCheckpointed;
-    const LeafOutcome outcome = checkpointed ? LeafOutcome::beyond : static_cast<LeafOutcome>(op);
+    LeafOutcome outcome = checkpointed ? LeafOutcome::beyond : static_cast<LeafOutcome>(op);
+    if (op == kLeafNearest) outcome = LeafOutcome::nearest;
     unsigned shifts = 0;
     if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
       shifts = static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts));

@@ -330,10 +330,11 @@ class GroupEncoder {
     constexpr Column column = Column::leaf_op;
     if (event.kind() == EventKind::cull) return put_cull(column, event, popped, kLeafCullDropped);
     require(event.kind() == EventKind::visit_leaf, "a leaf is on top of the stack");
-    require(event.detail <= static_cast<unsigned>(LeafOutcome::ignored), "the leaf outcome must be known");
+    require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
     const bool beyond = event.outcome() == LeafOutcome::beyond;
     require(event.checkpoints <= (beyond ? 1 : 0), "only a leaf beyond t_max is checkpointed");
-    put_op(column, popped, event.checkpoints != 0 ? kLeafBeyondCheckpointed : event.detail);
+    const unsigned op = event.outcome() == LeafOutcome::nearest ? kLeafNearest : event.detail;
+    put_op(column, popped, event.checkpoints != 0 ? kLeafBeyondCheckpointed : op);
     if (event.checkpoints != 0) destination_.push_back(popped);
     if (event.outcome() == LeafOutcome::inserted || event.outcome() == LeafOutcome::displaced) {
       put_varint(columns_[Column::shifts], event.shifts());

@@ -8,12 +8,13 @@
 
 namespace grtx::traces {
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;
 
 struct Header {
   // What was traced.
   std::string accel = "tri20";
-  unsigned k = 8;
+  std::string tracing = "multi";  ///< how a round collects hits (traces/event.h): multi, single, closest
+  unsigned k = 8;                  ///< entries of the k-buffer; 1 when closest
   bool checkpoint = false;
   std::string checkpoint_order = "fifo";  ///< order in which a replay round reads the source buffer: fifo, lifo, nearest
   std::string child_order = "near_first";

@@ -16,6 +16,7 @@ using Json = nlohmann::json;
 template <typename HeaderType, typename Visit>
 void for_each_header_field(HeaderType& h, Visit&& visit) {
   visit("accel", h.accel);
+  visit("tracing", h.tracing);
   visit("k", h.k);
   visit("checkpoint", h.checkpoint);
   visit("checkpoint_order", h.checkpoint_order);
@@ -125,6 +126,11 @@ Header header_from_json(std::string_view text) {
 
 std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
+  if (h.tracing != "multi" && h.tracing != "single" && h.tracing != "closest") {
+    return "tracing must be multi, single or closest";
+  }
+  if (h.tracing == "closest" && h.k != 1) return "k must be 1 when tracing is closest";
+  if (h.tracing != "multi" && h.checkpoint) return "checkpoint must be false unless tracing is multi";
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
   if (h.checkpoint_order != "fifo" && h.checkpoint_order != "lifo" && h.checkpoint_order != "nearest") {

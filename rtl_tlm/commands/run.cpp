@@ -135,6 +135,10 @@ void print_table(const ordered_json& designs) {
 
 int run(const Options& options, bool quiet) {
   const GpuConfig config = load_config(options.config, options.settings);
+  for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
+  if (options.tracer.triangle_test == "world") {
+    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
+  }
   std::error_code failed;
   std::filesystem::create_directories(options.output, failed);
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());

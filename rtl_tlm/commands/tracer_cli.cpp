@@ -37,6 +37,10 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node")->check(CLI::Range(2U, 8U));
   command->add_option("--mapping", cli.mapping, "How pixels form warps")->check(one_of({"tile8x4", "linear"}));
   command->add_option("--secondary", cli.secondary, "Secondary rays")->check(one_of({"none"}));
+  command->add_option("--tracing", cli.tracing, "Rounds of k hits, one round that sorts all (--k holds them), or a hit each")
+      ->check(one_of({"multi", "single", "closest"}));
+  command->add_option("--triangle-test", cli.triangle_test, "Hit test of triangles: canonical, or their stored vertices")
+      ->check(one_of({"canonical", "world"}));
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
@@ -57,6 +61,18 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.child_order = cli.child_order == "slot" ? ChildOrder::slot : ChildOrder::near_first;
   o.sh_direction = cli.sh_dir == "centre" ? ShDirection::centre : ShDirection::ray;
   o.adaptive_radius = cli.kernel_radius == "adaptive";
+  o.tracing = cli.tracing == "single" ? Tracing::single : cli.tracing == "closest" ? Tracing::closest : Tracing::multi;
+  o.triangle_test = cli.triangle_test == "world" ? TriangleTest::world : TriangleTest::canonical;
+  if (o.tracing == Tracing::closest) o.k = 1;
+  if (checkpoint && o.tracing != Tracing::multi) {
+    throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
+  }
+  if (o.triangle_test == TriangleTest::world && proxy_of(accel) == ProxyKind::sphere) {
+    throw Error("--triangle-test", "world", "needs a structure of triangles, not --accel " + accel_name(accel));
+  }
+  if (o.triangle_test == TriangleTest::world && o.sort_key == SortKey::peak) {
+    throw Error("--triangle-test", "world", "measures where a triangle is entered: it needs --sort-key entry");
+  }
   if (o.inside == InsideRule::count && proxy_of(accel) != ProxyKind::sphere) {
     throw Error("--inside", "count", "needs a sphere proxy: --accel ellipsoid or tlas-sphere");
   }
@@ -77,7 +93,7 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
 
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, AccelKind accel) {
   return {{"accel", accel_name(accel)},
-          {"k", std::to_string(cli.k)},
+          {"k", std::to_string(cli.tracing == "closest" ? 1 : cli.k)},
           {"checkpoint", checkpoint ? "on" : "off"},
           {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
           {"ert", fmt::format("{}", cli.ert)},
@@ -93,7 +109,9 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
           {"instance_bounds", cli.instance_bounds},
           {"bvh_width", std::to_string(cli.bvh_width)},
           {"mapping", cli.mapping},
-          {"secondary", cli.secondary}};
+          {"secondary", cli.secondary},
+          {"tracing", cli.tracing},
+          {"triangle_test", cli.triangle_test}};
 }
 
 }  // namespace grtx::tlm

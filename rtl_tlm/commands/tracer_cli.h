@@ -27,6 +27,8 @@ struct TracerCli {
   std::string instance_bounds = "tight";
   std::string mapping = "tile8x4";
   std::string secondary = "none";
+  std::string tracing = "multi";
+  std::string triangle_test = "canonical";
   unsigned bvh_width = 6;
   unsigned threads = 0;
 };

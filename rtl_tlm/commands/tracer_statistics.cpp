@@ -30,6 +30,9 @@ modules::StatisticList tracer_statistics(const frontend::Scene& scene, const fro
   list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
   list.add("tracer.ties_lost", c.ties_lost, "hits", "ties at the resume point lost by --resume strict");
   list.add("tracer.inside_skipped", c.inside_skipped, "hits", "Gaussians skipped because their proxy holds the origin");
+  list.add("tracer.single.overflows", c.single_overflows, "rounds", "single-round: a hit met a full buffer of k hits");
+  list.add("tracer.nearest_commits", c.nearest_commits, "hits", "closest-hit: hits that became the nearest so far");
+  list.add("tracer.doubled", c.doubled, "hits", "--triangle-test world: Gaussians processed by a ray once more");
   const double gaussians = static_cast<double>(std::max<std::size_t>(1, scene.size()));
   const auto& nodes = accel.counts();
   list.add("accel.bytes", accel.image().size(), "B", "size of the node image, headers and BLAS included");

@@ -72,6 +72,15 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
       {"sim x.grtx --set l1.latncy=3", {"--set", "l1.latncy", "'l1.latency'"}},
       {"sim x.grtx --vcd a.vcd --vcd-window 9:3", {"--vcd-window", "9:3"}},
       {"sim x.grtx --config", {"--config"}},
+      {"trace --tracing singl --scene a --cameras b", {"--tracing", "unknown value 'singl'", "'single'"}},
+      {"trace --tracing single --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "single", "multi"}},
+      {"trace --tracing closest --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "closest", "multi"}},
+      {"trace --triangle-test world --accel ellipsoid --no-trace --scene a --cameras b",
+       {"--triangle-test", "triangles"}},
+      {"trace --triangle-test world --sort-key peak --no-trace --scene a --cameras b",
+       {"--triangle-test", "--sort-key entry"}},
+      {"run --tracing single --scene a --cameras b -o c", {"--tracing", "single", "multi"}},
+      {"run --triangle-test world --scene a --cameras b -o c", {"--triangle-test", "identical"}},
       {"reference --inside count --scene a --cameras b -o c.pfm", {"--inside count", "sphere"}}};
   for (const Case& c : cases) {
     const Folder folder;

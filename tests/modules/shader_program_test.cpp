@@ -181,6 +181,70 @@ TEST(ShaderBlend, RunsUntilTheLongestLaneIsDoneAndSkipsTheColourWhenNoLaneBlends
   EXPECT_EQ(p.program.active_lanes(kSlot), 0u);
 }
 
+traces::Header single_round(unsigned k) {
+  traces::Header header = simt_header();
+  header.tracing = "single";
+  header.k = k;
+  return header;
+}
+
+TEST(ShaderSingleRound, AppendsWithoutReading) {
+  Program p(single_round(64));
+  const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
+  p.program.begin(kSlot, group);
+  for (unsigned i = 0; i < 5; ++i) {
+    p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+    EXPECT_TRUE(p.phase.loads.empty());
+    ASSERT_EQ(p.phase.stores.size(), 8u);
+    EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, i, 0, 0));
+    EXPECT_EQ(p.phase.instructions, 12u);
+  }
+}
+
+TEST(ShaderSingleRound, AFullBufferIsAHeap) {
+  Program p(single_round(8));
+  const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
+  p.program.begin(kSlot, group);
+  for (unsigned i = 0; i < 7; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  p.any_hit(kAllLanes, LeafOutcome::inserted, 5);  // fills: reads the other seven, writes itself and the five moved
+  EXPECT_EQ(p.phase.loads.size(), 7u * 8);
+  EXPECT_EQ(p.phase.stores.size(), 6u * 8);
+  EXPECT_EQ(p.phase.instructions, 12u + 3 * 5);
+  p.any_hit(kAllLanes, LeafOutcome::displaced, 2);  // root, two children on each of three levels; three written
+  EXPECT_EQ(p.phase.loads.size(), 7u * 8);
+  EXPECT_EQ(p.phase.stores.size(), 3u * 8);
+  EXPECT_EQ(p.phase.stores[16].address, p.map.k_buffer(kSlot, 3, 0, 0));  // of the path 0, 1, 3
+  EXPECT_EQ(p.phase.instructions, 12u + 3 * 2);
+  p.any_hit(kAllLanes, LeafOutcome::rejected, 0);  // only the root is compared with
+  EXPECT_EQ(p.phase.loads.size(), 8u);
+  EXPECT_TRUE(p.phase.stores.empty());
+}
+
+TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {
+  Program p(single_round(8));
+  RoundScript script{{}, {seen(1, true), seen(2, true), seen(3, true)}, 0, 0};
+  script.any_hits.assign(3, {LeafOutcome::inserted});
+  const traces::RayGroup group = uniform_group(32, {script});
+  p.program.begin(kSlot, group);
+  EXPECT_FALSE(p.program.sorts(kSlot));
+  for (unsigned i = 0; i < 3; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  p.any_hit(0x1, LeafOutcome::ignored, 0);
+  unsigned passes = 0;
+  for (; p.program.sorts(kSlot); ++passes) {
+    p.program.sort(kSlot, p.phase);
+    EXPECT_EQ(p.phase.kind, PhaseKind::sort);
+    EXPECT_EQ(p.phase.instructions, 6u * 3);
+    ASSERT_EQ(p.phase.loads.size(), 3u * 8);
+    ASSERT_EQ(p.phase.stores.size(), 3u * 8);
+    EXPECT_EQ(p.phase.loads[0].address, p.map.k_buffer(kSlot, passes % 2 == 0 ? 0 : 8, 0, 0));
+    EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, passes % 2 == 0 ? 8 : 0, 0, 0));
+  }
+  EXPECT_EQ(passes, 2u);  // three entries: runs of two, then all
+  p.program.blend(kSlot, p.phase);
+  EXPECT_EQ(p.phase.loads[0].address, p.map.k_buffer(kSlot, 0, 0, 0));
+  EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
+}
+
 TEST(ShaderEvictMove, ReadsAllMovesPreloadedAndCompactsTheRest) {
   Program p(checkpointing(simt_header()));
   RoundScript second;

@@ -82,6 +82,65 @@ traces::testing::RandomTrace small_trace(unsigned seed, bool checkpoint, std::ui
 
 class SimtConservation : public SystemCTest {};
 
+TEST_F(SimtConservation, SingleRoundTracingSortsBeforeItBlends) {
+  for (const unsigned k : {4U, 64U}) {  // the small buffer runs full
+    traces::testing::RandomOptions random;
+    random.seed = 11;
+    random.groups = 9;
+    random.warp_size = 32;
+    random.checkpoint = false;
+    random.k = k;
+    random.tracing = "single";
+    const auto trace = traces::testing::random_trace(random);
+    const Expected e = expected_of(trace);
+    std::uint64_t passes = 0;  // of the longest lane of each warp's rounds
+    for (const traces::RayGroup& group : trace.groups) {
+      std::vector<unsigned> most;
+      for (const traces::Ray& ray : group.rays) {
+        most.resize(std::max(most.size(), ray.rounds.size()));
+        for (std::size_t r = 0; r < ray.rounds.size(); ++r) most[r] = std::max<unsigned>(most[r], ray.rounds[r].k_count);
+      }
+      for (const unsigned entries : most) {
+        for (unsigned run = 1; run < entries; run *= 2) ++passes;
+      }
+    }
+    ASSERT_GT(passes, 0u);
+    SimtCounters counters;
+    const std::string log = run_all(trace, {}, &counters);
+    EXPECT_EQ(counters.phases[static_cast<std::size_t>(PhaseKind::sort)], passes);
+    EXPECT_EQ(counters.phases[static_cast<std::size_t>(PhaseKind::blend)], e.warp_rounds);
+    EXPECT_EQ(counters.shader.any_hit_calls, e.calls);
+    EXPECT_EQ(counters.shader.entries_processed, e.processed);
+    EXPECT_EQ(counters.shader.k_buffer_mismatches, 0u);
+    SimtBench::Options options;
+    options.order = 2;
+    options.idle_skip = false;
+    EXPECT_EQ(run_all(trace, options, nullptr), log);
+  }
+}
+
+TEST_F(SimtConservation, ClosestHitTracingCallsNoAnyHitShader) {
+  traces::testing::RandomOptions random;
+  random.seed = 12;
+  random.groups = 9;
+  random.warp_size = 32;
+  random.checkpoint = false;
+  random.k = 1;
+  random.tracing = "closest";
+  const auto trace = traces::testing::random_trace(random);
+  const Expected e = expected_of(trace);
+  ASSERT_EQ(e.calls, 0u);
+  ASSERT_GT(e.processed, 0u);
+  SimtCounters counters;
+  run_all(trace, {}, &counters);
+  EXPECT_EQ(counters.shader.any_hit_batches, 0u);
+  EXPECT_EQ(counters.shader.warp_rounds, e.warp_rounds);
+  EXPECT_EQ(counters.shader.entries_processed, e.processed);
+  EXPECT_EQ(counters.shader.k_buffer_mismatches, 0u);
+  EXPECT_EQ(counters.memory.loads[static_cast<std::size_t>(Region::k_buffer)], 0u);
+  EXPECT_EQ(counters.memory.stores[static_cast<std::size_t>(Region::k_buffer)], 0u);
+}
+
 TEST_F(SimtConservation, EverythingInTheTraceHappensOnce) {
   const struct {
     unsigned seed;

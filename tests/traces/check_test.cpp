@@ -46,6 +46,26 @@ RandomTrace restarting() {
   return testing::random_trace(options);
 }
 
+RandomTrace single_round() {
+  RandomOptions options;
+  options.seed = 8;
+  options.groups = 6;
+  options.k = 4;
+  options.checkpoint = false;
+  options.tracing = "single";
+  return testing::random_trace(options);
+}
+RandomTrace closest_hit() {
+  RandomOptions options;
+  options.seed = 9;
+  options.groups = 6;
+  options.k = 1;
+  options.checkpoint = false;
+  options.two_level = true;
+  options.tracing = "closest";
+  return testing::random_trace(options);
+}
+
 // Where a mutation can bite: an event with the k-buffer's state before it, or a round.
 struct EventPlace {
   Header& header;
@@ -218,7 +238,7 @@ std::vector<Case> cases() {
        })},
       {"UnknownOutcome", restarting, "the leaf outcome must be known", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_leaf) return false;
-         set_leaf(p.event, static_cast<LeafOutcome>(7));
+         set_leaf(p.event, static_cast<LeafOutcome>(8));
          return true;
        })},
       // Evictions
@@ -335,6 +355,49 @@ std::vector<Case> cases() {
        })},
       {"EventsBehindTheRounds", restarting, "events remain",
        on_round([](RoundPlace p) { return p.ray.events.emplace_back(), true; })},
+      // How a round collects hits
+      {"NearestHitInMultiRoundTracing", restarting, "only closest-hit tracing commits", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
+         set_leaf(p.event, LeafOutcome::nearest);
+         return true;
+       })},
+      {"NearestHitInSingleRoundTracing", single_round, "only closest-hit tracing commits", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
+         set_leaf(p.event, LeafOutcome::nearest);
+         return true;
+       })},
+      {"AnyHitInClosestHitTracing", closest_hit, "calls no any-hit shader", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::nearest) || p.occupied != 0) return false;
+         set_leaf(p.event, LeafOutcome::inserted);
+         return true;
+       })},
+      {"TieReportedInClosestHitTracing", closest_hit, "calls no any-hit shader", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::behind)) return false;
+         set_leaf(p.event, LeafOutcome::ignored);
+         return true;
+       })},
+      {"NearestHitLost", closest_hit, "k_count must be", on_round([](RoundPlace p) {
+         unsigned found = 0;
+         Event* nearest = nullptr;
+         for (std::uint32_t e = 0; e < p.round.event_count; ++e) {
+           Event& event = p.ray.events[p.first_event + e];
+           if (!is_leaf(event, LeafOutcome::nearest)) continue;
+           ++found;
+           nearest = &event;
+         }
+         if (found == 1) set_leaf(*nearest, LeafOutcome::miss);
+         return found == 1;
+       })},
+      {"AppendMovesEntries", single_round, "appends without moving", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::inserted) || p.occupied == 0 || p.occupied + 1 >= p.header.k) return false;
+         set_leaf(p.event, LeafOutcome::inserted, 1);
+         return true;
+       })},
+      {"HeapMovesTooManyEntries", single_round, "at most log2(k)", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::displaced)) return false;
+         set_leaf(p.event, LeafOutcome::displaced, 3);
+         return true;
+       })},
       // Group
       {"PixelOutsideTheImage", restarting, "the pixel must lie in the image",
        on_round([](RoundPlace p) { return p.ray.pixel = 640 * 480; })},
@@ -394,7 +457,7 @@ std::string fault_in_file(const RandomTrace& trace, std::string& place) {
 }
 
 TEST(Check, SoundTracesPass) {
-  for (auto* base : {replaying, overflowing, restarting}) {
+  for (auto* base : {replaying, overflowing, restarting, single_round, closest_hit}) {
     const RandomTrace trace = base();
     std::string place;
     EXPECT_EQ(fault_in_memory(trace, place), "") << place;

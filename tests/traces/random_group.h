@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <map>
 #include <random>
@@ -30,6 +31,7 @@ struct RandomOptions {
   bool two_level = false;
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
+  std::string tracing = "multi";  ///< single and closest need checkpoint = false; closest k = 1
 };
 
 struct RandomTrace {
@@ -187,6 +189,7 @@ class RandomRay {
       round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
       evictions_.clear();
     }
+    if (options_.tracing == "single") std::sort(k_buffer_.begin(), k_buffer_.end());
     blend(round);
     return round;
   }
@@ -284,10 +287,12 @@ class RandomRay {
       return;
     }
     if (!ray_.rounds.empty() && t_hit <= t_last_) return leaf(top, LeafOutcome::behind);
+    if (options_.tracing == "closest") return commit_nearest(top, {t_hit, gaussian});
     for (const Hit& hit : k_buffer_) {
       if (hit.gaussian == gaussian) return leaf(top, LeafOutcome::ignored);
     }
     const Hit hit{t_hit, gaussian};
+    if (options_.tracing == "single") return collect_unsorted(top, hit);
     const auto place = std::upper_bound(k_buffer_.begin(), k_buffer_.end(), hit);
     auto shifts = static_cast<unsigned>(k_buffer_.end() - place);
     if (k_buffer_.size() < options_.k) {
@@ -304,6 +309,30 @@ class RandomRay {
     if (options_.checkpoint) evictions_.push_back(k_buffer_.back());
     k_buffer_.pop_back();
     leaf(top, LeafOutcome::displaced, shifts);
+  }
+
+  void commit_nearest(const Entry& top, const Hit& hit) {
+    if (!k_buffer_.empty() && !(hit < k_buffer_[0])) return leaf(top, LeafOutcome::beyond);
+    k_buffer_.assign(1, hit);
+    t_max_ = hit.t;
+    leaf(top, LeafOutcome::nearest);
+  }
+
+  // How many entries a heap moves depends on its layout; here any legal number will do.
+  void collect_unsorted(const Entry& top, const Hit& hit) {
+    const std::uint64_t moves = hash(top.address, top.context, 5);
+    if (k_buffer_.size() < options_.k) {
+      k_buffer_.push_back(hit);
+      const bool filled = k_buffer_.size() == options_.k;
+      return leaf(top, LeafOutcome::inserted, filled ? static_cast<unsigned>(moves % options_.k) : 0);
+    }
+    const auto largest = std::max_element(k_buffer_.begin(), k_buffer_.end());
+    if (hit < *largest) {
+      *largest = hit;
+      return leaf(top, LeafOutcome::displaced, static_cast<unsigned>(moves) % std::bit_width(options_.k));
+    }
+    t_max_ = hit.t;
+    leaf(top, LeafOutcome::rejected);
   }
 
   void leaf(const Entry& top, LeafOutcome outcome, unsigned shifts = 0) {
@@ -350,6 +379,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   RandomTrace trace;
   Header& header = trace.header;
   header.accel = options.two_level ? "tlas-tri20" : "tri20";
+  header.tracing = options.tracing;
   header.k = options.k;
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
@@ -391,7 +421,7 @@ inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
          std::to_string(o.bvh_width) + " k " + std::to_string(o.k) + (o.checkpoint ? " checkpoint " : " restart ") +
-         o.checkpoint_order + " capacity " + std::to_string(o.capacity) + " " + o.child_order;
+         o.checkpoint_order + " capacity " + std::to_string(o.capacity) + " " + o.child_order + " " + o.tracing;
 }
 
 /// Every combination that changes how a group is coded.
@@ -418,6 +448,20 @@ inline std::vector<RandomOptions> all_random_options() {
             o.k = 1 + seed % 7;
             all.push_back(o);
           }
+        }
+      }
+    }
+    for (const char* tracing : {"single", "closest"}) {
+      for (const char* child_order : {"near_first", "slot"}) {
+        for (const unsigned k : {1U, 4U, 100U}) {
+          RandomOptions o;
+          o.seed = ++seed;
+          o.two_level = two_level;
+          o.checkpoint = false;
+          o.child_order = child_order;
+          o.tracing = tracing;
+          o.k = o.tracing == "closest" ? 1 : k;
+          all.push_back(o);
         }
       }
     }

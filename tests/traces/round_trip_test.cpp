@@ -36,6 +36,7 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   options.depth = 5;
   options.checkpoint = false;
   options.groups = 1;
+  options.tracing = "single";
   expect_round_trip(options);
 }
 
@@ -76,8 +77,8 @@ TEST(RoundTrip, RandomTracesCoverEveryEventAndOutcome) {
       }
     }
   }
-  // internal x2, instance x2, leaf 7 + beyond checkpointed, cull x2, take, forward x2
-  EXPECT_EQ(seen.size(), 2U + 2U + 8U + 2U + 1U + 2U) << ::testing::PrintToString(seen);
+  // internal x2, instance x2, leaf 8 + beyond checkpointed, cull x2, take, forward x2
+  EXPECT_EQ(seen.size(), 2U + 2U + 9U + 2U + 1U + 2U) << ::testing::PrintToString(seen);
   EXPECT_GT(sum.overflows, 0U);
 }
 
