@@ -49,8 +49,11 @@ class RayTracer {
   /// When set, receives the ids blended by the rays traced from now on.
   void collect_blended(std::vector<std::uint32_t>* ids) { blended_ids_ = ids; }
 
+  /// The light that reaches the ray's origin from hits with t <= t_limit, dimmed by `transmittance` (what lies before
+  /// the origin left), and the transmittance that remains. Nothing beyond t_limit is pushed or checkpointed.
   template <typename Recorder>
-  RayResult trace(const TraceRay& ray, Recorder& recorder);
+  RayResult trace(const TraceRay& ray, Recorder& recorder, float transmittance = 1.0f,
+                  float t_limit = std::numeric_limits<float>::infinity());
 
  private:
   struct Entry {
@@ -83,9 +86,10 @@ class RayTracer {
     if (tracker_ != nullptr) tracker_->visit(units, size_units);
   }
 
-  /// Writes an entry to the destination buffer; false when it is dropped (checkpointing off, or overflow).
+  /// Writes an entry to the destination buffer; false when it is dropped (checkpointing off, overflow, or
+  /// beyond the end of the ray).
   bool checkpoint(const Entry& entry) {
-    if (!options_.checkpoint || overflow_) return false;
+    if (!options_.checkpoint || overflow_ || entry.t > t_limit_) return false;
     if (destination_.size() == options_.checkpoint_capacity) {
       overflow_ = true;
       return false;
@@ -109,6 +113,7 @@ class RayTracer {
   std::uint32_t id_last_ = 0;
   float t_min_cull_ = 0.0f;  ///< boxes that end before this hold nothing new
   float t_max_ = 0.0f;
+  float t_limit_ = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
   bool replay_ = false;
   bool overflow_ = false;
   float transmittance_ = 1.0f;
@@ -142,11 +147,12 @@ class RayTracer {
 };
 
 template <typename Recorder>
-RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
+RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
   t_last_ = -1.0f;
   id_last_ = 0;
   replay_ = false;
-  transmittance_ = 1.0f;
+  transmittance_ = transmittance;
+  t_limit_ = t_limit;
   colour_ = glm::vec3(0.0f);
   if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
   evictions_.clear();
@@ -165,7 +171,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     overflow_ = false;
     recorder.begin_round();
     refill_from_evictions(round);
-    t_max_ = std::numeric_limits<float>::infinity();
+    t_max_ = t_limit_;
     if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
     // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
     t_min_cull_ = options_.sort_key == SortKey::entry ? std::max(t_last_, 0.0f) : 0.0f;
@@ -174,8 +180,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     round.overflow = overflow_;
     round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
     blend(ray, round, recorder);
-    counters_.checkpoints_max_per_ray =
-        std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
+    counters_.checkpoints_max_per_ray = std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
     if (overflow_) {
       ++counters_.checkpoint_overflows;
       round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
@@ -238,7 +243,9 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
       continue;
     }
     switch (entry.kind) {
-      case NodeKind::internal: visit_internal(ray, entry, recorder); break;
+      case NodeKind::internal:
+        visit_internal(ray, entry, recorder);
+        break;
       case NodeKind::instance: {
         ++counters_.visits_instance;
         visited(entry.node, 2);
@@ -248,7 +255,9 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
                           NodeKind::internal});
         break;
       }
-      default: visit_leaf(ray, entry, recorder); break;
+      default:
+        visit_leaf(ray, entry, recorder);
+        break;
     }
   }
 }
@@ -268,9 +277,9 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   const ChildInfo info = child_info(node, entry.node, layout_);
   alignas(32) float enter[8];
   const bool blas = in_blas(entry);
-  unsigned hits = test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f,
-                                t_min_cull_, enter) &
-                  info.valid;
+  unsigned hits =
+      test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f, t_min_cull_, enter) &
+      info.valid;
   // Children sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
   std::array<Entry, 8> pushed;
   unsigned count = 0, pushed_mask = 0, checkpoint_mask = 0;

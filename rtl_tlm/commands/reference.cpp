@@ -7,6 +7,7 @@
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
 #include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/secondary_cli.h"
 
 namespace grtx::tlm {
 namespace {
@@ -20,6 +21,7 @@ struct Options {
   std::string kernel_radius = "adaptive";
   std::string inside = "skip";
   std::string sh_dir = "ray";
+  SecondaryCli secondary;
   frontend::ReferenceOptions render;
   std::string output;
 };
@@ -47,6 +49,7 @@ int render(Options options, bool quiet) {
   }
   const frontend::Camera camera = select_camera(options.view);
   const frontend::Scene scene = frontend::load_scene(options.scene);
+  render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   return 0;
 }
@@ -74,6 +77,7 @@ void add_reference(CLI::App& app, CommonOptions& common) {
       ->check(one_of({"skip", "count"}));
   command->add_option("--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated")
       ->check(one_of({"ray", "centre"}));
+  add_secondary_options(command, options->secondary);
   command->add_option("--threads", options->render.threads, "Threads; 0 takes all");
   command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();
 }

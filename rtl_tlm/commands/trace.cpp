@@ -42,8 +42,13 @@ int trace(const Options& options, bool quiet) {
   const frontend::Scene scene = frontend::load_scene(options.scene);
   const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
   const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
+  const frontend::SecondaryPlan plan =
+      frontend::plan_secondary(scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads);
+  render.secondary = &plan;
 
   std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);
+  inputs.merge(object_inputs(objects));
   std::optional<traces::Writer> writer;
   traces::Header header = trace_header(scene, camera, accel, tracer, render);
   for (const auto& [name, value] : header.inputs) inputs[name] = value;
@@ -55,6 +60,7 @@ int trace(const Options& options, bool quiet) {
   if (!options.image.empty()) frontend::write_image(options.image, result.image);
 
   modules::StatisticList statistics = tracer_statistics(scene, accel, result);
+  add_secondary_statistics(statistics, plan, result);
   if (writer) add_trace_statistics(statistics, *writer);
   const modules::StatisticList host = tracer_host_statistics(accel, result);
   if (!options.statistics.empty()) {
@@ -70,6 +76,10 @@ int trace(const Options& options, bool quiet) {
                static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, scene.size())),
                static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
                writer ? fmt::format(", trace {:.3g} MB", static_cast<double>(writer->bytes()) * 1e-6) : "");
+    if (!objects.empty()) {
+      fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
+                 plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
+    }
   }
   return 0;
 }

@@ -70,6 +70,36 @@ TEST_F(RunTest, FourDesignsEndToEnd) {
   EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
 }
 
+TEST_F(RunTest, SecondaryRaysEndToEnd) {
+  must("synth --preset object --count 2000 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  EXPECT_TRUE(results.at("violations").empty());
+  const auto stat = [&](const char* design, const char* name) {
+    return results.at("designs").at(design).at(name).at("value").get<double>();
+  };
+  for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+    EXPECT_GT(stat(design, "tracer.secondary.glass_rays"), 0.0);
+    EXPECT_GT(stat(design, "tracer.secondary.mirror_rays"), 0.0);
+    EXPECT_EQ(stat(design, "tracer.rays"), 24.0 * 16.0 + stat(design, "tracer.secondary.rays"));
+    EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
+    EXPECT_GT(stat(design, "gpu.rays.secondary_cycles"), 0.0);
+    EXPECT_EQ(stat(design, "gpu.rays.primary_cycles") + stat(design, "gpu.rays.secondary_cycles"),
+              stat(design, "gpu.cycles"));
+    must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+  }
+  EXPECT_GT(results.at("speedup_secondary").at("grtx").get<double>(), 0.0);
+  must("reference " + scene_arguments() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/r.pfm");
+  must("trace " + scene_arguments() + "--secondary both --secondary-seed 2 --no-trace --quiet --image " + folder +
+       "/i.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const char* bad : {"--glass 0,0,0,1", "--secondary glass --glass 0,0,0,-1", "--secondary mirror --mirror 1,2,3",
+                          "--secondary glas", "--secondary both --glass 0,0,0,1 --mirror 0,0,0.5,0,0,1,2,2"}) {
+    EXPECT_EQ(grtx("trace " + scene_arguments() + "--no-trace --quiet " + bad).code, 2) << bad;
+  }
+}
+
 TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {
   must("synth --preset object --count 2000 --seed 9 -o " + folder + "/s.ply --quiet");
   must("trace " + scene_arguments() + "--accel tlas-tri20 --checkpoint on --quiet -o " + folder + "/t.grtx");
