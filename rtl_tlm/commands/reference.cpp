@@ -3,9 +3,11 @@
 
 #include "base/error.h"
 #include "frontend/image.h"
+#include "frontend/multi_object.h"
 #include "frontend/reference/reference.h"
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/secondary_cli.h"
 
@@ -36,6 +38,15 @@ frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& a
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
 }
 
+/// A scene, or the objects of a list in one scene.
+frontend::Scene load(const std::string& path) {
+  if (!frontend::is_object_list(path)) return frontend::load_scene(path);
+  LoadedObjects loaded = load_objects(path);
+  const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
+                                         {frontend::AccelKind::tlas_sphere, 6, false}, true);
+  return frontend::flatten(world, loaded.placements);
+}
+
 int render(Options options, bool quiet) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
@@ -48,7 +59,7 @@ int render(Options options, bool quiet) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
   const frontend::Camera camera = select_camera(options.view);
-  const frontend::Scene scene = frontend::load_scene(options.scene);
+  const frontend::Scene scene = load(options.scene);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   return 0;

@@ -13,6 +13,7 @@
 #include "frontend/scene_io.h"
 #include "rtl_tlm/child_process.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
@@ -152,6 +153,7 @@ void add_speedups_by_kind(ordered_json& results) {
 }
 
 int run(const Options& options, bool quiet) {
+  refuse_objects(options.scene, "run");
   const GpuConfig config = load_config(options.config, options.settings);
   std::error_code failed;
   std::filesystem::create_directories(options.output, failed);

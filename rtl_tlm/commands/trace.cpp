@@ -9,6 +9,7 @@
 #include "frontend/image.h"
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
@@ -39,6 +40,11 @@ int trace(const Options& options, bool quiet) {
   frontend::RenderOptions render = render_options(options.tracer, quiet);
   render.count_unique = !options.statistics.empty();
   const frontend::Camera camera = select_camera(options.view);
+  if (frontend::is_object_list(options.scene)) {
+    if (!options.no_trace) refuse_objects(options.scene, "trace -o");
+    return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
+                              options.statistics, quiet);
+  }
   const frontend::Scene scene = frontend::load_scene(options.scene);
   const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
   const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
@@ -90,7 +96,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common] { return trace(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  command->add_option("--scene", options->scene, "Scene file, or with --no-trace an object list .json (no default)")
+      ->required();
   add_view_options(command, options->view);
   command->add_option("--accel", options->accel, "Acceleration structure")->check(one_of(accel_names()));
   command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
