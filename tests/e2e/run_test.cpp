@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -98,6 +99,28 @@ TEST_F(RunTest, SecondaryRaysEndToEnd) {
                           "--secondary glas", "--secondary both --glass 0,0,0,1 --mirror 0,0,0.5,0,0,1,2,2"}) {
     EXPECT_EQ(grtx("trace " + scene_arguments() + "--no-trace --quiet " + bad).code, 2) << bad;
   }
+}
+
+TEST_F(RunTest, SeveralObjectsAreRenderedAndNotTraced) {
+  must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/objects.json",
+             R"([{"file": "s.ply"}, {"file": "s.ply", "translate": [0.8, 0.1, 0.3], "scale": 0.5}])");
+  const std::string scene = "--scene " + folder + "/objects.json --cameras " + folder +
+                            "/s.cameras.json --view 0 --width 24 --height 16 --quiet ";
+  must("trace " + scene + "--accel tlas-tri20 --no-trace --image " + folder + "/i.pfm --stats " + folder + "/s.json");
+  EXPECT_EQ(json("s.json").at("stats").at("accel.objects").at("value"), 2);
+  EXPECT_EQ(json("s.json").at("stats").at("accel.gaussians").at("value"), 3000);
+  must("reference " + scene + "-o " + folder + "/r.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const std::string& refused :
+       {"trace " + scene + "--accel tlas-tri20 -o " + folder + "/t.grtx", "trace " + scene + "--accel tri20 --no-trace",
+        "trace " + scene + "--accel tlas-tri20 --no-trace --secondary both",
+        "run " + scene + "-o " + folder + "/out"}) {
+    const Outcome outcome = grtx(refused);
+    EXPECT_EQ(outcome.code, 2) << refused;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder + "/t.grtx"));
 }
 
 TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {
