@@ -87,8 +87,13 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
   assert(count <= width_);
   put(address + 12, static_cast<std::int32_t>((child_base - address) / traces::kNodeUnit));
   put<std::uint8_t>(address + 16, static_cast<std::uint8_t>(NodeKind::internal));
+  put<std::uint8_t>(address + 17, 0);
   put<std::uint8_t>(address + 21, 0xFF);
-  for (unsigned i = 0; i < count; ++i) {
+  for (unsigned i = 0; i < layout_.slots; ++i) {
+    if (i >= count) {
+      put<std::uint8_t>(address + layout_.child_info + i, 0);  // the bytes may have held another node
+      continue;
+    }
     const auto units = traces::node_bytes(children[i].kind, width_) / traces::kNodeUnit;
     put<std::uint8_t>(address + layout_.child_info + i,
                       static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2)));
@@ -126,6 +131,7 @@ void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, st
                                std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
                                const glm::vec3 (&object_to_world)[3], const glm::vec3& translation) {
   put<std::uint32_t>(address, 0xFF000000u | (instance & 0xFFFFFFu));
+  put<std::uint32_t>(address + 4, 0);
   put<std::uint64_t>(address + 8, blas_root);
   glm::vec3 object_translation(0.0f);
   for (std::uint64_t row = 0; row < 3; ++row) {

@@ -13,6 +13,7 @@
 #include "frontend/canonical_hit.h"
 #include "frontend/gaussian_math.h"
 #include "frontend/k_buffer.h"
+#include "frontend/multi_object.h"
 #include "frontend/node_test.h"
 #include "frontend/ray_recorder.h"
 #include "frontend/scene.h"
@@ -28,6 +29,17 @@ struct RayResult {
   float transmittance = 1.0f;
 };
 
+/// The Gaussians of the object that a ray is in.
+class CurrentGaussians {
+ public:
+  explicit CurrentGaussians(const PreparedGaussians& gaussians) : gaussians_(&gaussians) {}
+  const GaussianRecord& record(std::uint32_t g) const { return gaussians_->record(g); }
+  operator const PreparedGaussians&() const { return *gaussians_; }
+
+ private:
+  const PreparedGaussians* gaussians_;
+};
+
 /// One a thread; holds the buffers of the ray being traced. Blended (id) sequences can be observed through `on_blend`.
 class RayTracer {
  public:
@@ -35,7 +47,8 @@ class RayTracer {
             const TracerOptions& options)
       : scene_(scene),
         gaussians_(gaussians),
-        accel_(accel),
+        root_(static_cast<std::uint32_t>(accel.root() / traces::kNodeUnit)),
+        blas_root_(static_cast<std::uint32_t>(accel.blas_root() / traces::kNodeUnit)),
         image_(accel.image()),
         layout_(accel.image().layout()),
         proxy_(accel.proxy()),
@@ -46,13 +59,33 @@ class RayTracer {
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
+  /// Several objects by three-level instancing; Gaussian ids are those of the whole scene. For the NullRecorder only:
+  /// the trace format knows one level of instances.
+  RayTracer(const MultiObjectWorld& world, const TracerOptions& options)
+      : scene_(world.objects().front()->scene),
+        gaussians_(world.objects().front()->gaussians),
+        root_(static_cast<std::uint32_t>(world.root() / traces::kNodeUnit)),
+        blas_root_(static_cast<std::uint32_t>(world.blas_root() / traces::kNodeUnit)),
+        image_(world.image()),
+        layout_(world.image().layout()),
+        proxy_(world.proxy()),
+        options_(options),
+        faces_(world.proxy().is_sphere() ? 1 : world.proxy().faces()),
+        world_(&world),
+        k_buffer_(options.k) {
+    stack_.reserve(512);
+  }
+
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
   /// When set, receives the ids blended by the rays traced from now on.
   void collect_blended(std::vector<std::uint32_t>* ids) { blended_ids_ = ids; }
 
+  /// The light that reaches the ray's origin from hits with t <= t_limit, dimmed by `transmittance` (what lies before
+  /// the origin left), and the transmittance that remains. Nothing beyond t_limit is pushed or checkpointed.
   template <typename Recorder>
-  RayResult trace(const TraceRay& ray, Recorder& recorder);
+  RayResult trace(const TraceRay& ray, Recorder& recorder, float transmittance = 1.0f,
+                  float t_limit = std::numeric_limits<float>::infinity());
 
  private:
   struct Entry {
@@ -60,6 +93,7 @@ class RayTracer {
     float t = 0.0f;              ///< conservative entry t
     std::uint32_t instance = 0;  ///< TLAS leaf, units; 0 for nodes outside the BLAS
     NodeKind kind = NodeKind::internal;
+    std::uint32_t object = 0;  ///< leaf of the scene TLAS, units; 0 in that TLAS and in scenes of one object
   };
 
   const std::uint8_t* bytes(std::uint32_t units) const {
@@ -80,6 +114,16 @@ class RayTracer {
 
   void enter_instance(const TraceRay& ray, std::uint32_t leaf_units);
   ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
+  // Several objects.
+  void enter_object(const TraceRay& ray, std::uint32_t leaf_units);
+  void place_hit(Hit& hit, std::uint32_t& gaussian) const;
+  glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
+  /// The ray in the space of the entry's node.
+  const TraceRay& local_ray(const TraceRay& ray, const Entry& entry) {
+    if (entry.object == 0) return ray;
+    if (entry.object != object_) enter_object(ray, entry.object);
+    return object_ray_;
+  }
   Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
   Hit world_hit(const TraceRay& ray, const Entry& entry, std::uint32_t gaussian, std::uint32_t face);
   template <typename Recorder>
@@ -92,9 +136,10 @@ class RayTracer {
     if (tracker_ != nullptr) tracker_->visit(units, size_units);
   }
 
-  /// Writes an entry to the destination buffer; false when it is dropped (checkpointing off, or overflow).
+  /// Writes an entry to the destination buffer; false when it is dropped (checkpointing off, overflow, or
+  /// beyond the end of the ray).
   bool checkpoint(const Entry& entry) {
-    if (!options_.checkpoint || overflow_) return false;
+    if (!options_.checkpoint || overflow_ || entry.t > t_limit_) return false;
     if (destination_.size() == options_.checkpoint_capacity) {
       overflow_ = true;
       return false;
@@ -105,19 +150,22 @@ class RayTracer {
   }
 
   const Scene& scene_;
-  const PreparedGaussians& gaussians_;
-  const AccelerationStructure& accel_;
+  CurrentGaussians gaussians_;
+  const std::uint32_t root_;       ///< units
+  const std::uint32_t blas_root_;  ///< units
   const NodeImage& image_;
   const InternalLayout layout_;
   const Proxy& proxy_;
   const TracerOptions options_;
   const unsigned faces_;
+  const MultiObjectWorld* world_ = nullptr;
 
   // State of the ray.
   float t_last_ = -1.0f;
   std::uint32_t id_last_ = 0;
   float t_min_cull_ = 0.0f;  ///< boxes that end before this hold nothing new
   float t_max_ = 0.0f;
+  float t_limit_ = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
   bool replay_ = false;
   bool overflow_ = false;
   float transmittance_ = 1.0f;
@@ -135,6 +183,12 @@ class RayTracer {
   SlabRay unit_slabs_;
   Hit instance_hit_;
   bool instance_hit_known_ = false;
+
+  // The object being walked, with several.
+  std::uint32_t object_ = 0;  ///< leaf of the scene TLAS, units
+  const PlacedObject* placed_ = nullptr;
+  TraceRay object_ray_;
+  Interval object_interval_;  ///< of the ray in the object's world box
 
   // Recent hit tests of a monolithic structure: up to 80 faces of a Gaussian lie close together in the walk.
   struct CachedHit {
@@ -158,17 +212,19 @@ class RayTracer {
 };
 
 template <typename Recorder>
-RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
+RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
   t_last_ = -1.0f;
   id_last_ = 0;
   replay_ = false;
-  transmittance_ = 1.0f;
+  transmittance_ = transmittance;
+  t_limit_ = t_limit;
   colour_ = glm::vec3(0.0f);
   if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
   evictions_.clear();
   source_.clear();
   ++ray_stamp_;
   if (options_.triangle_test == TriangleTest::world) sheared_ = ShearedRay(ray.origin, ray.direction);
+  object_ = 0;
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
   std::size_t evictions_seen = 0;
@@ -183,7 +239,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     turned_away_ = false;
     recorder.begin_round();
     refill_from_evictions(round);
-    t_max_ = std::numeric_limits<float>::infinity();
+    t_max_ = t_limit_;
     if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
     // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
     t_min_cull_ = options_.sort_key == SortKey::entry ? std::max(t_last_, 0.0f) : 0.0f;
@@ -194,8 +250,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder) {
     if (options_.tracing == Tracing::single) k_buffer_.sort();
     if (turned_away_) ++counters_.single_overflows;
     blend(ray, round, recorder);
-    counters_.checkpoints_max_per_ray =
-        std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
+    counters_.checkpoints_max_per_ray = std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
     if (overflow_) {
       ++counters_.checkpoint_overflows;
       round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
@@ -218,7 +273,7 @@ template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
   stack_.clear();
   if (!replay_) {
-    stack_.push_back({static_cast<std::uint32_t>(accel_.root() / traces::kNodeUnit), 0.0f, 0, NodeKind::internal});
+    stack_.push_back({root_, 0.0f, 0, NodeKind::internal, 0});
     drain_stack(ray, recorder);
     return;
   }
@@ -235,12 +290,16 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
       continue;
     }
     recorder.event(traces::EventKind::replay_take, entry.node, 0, 0);
+    if (entry.object != 0) {
+      ++counters_.visits_instance;
+      visited(entry.object, 2);
+    }
     if (in_blas(entry)) {
       // The ray must be transformed again before a BLAS node can be tested.
       ++counters_.visits_instance;
       visited(entry.instance, 2);
       recorder.event(traces::EventKind::visit_instance, entry.instance, 1, 0);
-      enter_instance(ray, entry.instance);
+      enter_instance(local_ray(ray, entry), entry.instance);
     }
     stack_.push_back(entry);
     drain_stack(ray, recorder);
@@ -258,17 +317,26 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
       continue;
     }
     switch (entry.kind) {
-      case NodeKind::internal: visit_internal(ray, entry, recorder); break;
+      case NodeKind::internal:
+        visit_internal(local_ray(ray, entry), entry, recorder);
+        break;
       case NodeKind::instance: {
         ++counters_.visits_instance;
         visited(entry.node, 2);
         recorder.event(traces::EventKind::visit_instance, entry.node, 0, 0);
-        enter_instance(ray, entry.node);
-        stack_.push_back({static_cast<std::uint32_t>(accel_.blas_root() / traces::kNodeUnit), entry.t, entry.node,
-                          NodeKind::internal});
+        if (world_ != nullptr && entry.object == 0) {
+          enter_object(ray, entry.node);
+          stack_.push_back({static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), entry.t, 0,
+                            NodeKind::internal, entry.node});
+          break;
+        }
+        enter_instance(local_ray(ray, entry), entry.node);
+        stack_.push_back({blas_root_, entry.t, entry.node, NodeKind::internal, entry.object});
         break;
       }
-      default: visit_leaf(ray, entry, recorder); break;
+      default:
+        visit_leaf(local_ray(ray, entry), entry, recorder);
+        break;
     }
   }
 }
@@ -289,9 +357,9 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   const ChildInfo info = child_info(node, entry.node, layout_);
   alignas(32) float enter[8];
   const bool blas = in_blas(entry);
-  unsigned hits = test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f,
-                                t_min_cull_, enter) &
-                  info.valid;
+  unsigned hits =
+      test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f, t_min_cull_, enter) &
+      info.valid;
   // Children sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
   std::array<Entry, 8> pushed;
   unsigned count = 0, pushed_mask = 0, checkpoint_mask = 0;
@@ -300,7 +368,7 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
     hits &= hits - 1;
     const std::uint32_t below = info.wide & ((1u << slot) - 1u);
     Entry child{info.child_base + slot + static_cast<std::uint32_t>(__builtin_popcount(below)), enter[slot],
-                entry.instance, NodeKind::internal};
+                entry.instance, NodeKind::internal, entry.object};
     if (((info.internal >> slot) & 1u) == 0) {
       child.kind = static_cast<NodeKind>(node[layout_.child_info + slot] >> 2);
     }
@@ -322,6 +390,38 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   }
   stack_.insert(stack_.end(), pushed.begin(), pushed.begin() + count);
   recorder.internal(node, entry.node, info, pushed_mask, checkpoint_mask);
+}
+
+inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf_units) {
+  object_ = leaf_units;
+  placed_ = &world_->placed()[image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit)];
+  gaussians_ = CurrentGaussians(placed_->object->gaussians);
+  object_ray_ = placed_->to_object_ray(ray);
+  object_interval_ = conservative_interval(ray.slabs, placed_->box);
+}
+
+// World and object space round differently. As with the boxes of a face, a hit is defined to lie in its object's world
+// box: whatever the scene TLAS looks like, its boxes contain that one and lead to the hit.
+inline void RayTracer::place_hit(Hit& hit, std::uint32_t& gaussian) const {
+  gaussian += placed_->first_gaussian;
+  if (object_interval_.empty()) hit.kind = HitKind::miss;
+  hit.t = std::max(hit.t, object_interval_.enter);
+  // The box may end before a peak, which is not an entry.
+  if (options_.sort_key == SortKey::entry && hit.t > object_interval_.exit) hit.kind = HitKind::miss;
+}
+
+// Spherical harmonics are the object's: they turn with it because the direction is taken to its space.
+inline glm::vec3 RayTracer::colour_in_world(const KEntry& entry, const TraceRay& ray) const {
+  const PlacedObject& placed = world_->owner(entry.id);
+  const std::uint32_t local = entry.id - placed.first_gaussian;
+  const Scene& scene = placed.object->scene;
+  const TraceRay object_ray = placed.to_object_ray(ray);
+  const glm::vec3 d = options_.sh_direction == ShDirection::centre
+                          ? placed.object->gaussians.record(local).mean - object_ray.origin
+                          : object_ray.direction;
+  const unsigned coefficients = scene.sh_coefficients();
+  return sh_colour(&scene.sh[static_cast<std::size_t>(local) * coefficients * 3],
+                   sh_basis(d / std::sqrt(glm::dot(d, d)), scene.sh_degree), coefficients);
 }
 
 inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
@@ -361,6 +461,7 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     face = primitive - gaussian * faces_;
     hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
   }
+  if (world_ != nullptr) place_hit(hit, gaussian);
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
     recorder.event(EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), checkpoints, shifts);
   };
@@ -382,7 +483,7 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     }
   }
   if (hit.t > t_max_) {
-    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind});
+    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
   const KEntry candidate{hit.t, gaussian, hit.d2};
@@ -421,19 +522,24 @@ template <typename Recorder>
 void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
   const unsigned coefficients = scene_.sh_coefficients();
   for (const KEntry& entry : k_buffer_.entries()) {
-    const GaussianRecord& g = gaussians_.record(entry.id);
+    const GaussianRecord& g = world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id);
     const float alpha = hit_alpha(g.opacity, g.kappa2, entry.d2);
     recorder.processed(entry.id, alpha > 0.0f);
     ++round.processed_count;
     ++counters_.processed;
     if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id);
     if (!(alpha > 0.0f)) continue;
-    if (options_.sh_direction == ShDirection::centre) {
-      const glm::vec3 to_centre = g.mean - ray.origin;
-      basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
+    glm::vec3 colour(0.0f);
+    if (world_ != nullptr) {
+      colour = colour_in_world(entry, ray);
+    } else {
+      if (options_.sh_direction == ShDirection::centre) {
+        const glm::vec3 to_centre = g.mean - ray.origin;
+        basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
+      }
+      const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+      colour = sh_colour(sh, basis_, coefficients);
     }
-    const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
-    const glm::vec3 colour = sh_colour(sh, basis_, coefficients);
     const float weight = alpha * transmittance_;
     colour_ += weight * colour;
     transmittance_ *= 1.0f - alpha;

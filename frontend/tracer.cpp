@@ -11,6 +11,7 @@
 #include "base/hash.h"
 #include "base/progress.h"
 #include "frontend/ray_tracer.h"
+#include "frontend/secondary_plan.h"
 
 namespace grtx::frontend {
 namespace {
@@ -22,13 +23,18 @@ constexpr unsigned kTileHeight = 4;
 struct Worker {
   Worker(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
          const TracerOptions& options, Footprint* footprint)
-      : tracer(scene, gaussians, accel, options), recorder(accel.image()) {
+      : tracer(scene, gaussians, accel, options),
+        secondary_tracer(scene, gaussians, accel, options),
+        recorder(accel.image()) {
     if (footprint != nullptr) {
       tracker.emplace(accel.image().size(), *footprint);
       tracer.track_visits(&*tracker);
+      secondary_tracer.track_visits(&*tracker);
     }
   }
   RayTracer tracer;
+  RayTracer secondary_tracer;  ///< counts apart
+  std::uint64_t secondary_unique = 0;
   GroupRecorder recorder;
   std::optional<VisitTracker> tracker;
 };
@@ -72,6 +78,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   header.warp_size = kGroupRays;
   header.warp_mapping = render.linear_mapping ? "linear" : "tile8x4";
   header.groups = map_pixels(camera.width, camera.height, render.linear_mapping).size();
+  if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
   header.bvh_width = accel.options().width;
   header.node_image_bytes = accel.image().size();
   header.root = accel.root();
@@ -100,10 +107,14 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
 
   std::optional<Footprint> footprint;
   if (render.count_unique) footprint.emplace(accel.image().size());
-  tbb::enumerable_thread_specific<Worker> workers([&] {
-    return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr);
-  });
-  Progress progress("tracing " + accel_name(accel.options().kind), result.image.pixels.size(), " rays", render.quiet);
+  tbb::enumerable_thread_specific<Worker> workers(
+      [&] { return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr); });
+  const SecondaryPlan* plan =
+      render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr;
+  std::vector<glm::vec3> secondary_colours(plan != nullptr ? plan->rays.size() : 0);
+  std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
+  Progress progress("tracing " + accel_name(accel.options().kind),
+                    result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
 
   const auto trace_group = [&](std::size_t index) {
     Worker& worker = workers.local();
@@ -115,7 +126,10 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
         const glm::dvec3 direction = camera.direction(pixel % camera.width, pixel / camera.width);
         if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
         if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
-        result.image.pixels[pixel] = worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder).colour;
+        const float limit = render.secondary != nullptr ? render.secondary->primary_limit(origin, glm::vec3(direction))
+                                                        : std::numeric_limits<float>::infinity();
+        result.image.pixels[pixel] =
+            worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder, 1.0f, limit).colour;
       }
     };
     if (writer != nullptr) {
@@ -129,20 +143,66 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     progress.add(pixels.size());
   };
 
+  const auto trace_secondary_group = [&](std::size_t index) {
+    Worker& worker = workers.local();
+    const SecondaryGroup& group = plan->groups[index];
+    const std::uint64_t unique = worker.tracker ? worker.tracker->unique() : 0;
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::uint32_t lane = 0; lane < group.count; ++lane) {
+        const SecondaryRay& ray = plan->rays[group.first + lane];
+        begin(lane, ray.pixel);
+        if (render.keep_sequences) {
+          worker.secondary_tracer.collect_blended(&secondary_sequences[group.first + lane]);
+        }
+        secondary_colours[group.first + lane] =
+            worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
+                .colour;
+      }
+    };
+    if (writer != nullptr) {
+      worker.recorder.begin_group(static_cast<std::uint32_t>(groups.size() + index), group.kind, group.count);
+      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
+      writer->append(worker.recorder.end_group());
+    } else {
+      NullRecorder recorder;
+      trace_rays(recorder, [](std::size_t, std::uint32_t) {});
+    }
+    if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
+    progress.add(group.count);
+  };
+
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(render.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(render.threads));
   arena.execute([&] {
     tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, groups.size(), 1),
+        tbb::blocked_range<std::size_t>(0, groups.size() + (plan != nullptr ? plan->groups.size() : 0), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i != range.end(); ++i) trace_group(i);
+          for (std::size_t i = range.begin(); i != range.end(); ++i) {
+            if (i < groups.size()) {
+              trace_group(i);
+            } else {
+              trace_secondary_group(i - groups.size());
+            }
+          }
         },
         tbb::simple_partitioner());
   });
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress.finish();
+  // Rays of one pixel add up in the order of their path, whichever thread traced them.
+  for (std::size_t i = 0; i < secondary_colours.size(); ++i) {
+    const std::uint32_t pixel = plan->rays[i].pixel;
+    result.image.pixels[pixel] += secondary_colours[i];
+    if (render.keep_sequences) {
+      auto& sequence = result.sequences[pixel];
+      sequence.insert(sequence.end(), secondary_sequences[i].begin(), secondary_sequences[i].end());
+    }
+  }
   for (const Worker& worker : workers) {
+    result.secondary.add(worker.secondary_tracer.counters());
+    result.secondary.visits_unique += worker.secondary_unique;
     result.counters.add(worker.tracer.counters());
+    result.counters.add(worker.secondary_tracer.counters());
     if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
   }
   if (footprint) result.footprint_bytes = footprint->bytes();

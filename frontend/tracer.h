@@ -16,20 +16,25 @@
 
 namespace grtx::frontend {
 
+struct SecondaryPlan;
+
 struct RenderOptions {
-  unsigned threads = 0;              ///< 0: all
-  bool linear_mapping = false;       ///< groups of 32 consecutive pixels instead of 8x4 tiles
-  bool count_unique = false;         ///< visits_unique and footprint (slower)
-  bool keep_sequences = false;       ///< per-pixel blended ids, for tests
+  unsigned threads = 0;         ///< 0: all
+  bool linear_mapping = false;  ///< groups of 32 consecutive pixels instead of 8x4 tiles
+  bool count_unique = false;    ///< visits_unique and footprint (slower)
+  bool keep_sequences = false;  ///< per-pixel blended ids, for tests
   bool quiet = true;
+  const SecondaryPlan* secondary =
+      nullptr;  ///< of this view and these options (plan_secondary); null: primary rays only
 };
 
 struct RenderResult {
   Image image;
-  TracerCounters counters;
+  TracerCounters counters;            ///< of all rays
+  TracerCounters secondary;           ///< of the secondary rays among them
   std::uint64_t footprint_bytes = 0;  ///< distinct node bytes touched by the view; 0 unless count_unique
   double seconds = 0.0;               ///< tracing alone
-  std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel; empty unless keep_sequences
+  std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel, along its path; empty unless keep_sequences
 };
 
 inline constexpr unsigned kGroupRays = 32;
@@ -37,7 +42,7 @@ inline constexpr unsigned kGroupRays = 32;
 /// Pixels of each group, in lane order: 8x4 tiles, row by row, or runs of 32.
 std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear);
 
-/// Header of the trace that render() will write for these inputs.
+/// Header of the trace that render() will write for these inputs. Secondary groups follow the primary ones.
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render);
 

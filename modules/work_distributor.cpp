@@ -56,12 +56,23 @@ void WorkDistributor::on_tick() {
   if (finished_) return;
   const Cycle now = domain_.cycle();
   collect(now);
-  if (next_ < groups_ && free_slots_ > 0) dispatch(now);
+  if (next_ < groups_ && free_slots_ > 0 && !held_back(now)) dispatch(now);
   if (next_ == groups_ && running_ == 0) {
     finish(now);
     return;
   }
-  if (next_ < groups_ && free_slots_ > 0) domain_.request(now + 1);
+  if (next_ < groups_ && free_slots_ > 0 && !held_back(now)) domain_.request(now + 1);
+}
+
+// The first secondary group starts when all primary groups have ended; an end is what wakes the distributor up.
+bool WorkDistributor::held_back(Cycle now) {
+  if (secondary_) return false;
+  if (ready_ == nullptr) ready_ = source_.acquire(next_);
+  if (ready_->kind == traces::RayKind::primary) return false;
+  if (running_ > 0) return true;
+  secondary_ = true;
+  primary_end_cycle_ = now;
+  return false;
 }
 
 void WorkDistributor::collect(Cycle now) {
@@ -83,7 +94,8 @@ void WorkDistributor::dispatch(Cycle now) {
     if (sm.free_slots == 0 || !sm.launch->can_push(now)) continue;
     LaunchWarp warp;
     warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
-    warp.group = source_.acquire(next_);
+    warp.group = ready_ != nullptr ? ready_ : source_.acquire(next_);
+    ready_ = nullptr;
     sm.launch->push(now, warp);
     domain_.request(now + sm.launch->latency());
     sm.free_slots &= sm.free_slots - 1;
@@ -102,6 +114,7 @@ void WorkDistributor::dispatch(Cycle now) {
 void WorkDistributor::finish(Cycle now) {
   finished_ = true;
   end_cycle_ = now;
+  if (!secondary_) primary_end_cycle_ = now;
   done_.notify(sc_core::SC_ZERO_TIME);
   if (config_.stop_when_done) sc_core::sc_stop();
 }

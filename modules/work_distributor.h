@@ -1,5 +1,6 @@
 // Work distributor of the GPU: hands the ray groups of a trace, in index order, to SMs with a free warp slot.
 // One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
+// Groups of secondary rays wait until all primary groups have ended: they are a launch of their own.
 // Cost: a credit counter per SM; not part of the GRTX hardware.
 #pragma once
 
@@ -49,6 +50,9 @@ class WorkDistributor final : public sc_core::sc_module {
   bool finished() const { return finished_; }
   /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
   Cycle end_cycle() const { return end_cycle_; }
+  /// Cycle in which the end of the last primary group was seen; end_cycle() without secondary groups. Valid once
+  /// finished().
+  Cycle primary_end_cycle() const { return primary_end_cycle_; }
   std::uint64_t launched() const { return next_; }
   std::uint64_t running() const { return running_; }
   std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
@@ -71,6 +75,7 @@ class WorkDistributor final : public sc_core::sc_module {
   void on_tick();
   void collect(Cycle now);
   void dispatch(Cycle now);
+  bool held_back(Cycle now);
   void finish(Cycle now);
 
   ClockDomain& domain_;
@@ -81,12 +86,15 @@ class WorkDistributor final : public sc_core::sc_module {
   std::uint64_t groups_;    ///< count of the source
   std::uint64_t next_ = 0;  ///< position handed out next
   std::uint64_t running_ = 0;
-  unsigned free_slots_;  ///< of all SMs
-  unsigned turn_ = 0;    ///< SM that is looked at first
+  unsigned free_slots_;                      ///< of all SMs
+  unsigned turn_ = 0;                        ///< SM that is looked at first
+  const traces::RayGroup* ready_ = nullptr;  ///< acquired at next_, not launched yet
+  bool secondary_ = false;                   ///< primary groups are over
   bool finished_ = false;
   Cycle first_launch_ = 0;
   Cycle last_launch_ = 0;
   Cycle end_cycle_ = 0;
+  Cycle primary_end_cycle_ = 0;
 };
 
 }  // namespace grtx::modules

@@ -70,6 +70,10 @@ void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, S
   list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
   list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(gpu.core().period_fs()) * 1e-9, "us",
            "simulated time: gpu.cycles at the core clock");
+  const Cycle primary = gpu.distributor().primary_end_cycle();
+  list.add("gpu.rays.primary_cycles", primary, "cycles", "until the last warp of primary rays had ended");
+  list.add("gpu.rays.secondary_cycles", c.cycles - primary, "cycles",
+           "from there to the end: warps of secondary rays, a launch of their own");
   gpu.distributor().statistics(list, "gpu.distributor");
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");

@@ -8,11 +8,13 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
+#include <numeric>
 #include <thread>
 
 #include "base/error.h"
 #include "base/progress.h"
 #include "frontend/float_rounding.h"
+#include "frontend/reference/reference_optics.h"
 #include "frontend/reference/reference_sh.h"
 #include "frontend/reference/reference_solid.h"
 
@@ -187,8 +189,13 @@ class Renderer {
         options_(options),
         slabs_(reference_slabs(options.proxy)),
         gaussians_(prepare(scene, options)),
+        optics_(options.objects, scene.offset),
         // The tracer starts from fp32 rays. Rounding them here, too, measures its arithmetic and not its input.
-        origin_(round_to_float(camera.position - scene.offset)) {}
+        origin_(round_to_float(camera.position - scene.offset)) {
+    if (options.objects.empty()) return;
+    everything_.resize(scene.size());
+    std::iota(everything_.begin(), everything_.end(), 0u);
+  }
 
   ReferenceResult render() const {
     ReferenceResult result;
@@ -235,30 +242,49 @@ class Renderer {
     for (unsigned y = y0; y < y1; ++y) {
       for (unsigned x = x0; x < x1; ++x) {
         const Ray& current = rays[next++];
-        collect(current, candidates, near);
-        hits.clear();
-        for (const ReferenceCandidate& c : near) {
-          if (c.hit) hits.push_back({c.gaussian, c.t, c.alpha});
-        }
-        const std::size_t blended = blend(current, hits, result.image.at(x, y));
-        if (options_.keep_sequences) {
-          const auto end = hits.begin() + static_cast<std::ptrdiff_t>(blended);
-          result.sequences[std::size_t{y} * camera_.width + x].assign(hits.begin(), end);
-        }
-        if (options_.keep_candidates) result.candidates[std::size_t{y} * camera_.width + x] = near;
+        const std::size_t pixel = std::size_t{y} * camera_.width + x;
+        auto* sequence = options_.keep_sequences ? &result.sequences[pixel] : nullptr;
+        auto* kept = options_.keep_candidates ? &result.candidates[pixel] : nullptr;
+        result.image.pixels[pixel] = glm::vec3(shade(current, candidates, near, hits, sequence, kept));
       }
     }
     return rays.size();
   }
 
-  /// All hits and near misses of the ray, in the order (t, id).
-  void collect(const Ray& current, const std::vector<std::uint32_t>& candidates,
-               std::vector<ReferenceCandidate>& near) const {
+  /// The light along the path of a camera ray: each piece up to the surface that ends it, dimmed by those before it.
+  glm::dvec3 shade(const Ray& camera_ray, const std::vector<std::uint32_t>& candidates,
+                   std::vector<ReferenceCandidate>& near, std::vector<ReferenceHit>& hits,
+                   std::vector<ReferenceHit>* sequence, std::vector<ReferenceCandidate>* kept) const {
+    glm::dvec3 rgb(0.0);
+    double transmittance = 1.0;
+    const std::vector<std::uint32_t>* seen = &candidates;
+    for (const ReferencePiece& piece : optics_.path(camera_ray.origin, camera_ray.direction)) {
+      if (transmittance < options_.ert) break;
+      // The tracer's rays are fp32; rounding them measures its arithmetic and not its input.
+      const Ray current{round_to_float(piece.origin), round_to_float(piece.direction)};
+      collect(current, *seen, near, static_cast<double>(static_cast<float>(piece.length)));
+      hits.clear();
+      for (const ReferenceCandidate& c : near) {
+        if (c.hit) hits.push_back({c.gaussian, c.t, c.alpha});
+      }
+      const std::size_t blended = blend(current, hits, rgb, transmittance);
+      if (sequence != nullptr) {
+        sequence->insert(sequence->end(), hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(blended));
+      }
+      if (kept != nullptr) kept->insert(kept->end(), near.begin(), near.end());
+      seen = &everything_;  // the tile's cone holds for its camera rays only
+    }
+    return rgb;
+  }
+
+  /// All hits and near misses of the ray up to `length`, in the order (t, id).
+  void collect(const Ray& current, const std::vector<std::uint32_t>& candidates, std::vector<ReferenceCandidate>& near,
+               double length) const {
     near.clear();
     if (current.direction == glm::dvec3(0.0)) return;
     for (const std::uint32_t id : candidates) {
       ReferenceCandidate candidate = intersect(current, gaussians_[id], slabs_, options_);
-      if (candidate.alpha <= 0.0 || !(candidate.hit || options_.keep_candidates)) continue;
+      if (candidate.alpha <= 0.0 || !(candidate.hit || options_.keep_candidates) || candidate.t > length) continue;
       candidate.gaussian = id;
       near.push_back(candidate);
     }
@@ -268,10 +294,9 @@ class Renderer {
   }
 
   /// Front to back until transmittance falls below the threshold; returns how many hits were blended.
-  std::size_t blend(const Ray& current, const std::vector<ReferenceHit>& hits, glm::vec3& pixel) const {
+  std::size_t blend(const Ray& current, const std::vector<ReferenceHit>& hits, glm::dvec3& rgb,
+                    double& transmittance) const {
     const std::size_t stride = std::size_t{3} * scene_.sh_coefficients();
-    glm::dvec3 rgb(0.0);
-    double transmittance = 1.0;
     std::size_t blended = 0;
     while (blended < hits.size() && !(transmittance < options_.ert)) {
       const ReferenceHit& hit = hits[blended++];
@@ -281,7 +306,6 @@ class Renderer {
       rgb += transmittance * hit.alpha * reference_colour(sh, scene_.sh_degree, direction);
       transmittance *= 1.0 - hit.alpha;
     }
-    pixel = glm::vec3(rgb);
     return blended;
   }
 
@@ -290,6 +314,8 @@ class Renderer {
   const ReferenceOptions& options_;
   const std::vector<ReferenceSlab> slabs_;
   const std::vector<Gaussian> gaussians_;
+  const ReferenceOptics optics_;
+  std::vector<std::uint32_t> everything_;
   const glm::dvec3 origin_;
 };
 

@@ -1,4 +1,5 @@
-// The fp64 brute-force renderer: no BVH, shares no code with the tracer but the scene and the camera.
+// The fp64 brute-force renderer: no BVH, shares no code with the tracer but the scene, the camera and the
+// description of glass and mirror.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 
 #include "frontend/camera.h"
 #include "frontend/image.h"
+#include "frontend/optical_objects.h"
 #include "frontend/scene.h"
 
 namespace grtx::frontend {
@@ -20,6 +22,7 @@ struct ReferenceOptions {
   double ert = 0.001;           ///< transmittance threshold
   bool count_inside = false;    ///< inside = count (sphere only)
   bool sh_from_centre = false;  ///< SH direction: ray (false) or normalize(mean - origin)
+  OpticalObjects objects;       ///< glass and mirror, file coordinates
   unsigned threads = 0;         ///< 0: all
   bool quiet = true;
   bool keep_sequences = false;   ///< also return what each ray blended, for tests
@@ -46,7 +49,7 @@ struct ReferenceCandidate {
 
 struct ReferenceResult {
   Image image;
-  std::vector<std::vector<ReferenceHit>> sequences;  ///< per pixel, front to back, blended only; empty unless asked for
+  std::vector<std::vector<ReferenceHit>> sequences;  ///< per pixel, along its path, blended only; empty unless asked for
   std::vector<std::vector<ReferenceCandidate>> candidates;  ///< per pixel, by (t, id); empty unless asked for
 };
 

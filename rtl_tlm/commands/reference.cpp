@@ -3,10 +3,13 @@
 
 #include "base/error.h"
 #include "frontend/image.h"
+#include "frontend/multi_object.h"
 #include "frontend/reference/reference.h"
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/secondary_cli.h"
 
 namespace grtx::tlm {
 namespace {
@@ -20,6 +23,7 @@ struct Options {
   std::string kernel_radius = "adaptive";
   std::string inside = "skip";
   std::string sh_dir = "ray";
+  SecondaryCli secondary;
   frontend::ReferenceOptions render;
   std::string output;
 };
@@ -34,6 +38,15 @@ frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& a
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
 }
 
+/// A scene, or the objects of a list in one scene.
+frontend::Scene load(const std::string& path) {
+  if (!frontend::is_object_list(path)) return frontend::load_scene(path);
+  LoadedObjects loaded = load_objects(path);
+  const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
+                                         {frontend::AccelKind::tlas_sphere, 6, false}, true);
+  return frontend::flatten(world, loaded.placements);
+}
+
 int render(Options options, bool quiet) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
@@ -46,7 +59,8 @@ int render(Options options, bool quiet) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
   const frontend::Camera camera = select_camera(options.view);
-  const frontend::Scene scene = frontend::load_scene(options.scene);
+  const frontend::Scene scene = load(options.scene);
+  render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   return 0;
 }
@@ -74,6 +88,7 @@ void add_reference(CLI::App& app, CommonOptions& common) {
       ->check(one_of({"skip", "count"}));
   command->add_option("--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated")
       ->check(one_of({"ray", "centre"}));
+  add_secondary_options(command, options->secondary);
   command->add_option("--threads", options->render.threads, "Threads; 0 takes all");
   command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();
 }

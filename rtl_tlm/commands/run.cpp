@@ -13,6 +13,7 @@
 #include "frontend/scene_io.h"
 #include "rtl_tlm/child_process.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
@@ -57,6 +58,7 @@ bool trace_designs(const Options& options, bool quiet, std::map<std::string, Tra
   const frontend::Camera camera = select_camera(options.view);
   const frontend::Scene scene = frontend::load_scene(options.scene);
   const frontend::PreparedGaussians gaussians(scene, options.tracer.kernel_radius == "adaptive");
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
   std::unique_ptr<frontend::AccelerationStructure> accel;
   bool identical = true;
   for (const Design& design : kDesigns) {
@@ -67,17 +69,22 @@ bool trace_designs(const Options& options, bool quiet, std::map<std::string, Tra
     const frontend::TracerOptions tracer = tracer_options(options.tracer, design.checkpoint, design.accel);
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
+    // Planned anew for each design: that the plans agree is part of the proof that the images do.
+    const frontend::SecondaryPlan plan = frontend::plan_secondary(scene, gaussians, *accel, camera, tracer, objects,
+                                                                  render.linear_mapping, render.threads);
+    render.secondary = &plan;
     traces::Header header = trace_header(scene, camera, *accel, tracer, render);
     for (const auto& [name, value] : option_inputs(options.tracer, design.checkpoint, design.accel)) {
       header.inputs[name] = value;
     }
+    header.inputs.merge(object_inputs(objects));
     Traced& result = traced[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
     traces::Writer writer(result.path, header);
-    const frontend::RenderResult rendered =
-        frontend::render(scene, gaussians, *accel, camera, tracer, render, &writer);
+    const frontend::RenderResult rendered = frontend::render(scene, gaussians, *accel, camera, tracer, render, &writer);
     writer.finish();
     modules::StatisticList statistics = tracer_statistics(scene, *accel, rendered);
+    add_secondary_statistics(statistics, plan, rendered);
     add_trace_statistics(statistics, writer);
     result.statistics = statistics_object(statistics);
     result.statistics.update(statistics_object(tracer_host_statistics(*accel, rendered)));
@@ -133,7 +140,20 @@ void print_table(const ordered_json& designs) {
   }
 }
 
+/// Speed-ups of primary and of secondary rays alone, as in the paper's figure on secondary rays.
+void add_speedups_by_kind(ordered_json& results) {
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string cycles = fmt::format("gpu.rays.{}_cycles", kind);
+    const double baseline = value(results["designs"]["baseline"], cycles);
+    for (const char* name : {"sw", "hw", "grtx"}) {
+      const double own = value(results["designs"][name], cycles);
+      if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = baseline / own;
+    }
+  }
+}
+
 int run(const Options& options, bool quiet) {
+  refuse_objects(options.scene, "run");
   const GpuConfig config = load_config(options.config, options.settings);
   for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.triangle_test == "world") {
@@ -169,11 +189,19 @@ int run(const Options& options, bool quiet) {
   for (const char* name : {"sw", "hw", "grtx"}) {
     results["speedup"][name] = baseline / value(results["designs"][name], "gpu.cycles");
   }
+  if (options.tracer.secondary.what != "none") add_speedups_by_kind(results);
   results["images_identical"] = identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
 
   print_table(results["designs"]);
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string key = fmt::format("speedup_{}", kind);
+    if (!results.contains(key)) continue;
+    fmt::print("speed-up on {} rays alone:", kind);
+    for (const auto& [name, speedup] : results[key].items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
+    fmt::print("\n");
+  }
   fmt::print("images of the four designs: {}\n", identical ? "bit-identical" : "DIFFERENT");
   for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
   return identical && violations.empty() ? 0 : 1;

@@ -9,6 +9,7 @@
 #include "frontend/image.h"
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
@@ -39,11 +40,21 @@ int trace(const Options& options, bool quiet) {
   frontend::RenderOptions render = render_options(options.tracer, quiet);
   render.count_unique = !options.statistics.empty();
   const frontend::Camera camera = select_camera(options.view);
+  if (frontend::is_object_list(options.scene)) {
+    if (!options.no_trace) refuse_objects(options.scene, "trace -o");
+    return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
+                              options.statistics, quiet);
+  }
   const frontend::Scene scene = frontend::load_scene(options.scene);
   const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
   const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
+  const frontend::SecondaryPlan plan =
+      frontend::plan_secondary(scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads);
+  render.secondary = &plan;
 
   std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);
+  inputs.merge(object_inputs(objects));
   std::optional<traces::Writer> writer;
   traces::Header header = trace_header(scene, camera, accel, tracer, render);
   for (const auto& [name, value] : header.inputs) inputs[name] = value;
@@ -55,6 +66,7 @@ int trace(const Options& options, bool quiet) {
   if (!options.image.empty()) frontend::write_image(options.image, result.image);
 
   modules::StatisticList statistics = tracer_statistics(scene, accel, result);
+  add_secondary_statistics(statistics, plan, result);
   if (writer) add_trace_statistics(statistics, *writer);
   const modules::StatisticList host = tracer_host_statistics(accel, result);
   if (!options.statistics.empty()) {
@@ -70,6 +82,10 @@ int trace(const Options& options, bool quiet) {
                static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, scene.size())),
                static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
                writer ? fmt::format(", trace {:.3g} MB", static_cast<double>(writer->bytes()) * 1e-6) : "");
+    if (!objects.empty()) {
+      fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
+                 plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
+    }
   }
   return 0;
 }
@@ -80,7 +96,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common] { return trace(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  command->add_option("--scene", options->scene, "Scene file, or with --no-trace an object list .json (no default)")
+      ->required();
   add_view_options(command, options->view);
   command->add_option("--accel", options->accel, "Acceleration structure")->check(one_of(accel_names()));
   command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));

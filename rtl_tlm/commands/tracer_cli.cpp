@@ -36,10 +36,13 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
       ->check(one_of({"tight", "box_corners"}));
   command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node")->check(CLI::Range(2U, 8U));
   command->add_option("--mapping", cli.mapping, "How pixels form warps")->check(one_of({"tile8x4", "linear"}));
-  command->add_option("--secondary", cli.secondary, "Secondary rays")->check(one_of({"none"}));
-  command->add_option("--tracing", cli.tracing, "Rounds of k hits, one round that sorts all (--k holds them), or a hit each")
+  add_secondary_options(command, cli.secondary);
+  command
+      ->add_option("--tracing", cli.tracing,
+                   "Rounds of k hits, one round that sorts all (--k holds them), or a hit each")
       ->check(one_of({"multi", "single", "closest"}));
-  command->add_option("--triangle-test", cli.triangle_test, "Hit test of triangles: canonical, or their stored vertices")
+  command
+      ->add_option("--triangle-test", cli.triangle_test, "Hit test of triangles: canonical, or their stored vertices")
       ->check(one_of({"canonical", "world"}));
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
@@ -92,26 +95,27 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
 }
 
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, AccelKind accel) {
-  return {{"accel", accel_name(accel)},
-          {"k", std::to_string(cli.tracing == "closest" ? 1 : cli.k)},
-          {"checkpoint", checkpoint ? "on" : "off"},
-          {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
-          {"ert", fmt::format("{}", cli.ert)},
-          {"sort_key", cli.sort_key},
-          {"resume", cli.resume},
-          {"kernel_radius", cli.kernel_radius},
-          {"child_order", cli.child_order},
-          {"tmax_update", cli.tmax_update},
-          {"checkpoint_order", cli.checkpoint_order},
-          {"replay_tmax", cli.replay_tmax},
-          {"inside", cli.inside},
-          {"sh_dir", cli.sh_dir},
-          {"instance_bounds", cli.instance_bounds},
-          {"bvh_width", std::to_string(cli.bvh_width)},
-          {"mapping", cli.mapping},
-          {"secondary", cli.secondary},
-          {"tracing", cli.tracing},
-          {"triangle_test", cli.triangle_test}};
+  std::map<std::string, std::string> inputs = {{"accel", accel_name(accel)},
+                                               {"k", std::to_string(cli.tracing == "closest" ? 1 : cli.k)},
+                                               {"checkpoint", checkpoint ? "on" : "off"},
+                                               {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
+                                               {"ert", fmt::format("{}", cli.ert)},
+                                               {"sort_key", cli.sort_key},
+                                               {"resume", cli.resume},
+                                               {"kernel_radius", cli.kernel_radius},
+                                               {"child_order", cli.child_order},
+                                               {"tmax_update", cli.tmax_update},
+                                               {"checkpoint_order", cli.checkpoint_order},
+                                               {"replay_tmax", cli.replay_tmax},
+                                               {"inside", cli.inside},
+                                               {"sh_dir", cli.sh_dir},
+                                               {"instance_bounds", cli.instance_bounds},
+                                               {"bvh_width", std::to_string(cli.bvh_width)},
+                                               {"mapping", cli.mapping},
+                                               {"tracing", cli.tracing},
+                                               {"triangle_test", cli.triangle_test}};
+  inputs.merge(secondary_inputs(cli.secondary));
+  return inputs;
 }
 
 }  // namespace grtx::tlm

@@ -8,6 +8,7 @@
 #include "frontend/acceleration_structure.h"
 #include "frontend/tracer.h"
 #include "frontend/tracer_options.h"
+#include "rtl_tlm/commands/secondary_cli.h"
 
 namespace grtx::tlm {
 
@@ -26,11 +27,11 @@ struct TracerCli {
   std::string sh_dir = "ray";
   std::string instance_bounds = "tight";
   std::string mapping = "tile8x4";
-  std::string secondary = "none";
   std::string tracing = "multi";
   std::string triangle_test = "canonical";
   unsigned bvh_width = 6;
   unsigned threads = 0;
+  SecondaryCli secondary;
 };
 
 void add_tracer_options(CLI::App* command, TracerCli& cli);

@@ -3,6 +3,7 @@
 
 #include "frontend/acceleration_structure.h"
 #include "frontend/scene.h"
+#include "frontend/secondary_plan.h"
 #include "frontend/tracer.h"
 #include "modules/statistics.h"
 #include "traces/io.h"
@@ -12,6 +13,9 @@ namespace grtx::tlm {
 /// tracer.* and accel.* (deterministic).
 modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
                                          const frontend::RenderResult& result);
+/// tracer.secondary.*: the share of the secondary rays in tracer.*; all zero without objects.
+void add_secondary_statistics(modules::StatisticList& list, const frontend::SecondaryPlan& plan,
+                              const frontend::RenderResult& result);
 /// trace.* of a finished trace.
 void add_trace_statistics(modules::StatisticList& list, const traces::Writer& writer);
 /// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -68,6 +69,58 @@ TEST_F(RunTest, FourDesignsEndToEnd) {
   EXPECT_LT(stat("hw", "tracer.visits.total"), stat("baseline", "tracer.visits.total"));
   EXPECT_LT(stat("grtx", "tracer.visits.total"), stat("sw", "tracer.visits.total"));
   EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
+}
+
+TEST_F(RunTest, SecondaryRaysEndToEnd) {
+  must("synth --preset object --count 2000 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  EXPECT_TRUE(results.at("violations").empty());
+  const auto stat = [&](const char* design, const char* name) {
+    return results.at("designs").at(design).at(name).at("value").get<double>();
+  };
+  for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+    EXPECT_GT(stat(design, "tracer.secondary.glass_rays"), 0.0);
+    EXPECT_GT(stat(design, "tracer.secondary.mirror_rays"), 0.0);
+    EXPECT_EQ(stat(design, "tracer.rays"), 24.0 * 16.0 + stat(design, "tracer.secondary.rays"));
+    EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
+    EXPECT_GT(stat(design, "gpu.rays.secondary_cycles"), 0.0);
+    EXPECT_EQ(stat(design, "gpu.rays.primary_cycles") + stat(design, "gpu.rays.secondary_cycles"),
+              stat(design, "gpu.cycles"));
+    must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+  }
+  EXPECT_GT(results.at("speedup_secondary").at("grtx").get<double>(), 0.0);
+  must("reference " + scene_arguments() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/r.pfm");
+  must("trace " + scene_arguments() + "--secondary both --secondary-seed 2 --no-trace --quiet --image " + folder +
+       "/i.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const char* bad : {"--glass 0,0,0,1", "--secondary glass --glass 0,0,0,-1", "--secondary mirror --mirror 1,2,3",
+                          "--secondary glas", "--secondary both --glass 0,0,0,1 --mirror 0,0,0.5,0,0,1,2,2"}) {
+    EXPECT_EQ(grtx("trace " + scene_arguments() + "--no-trace --quiet " + bad).code, 2) << bad;
+  }
+}
+
+TEST_F(RunTest, SeveralObjectsAreRenderedAndNotTraced) {
+  must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/objects.json",
+             R"([{"file": "s.ply"}, {"file": "s.ply", "translate": [0.8, 0.1, 0.3], "scale": 0.5}])");
+  const std::string scene = "--scene " + folder + "/objects.json --cameras " + folder +
+                            "/s.cameras.json --view 0 --width 24 --height 16 --quiet ";
+  must("trace " + scene + "--accel tlas-tri20 --no-trace --image " + folder + "/i.pfm --stats " + folder + "/s.json");
+  EXPECT_EQ(json("s.json").at("stats").at("accel.objects").at("value"), 2);
+  EXPECT_EQ(json("s.json").at("stats").at("accel.gaussians").at("value"), 3000);
+  must("reference " + scene + "-o " + folder + "/r.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const std::string& refused :
+       {"trace " + scene + "--accel tlas-tri20 -o " + folder + "/t.grtx", "trace " + scene + "--accel tri20 --no-trace",
+        "trace " + scene + "--accel tlas-tri20 --no-trace --secondary both",
+        "run " + scene + "-o " + folder + "/out"}) {
+    const Outcome outcome = grtx(refused);
+    EXPECT_EQ(outcome.code, 2) << refused;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder + "/t.grtx"));
 }
 
 TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {

@@ -28,6 +28,10 @@ class ListSource final : public GroupSource {
   }
   void release(std::uint64_t position) override { released.push_back(position); }
 
+  void make_secondary(std::size_t first) {
+    for (std::size_t i = first; i < groups_.size(); ++i) groups_[i].kind = traces::RayKind::glass;
+  }
+
   std::vector<std::uint64_t> acquired;
   std::vector<std::uint64_t> released;
 
@@ -105,6 +109,20 @@ TEST_F(WorkDistributorTest, AFreedSlotIsReusedTheCycleItsEndIsSeen) {
   EXPECT_THAT(bench.source.released, ElementsAre(0, 1, 2, 3));
   EXPECT_TRUE(bench.distributor.finished());
   EXPECT_EQ(bench.distributor.end_cycle(), 205u);  // group 3 ends in 204
+}
+
+TEST_F(WorkDistributorTest, SecondaryGroupsWaitForTheLastPrimaryOne) {
+  // Slots are free all the time, yet groups 3 and 4 start only when the longest of 0 to 2 has ended.
+  WorkBench bench(5, 2, 4, [](std::uint32_t g) { return g == 1 ? Cycle{300} : Cycle{20}; });
+  bench.source.make_secondary(3);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  // Group 1: seen in 2, ends in 302, its end is seen in 303; group 3 is launched then and seen in 304.
+  EXPECT_THAT(bench.seen,
+              ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{304, 1, 0, 3}, S{305, 0, 0, 4}));
+  EXPECT_EQ(bench.distributor.primary_end_cycle(), 303u);
+  EXPECT_EQ(bench.distributor.end_cycle(), 326u);  // group 4 ends in 325
+  EXPECT_THAT(bench.source.acquired, ElementsAre(0, 1, 2, 3, 4));
 }
 
 TEST_F(WorkDistributorTest, SkipsFullSmsAndKeepsIndexOrder) {
