@@ -71,8 +71,7 @@ inline Hit RayTracer::world_hit(const TraceRay& ray, const Entry& entry, std::ui
   const ShearedRay& sheared = in_blas(entry) ? instance_sheared_ : sheared_;
   Hit hit;
   hit.face = face;
-  const std::optional<float> t =
-      sheared.hit(image_.vertex(leaf, 0), image_.vertex(leaf, 1), image_.vertex(leaf, 2));
+  const std::optional<float> t = sheared.hit(image_.vertex(leaf, 0), image_.vertex(leaf, 1), image_.vertex(leaf, 2));
   if (!t) return hit;
   hit.kind = HitKind::hit;
   hit.t = *t;

@@ -123,7 +123,7 @@ TEST(StrictTies, CountedExactlyOnATrainedScene) {
   for (const unsigned k : {1u, 8u}) {
     TracerOptions options;
     options.k = k;
-    expect_exact_count(scene, load_cameras(cameras)[0].resized(24, 24), gaussians, accel, options);
+    expect_exact_count(scene, load_cameras(cameras)[0].resized(12, 12), gaussians, accel, options);
   }
 }
 

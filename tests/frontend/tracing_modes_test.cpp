@@ -48,7 +48,8 @@ void expect_modes_agree(const Scene& scene, const Camera& camera, AccelKind kind
 
 TEST(TracingModes, AgreeOnRandomScenes) {
   for (const AccelKind kind : kAllKinds) {
-    expect_modes_agree(test::random_scene(31, {60, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(10, 8), kind, {});
+    expect_modes_agree(test::random_scene(31, {60, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(10, 8), kind,
+                       {});
   }
 }
 
