@@ -28,6 +28,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       from_memory("from_memory"),
       config_(config),
       clock_(clock),
+      alarm_(clock),
       clients_(config.clients),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
@@ -42,15 +43,17 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.miss_queue >= 1, "the miss queue needs an entry");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   SC_METHOD(tick);
-  sensitive << clock_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
 void L1Cache::end_of_elaboration() {
   down_ = to_memory.operator->();
   up_ = from_memory.operator->();
+  up_->wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
     clients_[i].request = request[i].operator->();
+    clients_[i].request->wake(&alarm_);
     clients_[i].response = response[i].operator->();
     const unsigned link = clients_[i].response->latency();
     if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
@@ -66,13 +69,13 @@ bool L1Cache::work_at(Cycle now) const {
 
 void L1Cache::tick() {
   const Cycle now = clock_.cycle();
-  if (!work_at(now)) return;
+  if (!work_at(now)) return alarm_.request(next_due(now));
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
   send_responses(now);
   due_ = next_due(now);
-  clock_.request(due_);
+  alarm_.request(due_);
 }
 
 // The fill port: one sector or acknowledgement a cycle.
@@ -244,16 +247,14 @@ void L1Cache::send_responses(Cycle now) {
 }
 
 Cycle L1Cache::next_due(Cycle now) const {
-  const Cycle soon = now + 1;
-  if (up_->front(now) != nullptr) return soon;
-  Cycle due = kNever;
-  if (!miss_queue_.empty()) due = std::max(soon, miss_queue_.front().due);
+  Cycle due = up_->next_visible();
+  if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   for (const Client& client : clients_) {
-    if (client.request->front(now) != nullptr) return soon;
-    if (!client.hits.empty()) due = std::min(due, std::max(soon, client.hits.front().due));
-    if (!client.fills.empty()) due = std::min(due, std::max(soon, client.fills.front().due));
+    due = std::min(due, client.request->next_visible());
+    if (!client.hits.empty()) due = std::min(due, client.hits.front().due);
+    if (!client.fills.empty()) due = std::min(due, client.fills.front().due);
   }
-  return due;
+  return std::max(now + 1, due);
 }
 
 void L1Cache::count_mshr_cycles(Cycle now) {

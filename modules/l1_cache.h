@@ -133,6 +133,7 @@ class L1Cache final : public sc_core::sc_module {
 
   Config config_;
   ClockDomain& clock_;
+  Alarm alarm_;
   Link<MemoryRequest>* down_ = nullptr;
   Link<MemoryResponse>* up_ = nullptr;
   std::vector<Client> clients_;
@@ -143,7 +144,7 @@ class L1Cache final : public sc_core::sc_module {
   unsigned first_client_ = 0;
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;
-  Cycle due_ = kNever;  ///< of everything inside the cache; arrivals on links are looked at every tick
+  Cycle due_ = kNever;  ///< next cycle with work, as far as was known after the last one
   Cycle mshr_counted_ = 0;
   L1Counters counters_;
 };

@@ -23,6 +23,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
       dram("dram", clock),
       config_(config),
       clock_(clock),
+      alarm_(clock),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
       pipe_(std::size_t{config.latency} + config.queue) {
@@ -37,13 +38,15 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
   require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
   SC_METHOD(tick);
-  sensitive << clock_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
 void L2Slice::end_of_elaboration() {
   in_ = request.operator->();
   out_ = response.operator->();
+  in_->wake(&alarm_);
+  dram.wake(&alarm_);
 }
 
 bool L2Slice::work_at(Cycle now) const {
@@ -53,14 +56,14 @@ bool L2Slice::work_at(Cycle now) const {
 
 void L2Slice::tick() {
   const Cycle now = clock_.cycle();
-  if (!work_at(now)) return;
+  if (!work_at(now)) return alarm_.request(std::min(due_, next_arrival()));
   take_request(now);
   take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
   look_up(now);
   send_dram(now);
   send_reply(now);
   due_ = next_due(now);
-  clock_.request(due_);
+  alarm_.request(std::min(due_, std::max(now + 1, next_arrival())));
 }
 
 void L2Slice::take_request(Cycle now) {
@@ -201,6 +204,12 @@ void L2Slice::send_reply(Cycle now) {
   clock_.request(now + out_->latency());
   replies_.pop();
   ++counters_.replies_out;
+}
+
+// First cycle in which something from outside shows, or the socket is free for a request that waits.
+Cycle L2Slice::next_arrival() const {
+  const Cycle next = std::min(in_->next_visible(), dram.next_visible());
+  return dram_queue_.empty() ? next : std::min(next, dram.next_send());
 }
 
 // While the socket is busy the end of its request phase wakes the slice, not this.

@@ -118,10 +118,12 @@ class L2Slice final : public sc_core::sc_module {
   void send_dram(Cycle now);
   void send_reply(Cycle now);
   Cycle next_due(Cycle now) const;
+  Cycle next_arrival() const;
   void count_mshr_cycles(Cycle now);
 
   Config config_;
   ClockDomain& clock_;
+  Alarm alarm_;
   Link<MemoryRequest>* in_ = nullptr;
   Link<MemoryResponse>* out_ = nullptr;
   SectorCacheTags tags_;  ///< of slice-local addresses
