@@ -57,6 +57,7 @@ bool L2Slice::work_at(Cycle now) const {
 void L2Slice::tick() {
   const Cycle now = clock_.cycle();
   if (!work_at(now)) return alarm_.request(std::min(due_, next_arrival()));
+  prefetch_host(now);
   take_request(now);
   take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
   look_up(now);
@@ -73,6 +74,21 @@ void L2Slice::take_request(Cycle now) {
   pipe_.push({*arrived, now + config_.latency});
   in_->pop(now);
   ++counters_.requests_in;
+}
+
+// What the accesses of this and the next cycles will read: asks the host for it before it is needed.
+void L2Slice::prefetch_host(Cycle now) const {
+  if (config_.perfect) return;
+  if (const AtInitiator::Completion* completion = dram.front(now);
+      completion != nullptr && completion->context != kWriteBack) {
+    mshrs_.prefetch_entry(completion->context);
+    mshrs_.prefetch_find(completion->address);
+    tags_.prefetch(config_.interleave.local(completion->address));
+  }
+  for (std::size_t i = 0; i < 2 && i < pipe_.size() && pipe_[i].due <= now + 8; ++i) {
+    tags_.prefetch(config_.interleave.local(pipe_[i].request.address));
+    mshrs_.prefetch_find(pipe_[i].request.address);
+  }
 }
 
 bool L2Slice::stall(L2Stall reason) {
@@ -96,16 +112,19 @@ void L2Slice::take_completion(Cycle now) {
 
 bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
   assert(mshrs_.in_use(mshr));
-  const std::span<const MemoryRequest> waiters = mshrs_.waiters(mshr);
+  const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
   if (replies_.size() + waiters.size() > config_.reply_queue) return false;
-  const std::uint64_t local = config_.interleave.local(mshrs_.sector_address(mshr));
+  const std::uint64_t address = mshrs_.sector_address(mshr);
+  const std::uint64_t local = config_.interleave.local(address);
   SectorCacheTags::Slot slot = tags_.find(local);
   if (slot == SectorCacheTags::kNone) {
     if (!room_for_victim(local)) return false;
     slot = allocate(local);
   }
   tags_.set_valid(slot, tags_.sector_bit(local));
-  for (const MemoryRequest& waiter : waiters) reply(waiter);
+  for (const MshrWaiter& w : waiters) {
+    replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
+  }
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   count_mshr_cycles(now);
   mshrs_.release(mshr);

@@ -112,6 +112,7 @@ class L2Slice final : public sc_core::sc_module {
   bool read(Cycle now, const MemoryRequest& access);
   bool write(const MemoryRequest& access);
   bool stall(L2Stall reason);
+  void prefetch_host(Cycle now) const;
   bool room_for_victim(std::uint64_t local) const;
   SectorCacheTags::Slot allocate(std::uint64_t local);
   void reply(const MemoryRequest& access);

@@ -174,7 +174,9 @@ void RtUnit::take_responses(Cycle now) {
     IntersectionUnit& unit = unit_of(fetch.kind);
     const Warp& warp = warp_buffer_.warp(fetch.entry);
     for_each_bit(fetch.lanes, [&](unsigned i) {
-      prefetch_for_read(warp.lane[i].next + 1);  // needed after the test
+      const traces::Event* event = warp.lane[i].next;
+      prefetch_for_read(event + 1);  // needed after the test
+      if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[event->node]);
       unsigned tests = 1;
       if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {
         tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[i].next->node].child_count});
