@@ -26,6 +26,8 @@ class AtInitiator {
   };
 
   AtInitiator(const char* socket_name, ClockDomain& clock);
+  /// The alarm of the module's process, which is then set for what arrives; without one the domain ticks.
+  void wake(Alarm* process) { process_ = process; }
 
   tlm_utils::simple_initiator_socket<AtInitiator, 32> socket;
 
@@ -39,6 +41,10 @@ class AtInitiator {
     return !completions_.empty() && completions_.front().visible <= now ? &completions_.front() : nullptr;
   }
   void pop() { completions_.pop(); }
+  /// Cycle in which the oldest completion becomes visible; kNever when there is none.
+  Cycle next_visible() const { return completions_.empty() ? kNever : completions_.front().visible; }
+  /// First cycle in which can_send() holds, as far as is known; kNever while a request phase has not ended.
+  Cycle next_send() const { return requesting_ == nullptr ? free_from_ : kNever; }
   std::size_t completions() const { return completions_.size(); }
   /// Requests sent whose response has not begun.
   std::uint64_t outstanding() const { return outstanding_; }
@@ -49,9 +55,13 @@ class AtInitiator {
   ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
   void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
   void complete(AtPayload& payload, const sc_core::sc_time& delay);
-  void make_visible(Cycle cycle) { clock_.request(cycle); }
+  void make_visible(Cycle cycle) {
+    if (process_ != nullptr) return process_->request(cycle);
+    clock_.request(cycle);
+  }
 
   ClockDomain& clock_;
+  Alarm* process_ = nullptr;
   sc_core::sc_time clock_period_;
   AtPayloadPool pool_;
   const AtPayload* requesting_ = nullptr;

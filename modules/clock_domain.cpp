@@ -38,8 +38,7 @@ Cycle ClockDomain::earliest_booked() const {
 }
 
 void ClockDomain::schedule(Cycle cycle) {
-  next_ = cycle;
-  wake_.cancel();
+  next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
   wake_.notify(sc_core::sc_time::from_value(cycle * period_fs_) - sc_core::sc_time_stamp());
 }
 
@@ -58,9 +57,23 @@ void ClockDomain::on_tick() {
   if (!far_.empty() && *far_.begin() == cycle_) far_.erase(far_.begin());
   next_ = kNever;
   ++ticks_;
-  const Cycle booked = idle_skip_ ? earliest_booked() : cycle_ + 1;
-  if (booked != kNever) schedule(booked);
-  tick_.notify();  // immediate: all clocked processes run in this evaluation phase
+  // Immediate notifications: all clocked processes run in this evaluation phase.
+  Cycle next = earliest_booked();
+  bool woke = !idle_skip_;
+  for (std::size_t i = 0; i < alarm_cycles_.size(); ++i) {
+    const Cycle cycle = alarm_cycles_[i];
+    if (cycle > cycle_ && idle_skip_) {
+      next = std::min(next, cycle);
+      continue;
+    }
+    alarm_cycles_[i] = kNever;
+    alarm_events_[i]->notify();
+    woke = true;
+  }
+  tick_.notify();
+  // Who woke mostly wants the next cycle too; when nobody does, one empty tick finds the way.
+  if (woke) next = cycle_ + 1;
+  if (next != kNever) schedule(next);
 }
 
 }  // namespace grtx::modules

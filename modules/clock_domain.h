@@ -1,4 +1,5 @@
-// A clock domain: one shared tick event for all clocked modules of a domain, with idle skip and no free-running clock.
+// A clock domain: edges on an integer grid of time, no free-running clock. It ticks in the cycles that somebody asked
+// for, and in each of them wakes only the processes whose alarm is due.
 #pragma once
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <limits>
 #include <set>
 #include <systemc>
+#include <vector>
 
 #include "base/strong.h"
 
@@ -13,21 +15,22 @@ namespace grtx::modules {
 
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
-/// Clocked modules make one SC_METHOD statically sensitive to `tick()` with dont_initialize(). While anybody asked for
-/// the next cycle the domain notifies itself one period ahead; when nobody did it jumps to the earliest requested
-/// cycle. Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time
-/// accumulates.
+/// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers that
+/// want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
+/// requested cycle to the next; while modules are busy that is one kernel notification a cycle. Times are integers of the
+/// kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
 class ClockDomain final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(ClockDomain);
   /// mhz: frequency, rounded to an integer period in fs. idle_skip false ticks every cycle (for tests).
   ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip = true);
 
+  /// Fires in every cycle that the domain does not skip.
   const sc_core::sc_event& tick() const { return tick_; }
   /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
   std::uint64_t period_fs() const { return period_fs_; }
-  /// Asks for a tick at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
+  /// Asks for a tick() at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
   /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.
   /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
   void request(Cycle cycle) {
@@ -50,6 +53,14 @@ class ClockDomain final : public sc_core::sc_module {
   // Booked cycles within kWheel of the present one are bits of a wheel; the few farther ones are in a set.
   static constexpr Cycle kWheel = 1024;
 
+  friend class Alarm;
+  /// Books alarm `index` for `cycle`, which is earlier than what it was booked for.
+  void set_alarm(std::size_t index, Cycle cycle) {
+    if (cycle <= cycle_ && ticks_ > 0) cycle = cycle_ + 1;  // an edge that has fired cannot fire again
+    alarm_cycles_[index] = cycle;
+    if (cycle < next_) schedule(cycle);
+  }
+
   void book(Cycle cycle) {
     if (cycle - cycle_ < kWheel) {
       wheel_[(cycle % kWheel) / 64] |= std::uint64_t{1} << (cycle % 64);
@@ -71,6 +82,32 @@ class ClockDomain final : public sc_core::sc_module {
   std::uint64_t ticks_ = 0;
   std::array<std::uint64_t, kWheel / 64> wheel_{};
   std::set<Cycle> far_;
+  // Of all alarms, by index. Apart from the alarms: every tick looks at all cycles, but touches only due alarms.
+  std::vector<Cycle> alarm_cycles_;
+  std::vector<sc_core::sc_event*> alarm_events_;
+};
+
+/// The wake-up call of one clocked process. It keeps the earliest request only: a process that runs asks again for what
+/// is left to do, arrivals on its links included (Link::wake() asks for them when they are sent).
+class Alarm {
+ public:
+  explicit Alarm(ClockDomain& domain) : domain_(domain), index_(domain.alarm_cycles_.size()) {
+    domain.alarm_cycles_.push_back(kNever);
+    domain.alarm_events_.push_back(&event_);
+  }
+  Alarm(const Alarm&) = delete;
+  Alarm& operator=(const Alarm&) = delete;
+
+  const sc_core::sc_event& event() const { return event_; }
+  /// The process runs at `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
+  void request(Cycle cycle) {
+    if (cycle < domain_.alarm_cycles_[index_]) domain_.set_alarm(index_, cycle);
+  }
+
+ private:
+  ClockDomain& domain_;
+  std::size_t index_;
+  sc_core::sc_event event_;
 };
 
 /// Call first in sc_main and in every test fixture.

@@ -21,9 +21,6 @@ void require(bool holds, const char* rule) {
 template <typename Packet>
 template <typename Destination>
 Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
-  const auto arrived = [now](const Link<Packet>* link) { return link->front(now) != nullptr; };
-  if (due_ > now && std::none_of(inputs_.begin(), inputs_.end(), arrived)) return due_;
-
   // Requests for the outputs, from the heads of the inputs.
   const unsigned n = static_cast<unsigned>(inputs_.size());
   for (unsigned i = 0; i < n; ++i) {
@@ -62,9 +59,8 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
     }
     if (!output.buffer.empty()) due = std::min(due, std::max(now + 1, output.buffer.front().due));
   }
-  if (std::any_of(inputs_.begin(), inputs_.end(), arrived)) due = now + 1;
-  due_ = due;
-  return due_;
+  for (const Link<Packet>* input : inputs_) due = std::min(due, input->next_visible());
+  return std::max(due, now + 1);
 }
 
 template <typename Packet>
@@ -90,13 +86,18 @@ Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, Cl
       response_out("response_out", config.sms),
       config_(config),
       clock_(clock),
+      request_alarm_(clock),
+      reply_alarm_(clock),
       requests_(config.sms, config.interleave.slices, config.latency, config.output_buffer),
       replies_(config.interleave.slices, config.sms, config.latency, config.output_buffer) {
   require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
   require(config.latency >= 1, "latency must be at least 1 cycle");
   config.interleave.check();
-  SC_METHOD(tick);
-  sensitive << clock_.tick();
+  SC_METHOD(tick_requests);
+  sensitive << request_alarm_.event();
+  dont_initialize();
+  SC_METHOD(tick_replies);
+  sensitive << reply_alarm_.event();
   dont_initialize();
 }
 
@@ -105,22 +106,26 @@ void Crossbar::end_of_elaboration() {
   for (unsigned sm = 0; sm < config_.sms; ++sm) {
     require(response_out[sm]->latency() <= config_.latency, too_long);
     requests_.bind_input(sm, request_in[sm].operator->());
+    request_in[sm]->wake(&request_alarm_);
     replies_.bind_output(sm, response_out[sm].operator->());
   }
   for (unsigned slice = 0; slice < config_.interleave.slices; ++slice) {
     require(request_out[slice]->latency() <= config_.latency, too_long);
     requests_.bind_output(slice, request_out[slice].operator->());
     replies_.bind_input(slice, response_in[slice].operator->());
+    response_in[slice]->wake(&reply_alarm_);
   }
 }
 
-void Crossbar::tick() {
-  const Cycle now = clock_.cycle();
+// The networks share nothing, so each has a process of its own and sleeps when it is empty.
+void Crossbar::tick_requests() {
   const auto to_slice = [this](const MemoryRequest& r) { return config_.interleave.slice(r.address); };
+  request_alarm_.request(requests_.step(clock_.cycle(), clock_, to_slice));
+}
+
+void Crossbar::tick_replies() {
   const auto to_sm = [](const MemoryResponse& r) { return static_cast<unsigned>(r.sm); };
-  const Cycle request_due = requests_.step(now, clock_, to_slice);
-  const Cycle reply_due = replies_.step(now, clock_, to_sm);
-  clock_.request(std::min(request_due, reply_due));
+  reply_alarm_.request(replies_.step(clock_.cycle(), clock_, to_sm));
 }
 
 bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }

@@ -73,7 +73,6 @@ class CrossbarNetwork {
   std::vector<Link<Packet>*> inputs_;
   std::vector<Output> outputs_;
   std::vector<unsigned> wanted_;  ///< output of each input's head packet in the present cycle
-  Cycle due_ = kNever;
   CrossbarCounters::Network counters_;
 };
 
@@ -104,10 +103,13 @@ class Crossbar final : public sc_core::sc_module {
 
  private:
   void end_of_elaboration() override;
-  void tick();
+  void tick_requests();
+  void tick_replies();
 
   Config config_;
   ClockDomain& clock_;
+  Alarm request_alarm_;
+  Alarm reply_alarm_;
   CrossbarNetwork<MemoryRequest> requests_;
   CrossbarNetwork<MemoryResponse> replies_;
 };

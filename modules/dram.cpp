@@ -10,7 +10,7 @@
 namespace grtx::modules {
 
 Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name), sockets("socket", config.interleave.slices), config_(config), clock_(clock) {
+    : sc_module(name), sockets("socket", config.interleave.slices), config_(config), clock_(clock), alarm_(clock) {
   config.interleave.check();
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     ports_.emplace_back(config.channel);
@@ -18,7 +18,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     sockets[i].register_b_transport(this, &Dram::b_transport, static_cast<int>(i));
   }
   SC_METHOD(tick);
-  sensitive << clock_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
@@ -56,7 +56,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
   }
   port.due = std::min(port.due, edge);
-  clock_.request(edge);
+  alarm_.request(edge);
   return ::tlm::TLM_ACCEPTED;
 }
 
@@ -82,7 +82,7 @@ void Dram::tick() {
     }
     due = std::min(due, port.due);
   }
-  clock_.request(due);
+  alarm_.request(due);
 }
 
 void Dram::take_arrival(unsigned id, Port& port, Cycle now) {

@@ -83,6 +83,7 @@ class Dram final : public sc_core::sc_module {
 
   Config config_;
   ClockDomain& clock_;
+  Alarm alarm_;
   std::vector<Port> ports_;
   std::uint64_t responses_ = 0;
   std::uint64_t refused_ = 0;

@@ -29,9 +29,8 @@ IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Co
     : sc_module(name),
       config_(config),
       operators_(std::move(operators)),
-      queue_(std::size_t{entries} * kMaxLanes),
-      flights_(std::size_t{entries} * kMaxLanes),
-      free_from_(config.count) {
+      free_from_(config.count),
+      lanes_(std::size_t{entries} * kMaxLanes) {
   if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
   if (config.latency < 1) throw Error("configuration", basename() + std::string(".latency"), "must be at least 1");
   if (config.interval < 1) throw Error("configuration", basename() + std::string(".interval"), "must be at least 1");
@@ -52,8 +51,8 @@ void IntersectionUnit::start_queued(Cycle now) {
       // Results are ordered by due cycle; only operations of several tests can be overtaken.
       const Cycle due = now + config_.latency + occupied - config_.interval;
       flights_.push({due, request.lane});
-      for (std::size_t i = flights_.size() - 1; i > 0 && flights_.at(i - 1).due > due; --i) {
-        std::swap(flights_.at(i - 1), flights_.at(i));
+      for (std::size_t i = flights_.size() - 1; i > 0 && flights_[i - 1].due > due; --i) {
+        std::swap(flights_[i - 1], flights_[i]);
       }
       ++counters_.operations;
       counters_.tests += request.tests;
@@ -71,7 +70,7 @@ Inventory IntersectionUnit::inventory() const {
     o.count *= config_.count;
     inventory.operators.push_back(std::move(o));
   }
-  inventory.storage.push_back({"queue", StorageKind::ram, queue_.capacity() * 8});  // lane numbers
+  inventory.storage.push_back({"queue", StorageKind::ram, lanes_ * 8});  // lane numbers
   return inventory;
 }
 

@@ -3,12 +3,13 @@
 // the operators of one test times the pipelines; the queue is bounded by the lanes of the warp buffer.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <systemc>
 #include <vector>
 
-#include "modules/bounded_queue.h"
+#include "modules/ring_queue.h"
 #include "modules/clock_domain.h"
 #include "modules/inventory.h"
 #include "modules/lane_loop.h"
@@ -39,12 +40,15 @@ class IntersectionUnit final : public sc_core::sc_module {
 
   /// Lane `id` asks for `tests` (>= 1) tests one after the other in one pipeline. At most one request a lane.
   void enqueue(Cycle now, LaneId id, unsigned tests) {
+    if (queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
     queue_.push({now, id, static_cast<std::uint16_t>(tests)});
     if (queue_.size() > counters_.queue_max) counters_.queue_max = queue_.size();
   }
   /// Starts queued operations, in order, on the pipelines free in this cycle.
   void start(Cycle now) {
     if (!queue_.empty() && now >= next_free_) start_queued(now);
+    due_ = flights_.empty() ? kNever : flights_.front().due;
+    if (!queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
   }
   /// Calls f(lane id) for each result due by now, in order of due cycle, then start.
   template <typename F>
@@ -55,12 +59,8 @@ class IntersectionUnit final : public sc_core::sc_module {
       f(id);
     }
   }
-  /// First cycle in which start() or collect() can do something.
-  Cycle next_due(Cycle now) const {
-    Cycle due = flights_.empty() ? kNever : flights_.front().due;
-    if (!queue_.empty()) due = std::min(due, std::max(now + 1, next_free_));
-    return due;
-  }
+  /// First cycle in which collect() or start() can do something; from that cycle on call both, in this order.
+  Cycle due() const { return due_; }
   bool idle() const { return queue_.empty() && flights_.empty(); }
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
@@ -80,10 +80,12 @@ class IntersectionUnit final : public sc_core::sc_module {
 
   Config config_;
   std::vector<Operators> operators_;
-  BoundedQueue<Request> queue_;
-  BoundedQueue<Flight> flights_;  ///< ascending due cycle
+  RingQueue<Request> queue_;  ///< at most one a lane of the warp buffer
+  RingQueue<Flight> flights_;  ///< ascending due cycle
   std::vector<Cycle> free_from_;  ///< by pipeline
   Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
+  Cycle due_ = kNever;
+  std::size_t lanes_;  ///< of the warp buffer
   Counters counters_;
 };
 

@@ -28,6 +28,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       from_memory("from_memory"),
       config_(config),
       clock_(clock),
+      alarm_(clock),
       clients_(config.clients),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
@@ -42,15 +43,17 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.miss_queue >= 1, "the miss queue needs an entry");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   SC_METHOD(tick);
-  sensitive << clock_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
 void L1Cache::end_of_elaboration() {
   down_ = to_memory.operator->();
   up_ = from_memory.operator->();
+  up_->wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
     clients_[i].request = request[i].operator->();
+    clients_[i].request->wake(&alarm_);
     clients_[i].response = response[i].operator->();
     const unsigned link = clients_[i].response->latency();
     if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
@@ -66,13 +69,30 @@ bool L1Cache::work_at(Cycle now) const {
 
 void L1Cache::tick() {
   const Cycle now = clock_.cycle();
-  if (!work_at(now)) return;
+  if (!work_at(now)) return alarm_.request(next_due(now));
+  prefetch_host(now);
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
   send_responses(now);
   due_ = next_due(now);
-  clock_.request(due_);
+  alarm_.request(due_);
+}
+
+// The accesses of this cycle read scattered tables: asks the host for all of them before the first one waits.
+void L1Cache::prefetch_host(Cycle now) const {
+  if (config_.perfect) return;
+  if (const MemoryResponse* arrived = up_->front(now); arrived != nullptr && !arrived->write) {
+    mshrs_.prefetch_entry(arrived->tag);
+    mshrs_.prefetch_find(arrived->address);
+    tags_.prefetch(arrived->address);
+  }
+  for (const Client& client : clients_) {
+    if (const MemoryRequest* head = client.request->front(now); head != nullptr && client.refused_at != version_) {
+      tags_.prefetch(head->address);
+      mshrs_.prefetch_find(head->address);
+    }
+  }
 }
 
 // The fill port: one sector or acknowledgement a cycle.
@@ -103,9 +123,10 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   if (!mshrs_.demanded(mshr)) tags_.set_unused_prefetch(slot, sector);
   ++counters_.fills;
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
-  for (const MemoryRequest& waiter : mshrs_.waiters(mshr)) {
-    clients_[waiter.client].fills.push({answer(waiter), now});
+  for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
+    clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
   }
+  ++version_;
   count_mshr_cycles(now);
   mshrs_.release(mshr);
 }
@@ -136,6 +157,12 @@ bool L1Cache::stall(L1Stall reason) {
   return false;
 }
 
+bool L1Cache::refuse(Client& client, L1Stall reason) {
+  client.refused_at = version_;
+  client.refusal = reason;
+  return stall(reason);
+}
+
 bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   assert(access.address % kSectorBytes == 0);
   // A blocked response port backs the hit pipeline up to the access port.
@@ -143,8 +170,13 @@ bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   const std::uint64_t sector = access.address / kSectorBytes;
   const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
+  // A head that was refused is refused again as long as nothing has changed inside.
+  if (client.refused_at == version_) return stall(client.refusal);
   const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
-  if (accepted) banks_taken_ |= bank;
+  if (accepted) {
+    banks_taken_ |= bank;
+    client.refused_at = kNever;
+  }
   return accepted;
 }
 
@@ -155,10 +187,10 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
   const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
   const bool miss = !hit && pending == MshrTable::kNone;
   if (miss) {
-    if (mshrs_.full()) return stall(L1Stall::mshr_full);
-    if (miss_queue_.size() >= config_.miss_queue) return stall(L1Stall::miss_queue_full);
+    if (mshrs_.full()) return refuse(client, L1Stall::mshr_full);
+    if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
   } else if (!hit && mshrs_.merges_full(pending)) {
-    return stall(L1Stall::merges_full);
+    return refuse(client, L1Stall::merges_full);
   }
 
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
@@ -167,11 +199,13 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
   } else if (!miss) {
     if (!access.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
     mshrs_.merge(pending, access);
+    ++version_;
   } else {
     count_mshr_cycles(now);
     MemoryRequest down = access;
     down.tag = mshrs_.allocate(now, access.address, access);
     miss_queue_.push({down, now + config_.tag_latency});
+    ++version_;
   }
 
   if (access.prefetch) {
@@ -194,7 +228,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
     ++region.write_hits;
     return true;
   }
-  if (miss_queue_.size() >= config_.miss_queue) return stall(L1Stall::miss_queue_full);
+  if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
   const SectorCacheTags::Slot slot = tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   ++region.writes;
@@ -206,6 +240,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
     }
   }
   miss_queue_.push({access, now + config_.tag_latency});
+  ++version_;
   ++writes_pending_;
   return true;
 }
@@ -227,6 +262,7 @@ void L1Cache::send_miss(Cycle now) {
   down_->push(now, miss);
   clock_.request(now + down_->latency());
   miss_queue_.pop();
+  ++version_;
 }
 
 // One response per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
@@ -244,16 +280,14 @@ void L1Cache::send_responses(Cycle now) {
 }
 
 Cycle L1Cache::next_due(Cycle now) const {
-  const Cycle soon = now + 1;
-  if (up_->front(now) != nullptr) return soon;
-  Cycle due = kNever;
-  if (!miss_queue_.empty()) due = std::max(soon, miss_queue_.front().due);
+  Cycle due = up_->next_visible();
+  if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   for (const Client& client : clients_) {
-    if (client.request->front(now) != nullptr) return soon;
-    if (!client.hits.empty()) due = std::min(due, std::max(soon, client.hits.front().due));
-    if (!client.fills.empty()) due = std::min(due, std::max(soon, client.fills.front().due));
+    due = std::min(due, client.request->next_visible());
+    if (!client.hits.empty()) due = std::min(due, client.hits.front().due);
+    if (!client.fills.empty()) due = std::min(due, client.fills.front().due);
   }
-  return due;
+  return std::max(now + 1, due);
 }
 
 void L1Cache::count_mshr_cycles(Cycle now) {

@@ -112,6 +112,8 @@ class L1Cache final : public sc_core::sc_module {
     RingQueue<Pending> hits;   ///< the hit pipeline
     RingQueue<Pending> fills;  ///< released by fills and write acknowledgements
     unsigned hit_latency = 0;  ///< to entering the response link
+    std::uint64_t refused_at = kNever;  ///< version_ at which the cache refused the present head
+    L1Stall refusal = L1Stall::count;   ///< and why
   };
 
   void end_of_elaboration() override;
@@ -124,6 +126,8 @@ class L1Cache final : public sc_core::sc_module {
   bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
   bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
   bool stall(L1Stall reason);
+  bool refuse(Client& client, L1Stall reason);
+  void prefetch_host(Cycle now) const;
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
@@ -133,6 +137,7 @@ class L1Cache final : public sc_core::sc_module {
 
   Config config_;
   ClockDomain& clock_;
+  Alarm alarm_;
   Link<MemoryRequest>* down_ = nullptr;
   Link<MemoryResponse>* up_ = nullptr;
   std::vector<Client> clients_;
@@ -143,7 +148,8 @@ class L1Cache final : public sc_core::sc_module {
   unsigned first_client_ = 0;
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;
-  Cycle due_ = kNever;  ///< of everything inside the cache; arrivals on links are looked at every tick
+  std::uint64_t version_ = 0;  ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
+  Cycle due_ = kNever;  ///< next cycle with work, as far as was known after the last one
   Cycle mshr_counted_ = 0;
   L1Counters counters_;
 };

@@ -23,6 +23,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
       dram("dram", clock),
       config_(config),
       clock_(clock),
+      alarm_(clock),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
       pipe_(std::size_t{config.latency} + config.queue) {
@@ -37,13 +38,15 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
   require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
   SC_METHOD(tick);
-  sensitive << clock_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
 void L2Slice::end_of_elaboration() {
   in_ = request.operator->();
   out_ = response.operator->();
+  in_->wake(&alarm_);
+  dram.wake(&alarm_);
 }
 
 bool L2Slice::work_at(Cycle now) const {
@@ -53,14 +56,15 @@ bool L2Slice::work_at(Cycle now) const {
 
 void L2Slice::tick() {
   const Cycle now = clock_.cycle();
-  if (!work_at(now)) return;
+  if (!work_at(now)) return alarm_.request(std::min(due_, next_arrival()));
+  prefetch_host(now);
   take_request(now);
   take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
   look_up(now);
   send_dram(now);
   send_reply(now);
   due_ = next_due(now);
-  clock_.request(due_);
+  alarm_.request(std::min(due_, std::max(now + 1, next_arrival())));
 }
 
 void L2Slice::take_request(Cycle now) {
@@ -70,6 +74,21 @@ void L2Slice::take_request(Cycle now) {
   pipe_.push({*arrived, now + config_.latency});
   in_->pop(now);
   ++counters_.requests_in;
+}
+
+// What the accesses of this and the next cycles will read: asks the host for it before it is needed.
+void L2Slice::prefetch_host(Cycle now) const {
+  if (config_.perfect) return;
+  if (const AtInitiator::Completion* completion = dram.front(now);
+      completion != nullptr && completion->context != kWriteBack) {
+    mshrs_.prefetch_entry(completion->context);
+    mshrs_.prefetch_find(completion->address);
+    tags_.prefetch(config_.interleave.local(completion->address));
+  }
+  for (std::size_t i = 0; i < 2 && i < pipe_.size() && pipe_[i].due <= now + 8; ++i) {
+    tags_.prefetch(config_.interleave.local(pipe_[i].request.address));
+    mshrs_.prefetch_find(pipe_[i].request.address);
+  }
 }
 
 bool L2Slice::stall(L2Stall reason) {
@@ -93,16 +112,19 @@ void L2Slice::take_completion(Cycle now) {
 
 bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
   assert(mshrs_.in_use(mshr));
-  const std::span<const MemoryRequest> waiters = mshrs_.waiters(mshr);
+  const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
   if (replies_.size() + waiters.size() > config_.reply_queue) return false;
-  const std::uint64_t local = config_.interleave.local(mshrs_.sector_address(mshr));
+  const std::uint64_t address = mshrs_.sector_address(mshr);
+  const std::uint64_t local = config_.interleave.local(address);
   SectorCacheTags::Slot slot = tags_.find(local);
   if (slot == SectorCacheTags::kNone) {
     if (!room_for_victim(local)) return false;
     slot = allocate(local);
   }
   tags_.set_valid(slot, tags_.sector_bit(local));
-  for (const MemoryRequest& waiter : waiters) reply(waiter);
+  for (const MshrWaiter& w : waiters) {
+    replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
+  }
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   count_mshr_cycles(now);
   mshrs_.release(mshr);
@@ -201,6 +223,12 @@ void L2Slice::send_reply(Cycle now) {
   clock_.request(now + out_->latency());
   replies_.pop();
   ++counters_.replies_out;
+}
+
+// First cycle in which something from outside shows, or the socket is free for a request that waits.
+Cycle L2Slice::next_arrival() const {
+  const Cycle next = std::min(in_->next_visible(), dram.next_visible());
+  return dram_queue_.empty() ? next : std::min(next, dram.next_send());
 }
 
 // While the socket is busy the end of its request phase wakes the slice, not this.

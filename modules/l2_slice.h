@@ -112,16 +112,19 @@ class L2Slice final : public sc_core::sc_module {
   bool read(Cycle now, const MemoryRequest& access);
   bool write(const MemoryRequest& access);
   bool stall(L2Stall reason);
+  void prefetch_host(Cycle now) const;
   bool room_for_victim(std::uint64_t local) const;
   SectorCacheTags::Slot allocate(std::uint64_t local);
   void reply(const MemoryRequest& access);
   void send_dram(Cycle now);
   void send_reply(Cycle now);
   Cycle next_due(Cycle now) const;
+  Cycle next_arrival() const;
   void count_mshr_cycles(Cycle now);
 
   Config config_;
   ClockDomain& clock_;
+  Alarm alarm_;
   Link<MemoryRequest>* in_ = nullptr;
   Link<MemoryResponse>* out_ = nullptr;
   SectorCacheTags tags_;  ///< of slice-local addresses

@@ -26,4 +26,7 @@ constexpr void for_each_bit(LaneMask mask, F&& f) {
   }
 }
 
+/// Asks the host for the cache line at `address`, which need not be valid: what a lane reads next is known long before.
+inline void prefetch_for_read(const void* address) { __builtin_prefetch(address, 0, 3); }
+
 }  // namespace grtx::modules

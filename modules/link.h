@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/strong.h"
+#include "modules/clock_domain.h"
 
 namespace grtx::modules {
 
@@ -19,11 +20,13 @@ template <typename T>
 class Link final : public virtual sc_core::sc_interface {
  public:
   Link(std::string name, unsigned latency, std::size_t capacity)
-      : name_(std::move(name)), latency_(latency), capacity_(capacity), slots_(capacity) {
+      : latency_(latency), capacity_(capacity), slots_(capacity), name_(std::move(name)) {
     assert(latency >= 1 && capacity >= 1);
   }
 
   const std::string& name() const { return name_; }
+  /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
+  void wake(Alarm* consumer) { consumer_ = consumer; }
 
   // Producer side.
   bool can_push(Cycle now) const { return occupied(now) < capacity_; }
@@ -34,6 +37,7 @@ class Link final : public virtual sc_core::sc_interface {
     tail_ = next(tail_);
     ++size_;
     ++pushed_;
+    if (consumer_ != nullptr) consumer_->request(now + latency_);
   }
 
   // Consumer side.
@@ -46,11 +50,11 @@ class Link final : public virtual sc_core::sc_interface {
       popped_this_cycle_ = 0;
     }
     head_ = next(head_);
-    --size_;
+    if (--size_ == 0) head_ = tail_ = 0;  // stays in the same few lines of the host's cache
     ++popped_this_cycle_;
   }
   /// Cycle at which the oldest item becomes visible; max when empty.
-  Cycle next_visible() const { return size_ > 0 ? slots_[head_].visible : ~Cycle{0}; }
+  Cycle next_visible() const { return size_ > 0 ? slots_[head_].visible : kNever; }
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
@@ -67,7 +71,6 @@ class Link final : public virtual sc_core::sc_interface {
   // A slot popped in this very cycle still counts: the producer learns of it at the next edge.
   std::size_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
 
-  std::string name_;
   unsigned latency_;
   std::size_t capacity_;
   std::vector<Slot> slots_;
@@ -77,6 +80,8 @@ class Link final : public virtual sc_core::sc_interface {
   Cycle last_pop_cycle_ = ~Cycle{0};
   std::size_t popped_this_cycle_ = 0;
   std::uint64_t pushed_ = 0;
+  Alarm* consumer_ = nullptr;
+  std::string name_;
 };
 
 }  // namespace grtx::modules

@@ -60,7 +60,7 @@ bool LoadStoreUnit::send(Cycle now, Link<MemoryRequest>& requests) {
   request.write = oldest.write;
   requests.push(now, request);
   head_ = (head_ + 1) & (ring_.size() - 1);
-  --size_;
+  if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
   ++in_flight_;
   return true;
 }

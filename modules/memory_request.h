@@ -36,8 +36,8 @@ struct MemoryRequest {
   std::uint8_t client = 0;   ///< port of the L1 that issued it
   std::uint8_t sm = 0;       ///< set by the L1 when a miss leaves the SM
   Region region = Region::tlas;
-  bool write = false;
-  bool prefetch = false;
+  bool write : 1 = false;  // bits: 16 B in all
+  bool prefetch : 1 = false;
 };
 
 struct MemoryResponse {
@@ -46,8 +46,9 @@ struct MemoryResponse {
   std::uint8_t client = 0;
   std::uint8_t sm = 0;
   Region region = Region::tlas;
-  bool write = false;
-  bool prefetch = false;
+  bool write : 1 = false;
+  bool prefetch : 1 = false;
 };
+static_assert(sizeof(MemoryRequest) == 16 && sizeof(MemoryResponse) == 16);
 
 }  // namespace grtx::modules

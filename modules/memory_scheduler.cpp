@@ -51,44 +51,41 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       traffic_(header, config.traffic),
       fetches_(std::size_t{entries} * kMaxLanes),
       under_way_(entries),
-      queue_(config.queue > 0 ? config.queue : 1) {
+      queue_(config.queue > 0 ? config.queue : 1),
+      merge_(entries, AddressIndex(kMaxLanes)) {
   if (config.queue < kMaxLanes) throw Error("configuration", "rt.memory.queue", "must hold the 32 fetches of a warp");
   if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
     throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
   }
 }
 
-// Open addressing; a slot of an older generation is free.
-MemoryScheduler::MergeSlot& MemoryScheduler::merge_slot(std::uint64_t key) {
-  std::size_t i = (key * 0x9E3779B97F4A7C15ull) >> 57;
-  while (merge_[i].generation == generation_ && merge_[i].key != key) i = (i + 1) & (merge_.size() - 1);
-  return merge_[i];
+// Nodes are 64 B aligned, so the bit of 32 tells a fetch with the header from one without.
+std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
+  return address / kSectorBytes | (header ? 1u : 0u);
 }
 
 void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
   assert(has_room());
   now_ = now;
-  ++generation_;
-  if (!config_.merge_in_flight) return;
-  for_each_bit(under_way_[entry], [&](unsigned lane) {
-    const LaneId id = lane_id(entry, lane);
-    const Fetch& f = fetches_[id];
-    merge_slot(f.address | (f.header ? 1u : 0u)) = {f.address | (f.header ? 1u : 0u), generation_, id};
-  });
+  if (config_.merge_in_flight) return;
+  for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
+  visited_.clear();
+  visited_entry_ = entry;
 }
 
 void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
   const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
   ++counters_.visits[region];
   const LaneMask lane = bit(lane_of(id));
-  const std::uint64_t key = address | (header ? 1u : 0u);  // nodes are 64 B aligned
-  MergeSlot& slot = merge_slot(key);
-  if (slot.generation == generation_) {
-    assert(fetches_[slot.fetch].kind == kind);
-    fetches_[slot.fetch].lanes |= lane;
+  const std::uint64_t key = merge_key(address, header);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
+    assert(fetches_[under_way].kind == kind);
+    fetches_[under_way].lanes |= lane;
     return;
   }
-  slot = {key, generation_, id};
+  merge.insert(key, id);
+  if (!config_.merge_in_flight) visited_.push_back(key);
   ++counters_.fetches[region];
   unsigned sectors = traffic_.sectors(kind);
   if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
@@ -134,6 +131,7 @@ MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
   counters_.fetch_latency.add(now - f.asked);
   const Completed completed{entry_of(id), f.lanes, f.kind};
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
+  if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.address, f.header));
   f.lanes = 0;
   return completed;
 }

@@ -10,6 +10,7 @@
 #include <systemc>
 #include <vector>
 
+#include "modules/address_index.h"
 #include "modules/bounded_queue.h"
 #include "modules/inventory.h"
 #include "modules/lane_loop.h"
@@ -87,12 +88,7 @@ class MemoryScheduler final : public sc_core::sc_module {
     LaneId fetch = 0;
     std::uint8_t next = 0;  ///< sector to send next
   };
-  struct MergeSlot {
-    std::uint64_t key = 0;
-    std::uint64_t generation = 0;
-    LaneId fetch = 0;
-  };
-  MergeSlot& merge_slot(std::uint64_t key);
+  static std::uint64_t merge_key(std::uint64_t address, bool header);
   bool issue_front(Cycle now, Link<MemoryRequest>& out);
   Completed receive(Cycle now, LaneId fetch);
 
@@ -101,8 +97,9 @@ class MemoryScheduler final : public sc_core::sc_module {
   std::vector<Fetch> fetches_;       ///< by the lane that asked first: a lane has at most one visit under way
   std::vector<LaneMask> under_way_;  ///< by entry: lanes that lead a fetch
   BoundedQueue<Pending> queue_;
-  std::array<MergeSlot, 128> merge_{};  ///< finds an equal address among at most 64 fetches of a warp
-  std::uint64_t generation_ = 0;
+  std::vector<AddressIndex> merge_;     ///< by entry: finds the fetch, by leading lane, that a visit may join
+  std::vector<std::uint64_t> visited_;  ///< without merging in flight: keys of the present warp's visits
+  unsigned visited_entry_ = 0;
   Cycle now_ = 0;
   std::uint64_t outstanding_ = 0;  ///< sectors sent, not answered
   Counters counters_;

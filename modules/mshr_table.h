@@ -12,6 +12,17 @@
 
 namespace grtx::modules {
 
+/// A request that waits for a sector; with the sector's address it is the request again. 8 B, so that a list of 8 is one
+/// line of the host's cache.
+struct MshrWaiter {
+  std::uint32_t tag = 0;
+  std::uint8_t client = 0;
+  std::uint8_t sm = 0;
+  Region region = Region::tlas;
+  bool write : 1 = false;
+  bool prefetch : 1 = false;
+};
+
 /// Fully associative over sector addresses. `merges` counts all requests of an entry, the one that missed included
 /// (as in GPGPU-Sim's N:M notation).
 class MshrTable {
@@ -27,6 +38,12 @@ class MshrTable {
 
   /// Entry of a pending sector, or kNone.
   std::uint32_t find(std::uint64_t sector_address) const { return index_.find(sector_address / kSectorBytes); }
+  /// Asks the host for what find(), or the release of an entry, reads.
+  void prefetch_find(std::uint64_t sector_address) const { index_.prefetch(sector_address / kSectorBytes); }
+  void prefetch_entry(std::uint32_t entry) const {
+    __builtin_prefetch(&entries_[entry]);
+    __builtin_prefetch(&waiters_[std::size_t{entry} * merges_]);
+  }
   bool full() const { return free_.empty(); }
   bool merges_full(std::uint32_t entry) const { return entries_[entry].count == merges_; }
   std::size_t used() const { return entries_.size() - free_.size(); }
@@ -43,10 +60,11 @@ class MshrTable {
   void merge(std::uint32_t entry, const MemoryRequest& request) {
     Entry& e = entries_[entry];
     assert(e.count < merges_);
-    waiters_[std::size_t{entry} * merges_ + e.count++] = request;
+    waiters_[std::size_t{entry} * merges_ + e.count++] = {request.tag,    request.client, request.sm,
+                                                          request.region, request.write,  request.prefetch};
     e.demand = e.demand || !request.prefetch;
   }
-  std::span<const MemoryRequest> waiters(std::uint32_t entry) const {
+  std::span<const MshrWaiter> waiters(std::uint32_t entry) const {
     return {waiters_.data() + std::size_t{entry} * merges_, entries_[entry].count};
   }
   std::uint64_t sector_address(std::uint32_t entry) const { return entries_[entry].sector_address; }
@@ -65,14 +83,14 @@ class MshrTable {
   struct Entry {
     std::uint64_t sector_address = 0;
     Cycle allocated = 0;
-    unsigned count = 0;
+    std::uint32_t count = 0;
     bool demand = false;
   };
 
   unsigned merges_;
   AddressIndex index_;
   std::vector<Entry> entries_;
-  std::vector<MemoryRequest> waiters_;
+  std::vector<MshrWaiter> waiters_;
   std::vector<std::uint32_t> free_;
 };
 

@@ -27,6 +27,10 @@ class RingQueue {
     return slots_[head_];
   }
   /// i counts from the oldest item.
+  T& operator[](std::size_t i) {
+    assert(i < size_);
+    return slots_[(head_ + i) & (slots_.size() - 1)];
+  }
   const T& operator[](std::size_t i) const {
     assert(i < size_);
     return slots_[(head_ + i) & (slots_.size() - 1)];
@@ -39,7 +43,7 @@ class RingQueue {
   void pop() {
     assert(size_ > 0);
     head_ = (head_ + 1) & (slots_.size() - 1);
-    --size_;
+    if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
   }
 
  private:

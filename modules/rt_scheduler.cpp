@@ -217,6 +217,10 @@ void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoi
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   Lane& lane = buffer_.lane(id);
   const bool last = ++lane.next == lane.end;
+  if (!last && lane.next->kind() == EventKind::visit_internal) {
+    const auto& nodes = buffer_.warp(entry_of(id)).group->nodes;
+    if (lane.next->node < nodes.size()) prefetch_for_read(&nodes[lane.next->node]);
+  }
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
     if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;

@@ -27,16 +27,21 @@ const SectorCacheTags::Geometry& checked(const SectorCacheTags::Geometry& g) {
 
 SectorCacheTags::SectorCacheTags(const Geometry& geometry)
     : geometry_(checked(geometry)),
-      lines_(geometry.sets() * geometry.ways),
-      sets_(geometry.sets()),
-      index_(lines_.size()),
+      set_count_(geometry.sets()),
+      small_(geometry.ways <= kSmallWays ? set_count_ : 0),
+      lines_(small_.empty() ? set_count_ * geometry.ways : 0),
+      sets_(small_.empty() ? set_count_ : 0),
+      index_(small_.empty() ? lines_.size() : 1),
       line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
       sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
-      set_mask_(std::has_single_bit(sets_.size()) ? sets_.size() - 1 : 0) {
+      set_mask_(std::has_single_bit(set_count_) ? set_count_ - 1 : 0) {
+  for (SmallSet& set : small_) {
+    for (unsigned way = 0; way < kSmallWays; ++way) set.number[way] = kNoLine;
+    for (unsigned way = 0; way < geometry_.ways; ++way) set.order |= std::uint64_t{way} << 4 * way;
+  }
   for (std::size_t set = 0; set < sets_.size(); ++set) {
     for (unsigned way = 0; way < geometry_.ways; ++way) {
       Line& line = lines_[set * geometry_.ways + way];
-      line.set = static_cast<std::uint32_t>(set);
       line.newer = way == 0 ? kNoWay : static_cast<Way>(way - 1);
       line.older = way + 1 == geometry_.ways ? kNoWay : static_cast<Way>(way + 1);
     }
@@ -44,35 +49,37 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
   }
 }
 
-SectorCacheTags::Victim SectorCacheTags::victim(std::uint64_t address) const {
-  const Line& line = lines_[oldest_of(address)];
-  if (!line.present) return {};
-  return {true, std::uint64_t{line.number} << line_shift_, line.dirty, line.unused_prefetch};
+SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
+  const std::uint32_t line = number(slot);
+  if (line == kNoLine) return {};
+  const State& s = state(slot);
+  return {true, std::uint64_t{line} << line_shift_, s.dirty, s.unused_prefetch};
 }
 
 SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
   assert(find(address) == kNone);
-  *evicted = victim(address);
   const Slot slot = oldest_of(address);
-  Line& line = lines_[slot];
-  if (line.present) {
-    index_.erase(line.number);
-  } else {
+  *evicted = victim_in(slot);
+  std::uint32_t& line = number(slot);
+  if (line == kNoLine) {
     ++lines_valid_;
+  } else if (small_.empty()) {
+    index_.erase(line);
   }
-  line.number = static_cast<std::uint32_t>(line_number(address));
-  line.present = true;
-  line.valid = line.dirty = line.unused_prefetch = 0;
-  index_.insert(line.number, slot);
+  assert(line_number(address) < kNoLine);
+  line = static_cast<std::uint32_t>(line_number(address));
+  state(slot) = {};
+  if (small_.empty()) index_.insert(line, slot);
   touch(slot);
   return slot;
 }
 
-void SectorCacheTags::touch(Slot slot) {
+void SectorCacheTags::touch_large(Slot slot) {
   Line& line = lines_[slot];
   if (line.newer == kNoWay) return;  // the newest already
-  Set& set = sets_[line.set];
-  Line* ways = &lines_[std::size_t{line.set} * geometry_.ways];
+  const std::size_t number = slot / geometry_.ways;
+  Set& set = sets_[number];
+  Line* ways = &lines_[number * geometry_.ways];
   ways[line.newer].older = line.older;
   if (line.older != kNoWay) {
     ways[line.older].newer = line.newer;
@@ -88,23 +95,23 @@ void SectorCacheTags::touch(Slot slot) {
 
 std::uint64_t SectorCacheTags::count_unused_prefetch() const {
   std::uint64_t count = 0;
-  for (const Line& line : lines_) count += static_cast<std::uint64_t>(std::popcount(line.unused_prefetch));
+  for_each_state([&](const State& s) { count += static_cast<std::uint64_t>(std::popcount(s.unused_prefetch)); });
   return count;
 }
 
 std::uint64_t SectorCacheTags::count_dirty() const {
   std::uint64_t count = 0;
-  for (const Line& line : lines_) count += static_cast<std::uint64_t>(std::popcount(line.dirty));
+  for_each_state([&](const State& s) { count += static_cast<std::uint64_t>(std::popcount(s.dirty)); });
   return count;
 }
 
 std::uint64_t SectorCacheTags::tag_bits(unsigned address_bits, bool with_dirty) const {
   const unsigned offset_bits = static_cast<unsigned>(std::countr_zero(geometry_.line_bytes));
-  const unsigned set_bits = static_cast<unsigned>(std::bit_width(sets_.size()) - 1);
+  const unsigned set_bits = static_cast<unsigned>(std::bit_width(set_count_) - 1);
   const unsigned lru_bits = static_cast<unsigned>(std::bit_width(geometry_.ways - 1));  // position in the recency order
   const unsigned per_line =
       address_bits - offset_bits - set_bits + 1 + geometry_.sectors() * (with_dirty ? 2 : 1) + lru_bits;
-  return std::uint64_t{per_line} * lines_.size();
+  return std::uint64_t{per_line} * set_count_ * geometry_.ways;
 }
 
 }  // namespace grtx::modules

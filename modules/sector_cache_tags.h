@@ -1,7 +1,10 @@
 // Tag array of a sectored set-associative cache with LRU replacement: one tag a line, valid and dirty bits a sector.
-// Plain C++, shared by L1 and L2. 256-way sets are affordable: lookup is one hash probe, LRU an intrusive list.
+// Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to 16
+// ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
 #pragma once
 
+#include <bit>
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -11,7 +14,7 @@ namespace grtx::modules {
 
 class SectorCacheTags {
  public:
-  using Slot = std::uint32_t;  ///< set * ways + way
+  using Slot = std::uint32_t;  ///< a line of the cache
   static constexpr Slot kNone = AddressIndex::kNone;
 
   struct Geometry {
@@ -43,24 +46,36 @@ class SectorCacheTags {
   }
 
   /// Slot of the line that holds `address`, or kNone.
-  Slot find(std::uint64_t address) const { return index_.find(line_number(address)); }
+  Slot find(std::uint64_t address) const {
+    return small_.empty() ? index_.find(line_number(address)) : find_small(line_number(address));
+  }
+  /// Asks the host for what find(address) reads.
+  void prefetch(std::uint64_t address) const {
+    if (small_.empty()) return index_.prefetch(line_number(address));
+    const char* set = reinterpret_cast<const char*>(&small_[set_of(line_number(address))]);
+    __builtin_prefetch(set);
+    __builtin_prefetch(set + 64);
+  }
   /// The line that insert(address) would replace.
-  Victim victim(std::uint64_t address) const;
+  Victim victim(std::uint64_t address) const { return victim_in(oldest_of(address)); }
   /// Makes the line present with no valid sector and most recently used; the least recently used line of the set goes.
   /// The line must not be present.
   Slot insert(std::uint64_t address, Victim* evicted);
   /// Marks the line as most recently used.
-  void touch(Slot slot);
+  void touch(Slot slot) {
+    if (small_.empty()) return touch_large(slot);
+    touch_small(small_[slot / kSmallWays], slot % kSmallWays);
+  }
 
-  std::uint8_t valid(Slot slot) const { return lines_[slot].valid; }
-  void set_valid(Slot slot, std::uint8_t sectors) { lines_[slot].valid |= sectors; }
-  std::uint8_t dirty(Slot slot) const { return lines_[slot].dirty; }
-  void set_dirty(Slot slot, std::uint8_t sectors) { lines_[slot].dirty |= sectors; }
+  std::uint8_t valid(Slot slot) const { return state(slot).valid; }
+  void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
+  std::uint8_t dirty(Slot slot) const { return state(slot).dirty; }
+  void set_dirty(Slot slot, std::uint8_t sectors) { state(slot).dirty |= sectors; }
   /// Sectors that a prefetch brought in and no demand access has referenced yet.
-  std::uint8_t unused_prefetch(Slot slot) const { return lines_[slot].unused_prefetch; }
-  void set_unused_prefetch(Slot slot, std::uint8_t sectors) { lines_[slot].unused_prefetch |= sectors; }
+  std::uint8_t unused_prefetch(Slot slot) const { return state(slot).unused_prefetch; }
+  void set_unused_prefetch(Slot slot, std::uint8_t sectors) { state(slot).unused_prefetch |= sectors; }
   void clear_unused_prefetch(Slot slot, std::uint8_t sectors) {
-    lines_[slot].unused_prefetch &= static_cast<std::uint8_t>(~sectors);
+    state(slot).unused_prefetch &= static_cast<std::uint8_t>(~sectors);
   }
   std::uint64_t lines_valid() const { return lines_valid_; }
   /// Sectors with the mark of an unreferenced prefetch, over all lines. Linear: for the end of a run.
@@ -74,15 +89,26 @@ class SectorCacheTags {
   using Way = std::uint16_t;
   static constexpr Way kNoWay = 0xFFFF;
 
-  struct Line {                // 16 B: four to a line of the host's cache
-    std::uint32_t number = 0;  ///< address / line_bytes, when present
-    Way newer = kNoWay;        ///< neighbours in the set's recency list
-    Way older = kNoWay;
-    bool present = false;
+  static constexpr unsigned kSmallWays = 16;
+  static constexpr std::uint32_t kNoLine = ~std::uint32_t{0};
+
+  struct State {  // sector masks
     std::uint8_t valid = 0;
     std::uint8_t dirty = 0;
     std::uint8_t unused_prefetch = 0;
-    std::uint32_t set = 0;
+  };
+  // A set of at most 16 ways. Its slots are set * 16 + way.
+  struct alignas(64) SmallSet {
+    std::uint64_t order = 0;  ///< ways, four bits each, the most recently used lowest
+    std::uint32_t number[kSmallWays];
+    State state[kSmallWays];
+  };
+  // A line of a larger set. Slots are set * ways + way.
+  struct Line {
+    std::uint32_t number = kNoLine;  ///< address / line_bytes, when present
+    Way newer = kNoWay;              ///< neighbours in the set's recency list
+    Way older = kNoWay;
+    State state;
   };
   struct Set {
     Way newest = kNoWay;
@@ -91,14 +117,53 @@ class SectorCacheTags {
 
   std::uint64_t line_number(std::uint64_t address) const { return address >> line_shift_; }
   std::uint64_t set_of(std::uint64_t line_number) const {
-    return set_mask_ != 0 ? line_number & set_mask_ : line_number % sets_.size();
+    return set_mask_ != 0 ? line_number & set_mask_ : line_number % set_count_;
+  }
+  State& state(Slot slot) {
+    return small_.empty() ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
+  }
+  const State& state(Slot slot) const {
+    return small_.empty() ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
+  }
+  std::uint32_t& number(Slot slot) {
+    return small_.empty() ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+  }
+  std::uint32_t number(Slot slot) const {
+    return small_.empty() ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+  }
+  Slot find_small(std::uint64_t number) const {
+    const std::uint64_t set = set_of(number);
+    const SmallSet& s = small_[set];
+    unsigned hit = 0;
+    for (unsigned way = 0; way < kSmallWays; ++way) hit |= unsigned{s.number[way] == number} << way;
+    return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
+  }
+  static void touch_small(SmallSet& set, unsigned way) {
+    // The lowest four bits that equal `way`: the lowest zero of the exclusive or, found with borrows.
+    constexpr std::uint64_t kOnes = 0x1111111111111111u;
+    const std::uint64_t differs = set.order ^ (kOnes * way);
+    const auto position = static_cast<unsigned>(std::countr_zero((differs - kOnes) & ~differs & (kOnes << 3))) & ~3u;
+    const std::uint64_t newer = (std::uint64_t{1} << position) - 1;
+    set.order = (set.order & ~(newer << 4 | 0xF)) | (set.order & newer) << 4 | way;
+  }
+  void touch_large(Slot slot);
+  Victim victim_in(Slot slot) const;
+  template <typename F>
+  void for_each_state(F&& f) const {
+    for (const SmallSet& set : small_) {
+      for (const State& s : set.state) f(s);
+    }
+    for (const Line& line : lines_) f(line.state);
   }
   Slot oldest_of(std::uint64_t address) const {
     const std::uint64_t set = set_of(line_number(address));
-    return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
+    if (small_.empty()) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
+    return static_cast<Slot>(set * kSmallWays + (small_[set].order >> 4 * (geometry_.ways - 1) & 0xF));
   }
 
   Geometry geometry_;
+  std::uint64_t set_count_;
+  std::vector<SmallSet> small_;  ///< empty when sets are larger; then the next three are in use
   std::vector<Line> lines_;
   std::vector<Set> sets_;
   AddressIndex index_;

@@ -32,12 +32,17 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
     : sc_module(name),
       config_(config),
       traffic_(traffic),
-      lanes_(std::size_t{entries} * kMaxLanes),
+      records_(std::size_t{entries} * kMaxLanes * config.records),
+      newest_(std::size_t{entries} * kMaxLanes),
       queue_(config.queue > 0 ? config.queue : 1) {
   if (config.records < 1 || config.records > kMaxRecords) {
     throw Error("configuration", "rt.prefetch.records", "must be 1..8");
   }
   if (config.queue < 1) throw Error("configuration", "rt.prefetch.queue", "must be at least 1");
+  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
+    units_[static_cast<std::size_t>(kind)] =
+        static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
+  }
 }
 
 void SiblingPrefetcher::note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition,
@@ -47,18 +52,22 @@ void SiblingPrefetcher::note_internal(LaneId id, const traces::RayGroup& group, 
   bool has_leaf = false;
   for_each_bit(hit, [&](unsigned i) { has_leaf = has_leaf || node.child_kinds[i] != NodeKind::internal; });
   if (!has_leaf) return;  // nothing could trigger it
-  LaneRecords& lane = lanes_[id];
-  lane.newest = static_cast<std::uint8_t>((lane.newest + 1u) % config_.records);
-  lane.record[lane.newest] = {definition, static_cast<std::uint8_t>(hit), true};
+  std::uint32_t end = node.child_base;
+  for (unsigned i = 0; i < node.child_count; ++i) end += units_[static_cast<std::size_t>(node.child_kinds[i])];
+  const unsigned newest = newest_[id] + 1u == config_.records ? 0 : newest_[id] + 1u;
+  newest_[id] = static_cast<std::uint8_t>(newest);
+  records_of(id)[newest] = {definition, node.child_base, end, static_cast<std::uint8_t>(hit), true};
 }
 
 void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) {
-  LaneRecords& lane = lanes_[id];
+  Record* const records = records_of(id);
+  unsigned next = newest_[id];
   for (unsigned back = 0; back < config_.records; ++back) {
-    Record& record = lane.record[(lane.newest + config_.records - back) % config_.records];
+    Record& record = records[next];
+    next = next == 0 ? config_.records - 1 : next - 1;
     if (record.hit == 0) return;  // older ones are empty too
+    if (address < record.begin || address >= record.end) continue;
     const traces::NodeDefinition& node = group.nodes[record.definition];
-    if (address < node.child_base) continue;
     // Children are contiguous in slot order.
     std::array<std::uint32_t, traces::kMaxWidth> child{};
     std::uint32_t at = node.child_base;
@@ -66,7 +75,7 @@ void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std:
     for (unsigned i = 0; i < node.child_count; ++i) {
       child[i] = at;
       if (at == address && (record.hit >> i & 1) != 0) demanded = i;
-      at += static_cast<std::uint32_t>(traffic_.stored_bytes(node.child_kinds[i]) / traces::kNodeUnit);
+      at += units_[static_cast<std::size_t>(node.child_kinds[i])];
     }
     if (demanded == traces::kMaxWidth) continue;
     if (!record.armed) return;
@@ -117,7 +126,7 @@ Inventory SiblingPrefetcher::inventory() const {
   Inventory inventory{name(), {}, {}};
   // A record: first child (48 bits), hit mask, three kind bits a child, armed.
   const std::uint64_t record = 48 + traces::kMaxWidth * (1 + 3) + 1;
-  inventory.storage.push_back({"records", StorageKind::ram, lanes_.size() * config_.records * record});
+  inventory.storage.push_back({"records", StorageKind::ram, records_.size() * record});
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (48 + 3 + 3)});
   inventory.operators.push_back({"match", 48, std::uint64_t{config_.records} * kMaxLanes});
   return inventory;

@@ -42,7 +42,10 @@ class SiblingPrefetcher final : public sc_core::sc_module {
                     unsigned entries);
 
   /// A lane begins a round: what it remembers is void.
-  void begin_lane(LaneId id) { lanes_[id] = {}; }
+  void begin_lane(LaneId id) {
+    newest_[id] = 0;
+    for (unsigned i = 0; i < config_.records; ++i) records_of(id)[i].hit = 0;
+  }
   /// The lane's visit of group.nodes[definition] found the children in `hit`.
   void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
   /// Starts the visits of one warp in one cycle.
@@ -71,12 +74,10 @@ class SiblingPrefetcher final : public sc_core::sc_module {
   static constexpr unsigned kMaxRecords = 8;
   struct Record {
     std::uint32_t definition = 0;
+    std::uint32_t begin = 0;  ///< addresses of the children, in kNodeUnit, as [begin, end)
+    std::uint32_t end = 0;
     std::uint8_t hit = 0;  ///< 0: empty
     bool armed = false;
-  };
-  struct LaneRecords {
-    std::array<Record, kMaxRecords> record{};
-    std::uint8_t newest = 0;
   };
   struct Triggered {
     std::uint32_t definition = 0;
@@ -88,11 +89,14 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     std::uint8_t next = 0;
   };
   bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
   void push(traces::NodeKind kind, std::uint64_t address);
 
   Config config_;
   const NodeTraffic& traffic_;
-  std::vector<LaneRecords> lanes_;
+  std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
+  std::vector<Record> records_;       ///< config.records a lane
+  std::vector<std::uint8_t> newest_;  ///< of a lane's records
   BoundedQueue<Pending> queue_;
   std::array<Triggered, kMaxLanes> triggered_{};
   unsigned triggered_count_ = 0;

@@ -38,6 +38,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
                    const traces::Header& header, const MemoryMap& map)
     : sc_module(name),
       domain_(domain),
+      alarm_(domain),
       config_(checked(config)),
       program_(header, map, config.costs, config.sm, config.resident_warps),
       issue_slots_(config.schedulers, config.instruction_latency),
@@ -48,7 +49,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       ends_(config.resident_warps) {
   batches_.reserve(config.resident_warps);
   SC_METHOD(on_tick);
-  sensitive << domain_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
@@ -61,6 +62,10 @@ void SimtCore::start_of_simulation() {
   any_hit_done_ = any_hit_done.operator->();
   memory_request_ = memory_request.operator->();
   memory_response_ = memory_response.operator->();
+  launch_->wake(&alarm_);
+  trace_done_->wake(&alarm_);
+  any_hit_batch_->wake(&alarm_);
+  memory_response_->wake(&alarm_);
 }
 
 Cycle SimtCore::earliest_due() const {
@@ -92,7 +97,7 @@ void SimtCore::on_tick() {
     send(now);
     due = std::max(earliest_due(), now + 1);
   }
-  domain_.request(due);
+  alarm_.request(due);
 }
 
 void SimtCore::accept_response(Cycle now) {

@@ -92,6 +92,7 @@ class SimtCore final : public sc_core::sc_module {
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
   ClockDomain& domain_;
+  Alarm alarm_;
   SimtCoreConfig config_;
   ShaderProgram program_;
   IssueSlots issue_slots_;

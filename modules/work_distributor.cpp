@@ -29,6 +29,7 @@ WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomai
       launch("launch", checked(config).sms),
       ended("ended", config.sms),
       domain_(domain),
+      alarm_(domain),
       config_(config),
       source_(source),
       done_("done"),
@@ -40,15 +41,16 @@ WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomai
     sm.position.resize(config.resident_warps);
   }
   SC_METHOD(on_tick);
-  sensitive << domain_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
-  domain_.request(0);  // the first launch
+  alarm_.request(0);  // the first launch
 }
 
 void WorkDistributor::start_of_simulation() {
   for (unsigned i = 0; i < config_.sms; ++i) {
     sms_[i].launch = launch[i].operator->();
     sms_[i].ended = ended[i].operator->();
+    sms_[i].ended->wake(&alarm_);
   }
 }
 
@@ -61,7 +63,9 @@ void WorkDistributor::on_tick() {
     finish(now);
     return;
   }
-  if (next_ < groups_ && free_slots_ > 0 && !held_back(now)) domain_.request(now + 1);
+  Cycle due = next_ < groups_ && free_slots_ > 0 && !held_back(now) ? now + 1 : kNever;
+  for (const Sm& sm : sms_) due = std::min(due, sm.ended->next_visible());
+  alarm_.request(due);
 }
 
 // The first secondary group starts when all primary groups have ended; an end is what wakes the distributor up.

@@ -79,6 +79,7 @@ class WorkDistributor final : public sc_core::sc_module {
   void finish(Cycle now);
 
   ClockDomain& domain_;
+  Alarm alarm_;
   WorkDistributorConfig config_;
   GroupSource& source_;
   sc_core::sc_event done_;

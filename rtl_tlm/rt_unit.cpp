@@ -56,6 +56,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       prefetch_response("prefetch_response"),
       config_(config),
       domain_(domain),
+      alarm_(domain),
       warp_buffer_("warp_buffer", config.warp_buffer, header.checkpoint),
       memory_("memory_scheduler", config.memory, header, config.warp_buffer.entries),
       any_hit_("any_hit_collector", config.any_hit, warp_buffer_),
@@ -88,7 +89,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
     if (*unit != nullptr) units_.push_back(unit->get());
   }
   SC_METHOD(tick);
-  sensitive << domain_.tick();
+  sensitive << alarm_.event();
   dont_initialize();
 }
 
@@ -99,13 +100,18 @@ void RtUnit::end_of_elaboration() {
   shader_dones_ = any_hit_done.operator->();
   node_requests_ = node_request.operator->();
   node_responses_ = node_response.operator->();
+  calls_->wake(&alarm_);
+  shader_dones_->wake(&alarm_);
+  node_responses_->wake(&alarm_);
   if (checkpoint_) {
     checkpoint_requests_ = checkpoint_request.operator->();
     checkpoint_responses_ = checkpoint_response.operator->();
+    checkpoint_responses_->wake(&alarm_);
   }
   if (prefetcher_) {
     prefetch_requests_ = prefetch_request.operator->();
     prefetch_responses_ = prefetch_response.operator->();
+    prefetch_responses_->wake(&alarm_);
   }
 }
 
@@ -120,22 +126,24 @@ Cycle RtUnit::next_arrival() const {
 
 void RtUnit::tick() {
   const Cycle now = domain_.cycle();
-  if (now < due_ && now < next_arrival()) return;
+  if (const Cycle next = std::min(due_, next_arrival()); now < next) return alarm_.request(next);
   // Nothing changed in the cycles between: they all had the reason of the present state.
   if (now > accounted_) scheduler_.count_idle(now - accounted_);
   accounted_ = now + 1;
   run_stages(now);
   due_ = next_due(now);
-  if (due_ != kNever) domain_.request(due_);
-  const Cycle arrival = next_arrival();
-  if (arrival != kNever) domain_.request(std::max(arrival, now + 1));
+  alarm_.request(std::min(due_, std::max(next_arrival(), now + 1)));
 }
 
 // Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
 // make a lane ready are seen by the scheduler in the same cycle.
 void RtUnit::run_stages(Cycle now) {
-  take_results(now);
-  for_each_unit([&](IntersectionUnit& unit) { unit.start(now); });
+  for_each_unit([&](IntersectionUnit& unit) {
+    if (unit.due() <= now) unit.collect(now, [&](LaneId id) { scheduler_.unit_result(now, id); });
+  });
+  for_each_unit([&](IntersectionUnit& unit) {
+    if (unit.due() <= now) unit.start(now);
+  });
   take_responses(now);
   issue_requests(now);
   if (checkpoint_) checkpoint_->accept([&](LaneId id) { scheduler_.entries_taken(id); });
@@ -143,11 +151,6 @@ void RtUnit::run_stages(Cycle now) {
   retire(now);
   scheduler_.schedule(now);
   accept(now);
-}
-
-void RtUnit::take_results(Cycle now) {
-  for_each_unit(
-      [&](IntersectionUnit& unit) { unit.collect(now, [&](LaneId id) { scheduler_.unit_result(now, id); }); });
 }
 
 IntersectionUnit& RtUnit::unit_of(NodeKind kind) {
@@ -171,6 +174,9 @@ void RtUnit::take_responses(Cycle now) {
     IntersectionUnit& unit = unit_of(fetch.kind);
     const Warp& warp = warp_buffer_.warp(fetch.entry);
     for_each_bit(fetch.lanes, [&](unsigned i) {
+      const traces::Event* event = warp.lane[i].next;
+      prefetch_for_read(event + 1);  // needed after the test
+      if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[event->node]);
       unsigned tests = 1;
       if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {
         tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[i].next->node].child_count});
@@ -227,7 +233,8 @@ Cycle RtUnit::next_due(Cycle now) const {
     return now + 1;
   }
   Cycle due = any_hit_.next_due(now);
-  for_each_unit([&](const IntersectionUnit& unit) { due = std::min(due, unit.next_due(now)); });
+  for_each_unit([&](const IntersectionUnit& unit) { due = std::min(due, unit.due()); });
+  due = std::max(due, now + 1);
   return due;
 }
 

@@ -110,7 +110,6 @@ class RtUnit final : public sc_core::sc_module {
   void end_of_elaboration() override;
   void tick();
   void run_stages(Cycle now);
-  void take_results(Cycle now);
   void take_responses(Cycle now);
   void issue_requests(Cycle now);
   void invoke_any_hit(Cycle now);
@@ -126,6 +125,7 @@ class RtUnit final : public sc_core::sc_module {
 
   RtUnitConfig config_;
   modules::ClockDomain& domain_;
+  modules::Alarm alarm_;
   modules::WarpBuffer warp_buffer_;
   modules::MemoryScheduler memory_;
   modules::AnyHitCollector any_hit_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <iostream>
 #include <memory>
 #include <numeric>
@@ -29,6 +30,13 @@ constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches an
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// User and system time of all threads of the process so far.
+double cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 std::uint64_t peak_rss_bytes() {
@@ -110,14 +118,18 @@ std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const
   return inputs;
 }
 
-void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, const Gpu& gpu, double wall) {
+void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, const Gpu& gpu, double wall,
+                         double cpu) {
   const double seconds = wall > 0.0 ? wall : 1e-9;
   host.add("host.wall_seconds", wall, "s", "wall time of building and running the model");
+  host.add("host.cpu_seconds", cpu, "s", "processor time of building and running the model, all threads");
   host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
   host.add("host.cycles_per_second", static_cast<double>(counters.cycles) / seconds, "cycles/s",
            "simulated core cycles a second of wall time");
   host.add("host.node_visits_per_second", static_cast<double>(counters.rt.memory.node_visits()) / seconds, "visits/s",
            "lane visits replayed a second of wall time");
+  host.add("host.cycles_per_cpu_second", static_cast<double>(counters.cycles) / std::max(cpu, 1e-9), "cycles/s",
+           "simulated core cycles a second of processor time: what a busy machine does not change");
   host.add("host.ticks", gpu.core().ticks(), "ticks", "core cycles that were not skipped");
 }
 
@@ -141,6 +153,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   reader.verify_content();
   const traces::Header& header = reader.header();
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = cpu_seconds();
 
   modules::set_time_resolution_to_fs();
   std::vector<std::uint64_t> groups = options.groups;
@@ -180,7 +193,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     }
     describe(counters, gpu, memory->dram, result.statistics);
     describe(bounds, counters.cycles, result.statistics);
-    add_host_statistics(result.host, counters, gpu, seconds_since(start));
+    add_host_statistics(result.host, counters, gpu, seconds_since(start), cpu_seconds() - cpu_start);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }
