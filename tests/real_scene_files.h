@@ -1,7 +1,8 @@
-// Where the trained scenes lie: the folder named by GRTX_SCENES, else ../shared/scenes beside the project. They are not
-// part of the project; tests skip without them.
+// Finds the trained scenes that are not part of the project: GRTX_SCENES (a folder of .ply or .ply.xz files) or
+// ../shared/scenes beside it. Cameras lie in the same folder or in ../shared/scenes.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -10,30 +11,32 @@
 
 namespace grtx::test {
 
-inline constexpr const char* kNoRealScenes =
-    "no real scenes: put them into ../shared/scenes or name the folder in GRTX_SCENES";
+inline std::string shared_scenes() { return std::string(GRTX_SOURCE_DIR) + "/../shared/scenes"; }
 
-/// "" where there is none.
-inline std::string real_scene_folder() {
-  if (const char* named = std::getenv("GRTX_SCENES")) return named;
-  const std::filesystem::path beside = std::filesystem::path(GRTX_SOURCE_DIR) / ".." / "shared" / "scenes";
-  return std::filesystem::is_directory(beside) ? beside.string() : "";
-}
-
-/// Path of NAME.ply; NAME.ply.xz is unpacked into the system's temporary folder with xz. "" when the scene is missing.
+/// Path of an unpacked .ply; unpacks NAME.ply.xz into the temporary folder with xz. "" when the scene is missing.
 inline std::string real_scene_path(const std::string& name) {
-  const std::string folder = real_scene_folder();
-  if (folder.empty()) return "";
+  const char* named = std::getenv("GRTX_SCENES");
+  const std::string folder = named != nullptr ? named : shared_scenes();
   const std::string plain = folder + "/" + name + ".ply";
   if (std::filesystem::exists(plain)) return plain;
   if (!std::filesystem::exists(plain + ".xz")) return "";
-  const std::string unpacked = (std::filesystem::temp_directory_path() / ("grtx_" + name + ".ply")).string();
+  const std::string unpacked = testing::TempDir() + "/grtx_" + name + ".ply";
   if (!std::filesystem::exists(unpacked)) {
     const std::string partial = unpacked + "." + std::to_string(::getpid());
     if (std::system(("xz -dkc '" + plain + ".xz' > '" + partial + "'").c_str()) != 0) return "";
     std::filesystem::rename(partial, unpacked);
   }
   return unpacked;
+}
+
+/// Path of NAME.cameras.json, "" when it is missing.
+inline std::string real_cameras_path(const std::string& name) {
+  if (const char* named = std::getenv("GRTX_SCENES")) {
+    const std::string beside = std::string(named) + "/" + name + ".cameras.json";
+    if (std::filesystem::exists(beside)) return beside;
+  }
+  const std::string shared = shared_scenes() + "/" + name + ".cameras.json";
+  return std::filesystem::exists(shared) ? shared : "";
 }
 
 }  // namespace grtx::test

@@ -2,18 +2,16 @@
 // GRTX_SCENES (a folder of .ply or .ply.xz files) or ../shared/scenes beside the project.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <glm/geometric.hpp>
 
+#include "real_scene_files.h"
 #include "scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {
 
-std::string scenes_folder() {
-  const char* folder = std::getenv("GRTX_SCENES");
-  return folder != nullptr ? folder : std::string(GRTX_SOURCE_DIR) + "/../shared/scenes";
-}
+using grtx::test::real_cameras_path;
+using grtx::test::real_scene_path;
 
 struct SceneCase {
   const char* name;
@@ -24,15 +22,8 @@ class RealScenes : public testing::TestWithParam<SceneCase> {};
 
 TEST_P(RealScenes, LoadWithoutLoss) {
   const auto& [name, gaussians, sh_degree] = GetParam();
-  const TemporaryPath unpacked(".ply");
-  std::string path = scenes_folder() + "/" + name + ".ply";
-  if (!std::filesystem::exists(path)) {
-    const std::string packed = path + ".xz";
-    if (!std::filesystem::exists(packed)) GTEST_SKIP() << packed << " is missing";
-    const std::string command = "xz -dc '" + packed + "' > '" + unpacked.str() + "'";
-    if (std::system(command.c_str()) != 0) GTEST_SKIP() << "xz cannot unpack " << packed;
-    path = unpacked.str();
-  }
+  const std::string path = real_scene_path(name);
+  if (path.empty()) GTEST_SKIP() << name << " is missing";
   const Scene scene = load_scene(path);
   EXPECT_EQ(scene.report.rows, gaussians);
   EXPECT_EQ(scene.size(), gaussians);
@@ -53,8 +44,8 @@ INSTANTIATE_TEST_SUITE_P(Trained, RealScenes,
 
 TEST(RealCameras, LoadFromTheSharedFolder) {
   for (const char* name : {"playbot", "pizza", "logo", "st-peter"}) {
-    const std::string path = scenes_folder() + "/" + name + ".cameras.json";
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
+    const std::string path = real_cameras_path(name);
+    if (path.empty()) GTEST_SKIP() << name << " is missing";
     const std::vector<Camera> cameras = load_cameras(path);
     ASSERT_EQ(cameras.size(), 2u);
     for (const Camera& camera : cameras) {

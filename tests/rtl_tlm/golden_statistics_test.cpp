@@ -78,7 +78,8 @@ TEST_P(GoldenStatistics, AreReproduced) {
   random.capacity = c.capacity;
   random.checkpoint_order = c.order;
   const traces::testing::TemporaryFile file(c.name);
-  const auto trace = traces::testing::random_trace(random);
+  auto trace = traces::testing::random_trace(random);
+  for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
 
   const char* const folder = std::getenv("GRTX_WRITE_GOLDEN");

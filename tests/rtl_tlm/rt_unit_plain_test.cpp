@@ -166,9 +166,9 @@ TEST_F(RtUnitPlainScene, GeneratedRoom) {
 
 TEST_F(RtUnitPlainScene, TrainedScene) {
   const std::string path = grtx::test::real_scene_path("playbot_L4");
-  if (path.empty()) GTEST_SKIP() << grtx::test::kNoRealScenes;
-  all_designs(frontend::load_scene(path),
-              frontend::load_cameras(grtx::test::real_scene_folder() + "/playbot.cameras.json")[0]);
+  const std::string cameras = grtx::test::real_cameras_path("playbot");
+  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
+  all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
 }
 
 }  // namespace
