@@ -13,10 +13,6 @@ void add(L1Counters::ByRegion* sum, const L1Counters::ByRegion& r) {
   sum->write_hits += r.write_hits;
 }
 
-double ratio(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-}
-
 void describe_region(StatisticList& list, const std::string& prefix, const L1Counters::ByRegion& r) {
   list.add(prefix + ".reads", r.reads, "sectors", "demand reads accepted");
   list.add(prefix + ".hits", r.hits, "sectors", "demand reads whose sector was present");

@@ -13,10 +13,6 @@ void add(L2Counters::ByRegion* sum, const L2Counters::ByRegion& r) {
   sum->write_hits += r.write_hits;
 }
 
-double ratio(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-}
-
 void describe_region(StatisticList& list, const std::string& prefix, const L2Counters::ByRegion& r) {
   list.add(prefix + ".reads", r.reads, "sectors", "reads from the L1s");
   list.add(prefix + ".hits", r.hits, "sectors", "reads whose sector was present");

@@ -15,6 +15,11 @@ struct Statistic {
   std::string description;
 };
 
+/// part / whole, 0 of nothing.
+inline double ratio(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
 /// An ordered list of statistics, filled by modules' `statistics(StatisticList&)`.
 class StatisticList {
  public:

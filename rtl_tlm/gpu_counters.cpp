@@ -26,10 +26,6 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
   }
 }
 
-double ratio(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-}
-
 }  // namespace
 
 EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
@@ -78,7 +74,7 @@ void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, S
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
-  list.add("gpu.rt.merge_factor", ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
+  list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
            "lane visits a node fetch");
   for (std::size_t i = 0; i < c.rt_of.size(); ++i) {
     list.add(fmt::format("gpu.sm{}.rt.selections", i), c.rt_of[i].scheduler.selections, "cycles",
