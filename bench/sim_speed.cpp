@@ -142,11 +142,11 @@ std::vector<std::string> make_traces(const std::string& folder) {
   const std::string scene = folder + "/room.ply";
   run("synth --preset indoor --count 20000 -o '" + scene + "'");
   std::vector<std::string> traces;
-  for (const auto& [name, arguments] : std::map<std::string, std::string>{
-           {"baseline", "--accel tri20"},
-           {"grtx", "--accel tlas-tri20 --checkpoint on"},
-           {"hw", "--accel tri20 --checkpoint on"},
-           {"sw", "--accel tlas-tri20"}}) {
+  for (const auto& [name, arguments] :
+       std::map<std::string, std::string>{{"baseline", "--accel tri20"},
+                                          {"grtx", "--accel tlas-tri20 --checkpoint on"},
+                                          {"hw", "--accel tri20 --checkpoint on"},
+                                          {"sw", "--accel tlas-tri20"}}) {
     traces.push_back(folder + "/room_" + name + ".grtx");
     run("trace --scene '" + scene + "' --cameras '" + folder + "/room.cameras.json' --width 64 --height 64 " +
         arguments + " -o '" + traces.back() + "'");

@@ -50,8 +50,8 @@ bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
   batch.round = warp.round;
   batch.lanes = warp.in_state(LaneState::waiting_any_hit);
   for_each_bit(batch.lanes, [&](unsigned i) {
-    batch.outcome[i] = warp.lane[i].next->outcome();
-    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].next->shifts());
+    batch.outcome[i] = warp.lane[i].event.outcome();
+    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
   });
   ++counters_.batches;
   counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));

@@ -52,7 +52,8 @@ class AtInitiator {
   bool idle() const { return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr; }
 
  private:
-  ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
+  ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                       sc_core::sc_time& delay);
   void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
   void complete(AtPayload& payload, const sc_core::sc_time& delay);
   void make_visible(Cycle cycle) {

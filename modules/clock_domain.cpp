@@ -58,22 +58,33 @@ void ClockDomain::on_tick() {
   next_ = kNever;
   ++ticks_;
   // Immediate notifications: all clocked processes run in this evaluation phase.
-  Cycle next = earliest_booked();
+  Cycle next = kNever;
   bool woke = !idle_skip_;
-  for (std::size_t i = 0; i < alarm_cycles_.size(); ++i) {
-    const Cycle cycle = alarm_cycles_[i];
+  for (std::size_t i = 0; i < alarms_.cycles.size(); ++i) {
+    const Cycle cycle = alarms_.cycles[i];
     if (cycle > cycle_ && idle_skip_) {
       next = std::min(next, cycle);
       continue;
     }
-    alarm_cycles_[i] = kNever;
-    alarm_events_[i]->notify();
+    alarms_.cycles[i] = kNever;
+    alarms_.alarms[i]->event_.notify();
     woke = true;
   }
   tick_.notify();
   // Who woke mostly wants the next cycle too; when nobody does, one empty tick finds the way.
-  if (woke) next = cycle_ + 1;
+  next = woke ? cycle_ + 1 : std::min(next, earliest_booked());
   if (next != kNever) schedule(next);
+}
+
+void ProcessBundle::run() {
+  for (std::size_t i = 0; i < list_.cycles.size(); ++i) {
+    if (list_.cycles[i] > domain_.cycle_ && domain_.idle_skip_) continue;
+    list_.cycles[i] = kNever;
+    const Alarm& alarm = *list_.alarms[i];
+    alarm.run_(alarm.module_);
+  }
+  // What ran has asked for its next cycle; this is for what did not.
+  for (const Cycle cycle : list_.cycles) whole_.request(cycle);
 }
 
 }  // namespace grtx::modules

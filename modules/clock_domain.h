@@ -15,10 +15,12 @@ namespace grtx::modules {
 
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
-/// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers that
-/// want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
-/// requested cycle to the next; while modules are busy that is one kernel notification a cycle. Times are integers of the
-/// kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
+class Alarm;
+
+/// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
+/// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
+/// requested cycle to the next; while modules are busy that is one kernel notification a cycle. Times are integers of
+/// the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
 class ClockDomain final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(ClockDomain);
@@ -54,12 +56,14 @@ class ClockDomain final : public sc_core::sc_module {
   static constexpr Cycle kWheel = 1024;
 
   friend class Alarm;
-  /// Books alarm `index` for `cycle`, which is earlier than what it was booked for.
-  void set_alarm(std::size_t index, Cycle cycle) {
-    if (cycle <= cycle_ && ticks_ > 0) cycle = cycle_ + 1;  // an edge that has fired cannot fire again
-    alarm_cycles_[index] = cycle;
-    if (cycle < next_) schedule(cycle);
-  }
+  friend class ProcessBundle;
+
+  /// Alarms by index. Their cycles lie together: every tick looks at all cycles, but touches only what is due.
+  struct AlarmList {
+    std::vector<Cycle> cycles;
+    std::vector<Alarm*> alarms;
+    Alarm* whole = nullptr;  ///< alarm of the bundle that runs them; null for the domain's own list
+  };
 
   void book(Cycle cycle) {
     if (cycle - cycle_ < kWheel) {
@@ -82,32 +86,72 @@ class ClockDomain final : public sc_core::sc_module {
   std::uint64_t ticks_ = 0;
   std::array<std::uint64_t, kWheel / 64> wheel_{};
   std::set<Cycle> far_;
-  // Of all alarms, by index. Apart from the alarms: every tick looks at all cycles, but touches only due alarms.
-  std::vector<Cycle> alarm_cycles_;
-  std::vector<sc_core::sc_event*> alarm_events_;
+  AlarmList alarms_;
+  AlarmList* building_ = &alarms_;  ///< where new alarms go
 };
 
 /// The wake-up call of one clocked process. It keeps the earliest request only: a process that runs asks again for what
 /// is left to do, arrivals on its links included (Link::wake() asks for them when they are sent).
 class Alarm {
  public:
-  explicit Alarm(ClockDomain& domain) : domain_(domain), index_(domain.alarm_cycles_.size()) {
-    domain.alarm_cycles_.push_back(kNever);
-    domain.alarm_events_.push_back(&event_);
-  }
+  using Call = void (*)(void* module);
+
+  explicit Alarm(ClockDomain& domain) : Alarm(domain, domain.alarms_, nullptr, nullptr) {}
+  /// The same for a process that a bundle may run: run(module) does what the process does.
+  Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, *domain.building_, module, run) {}
   Alarm(const Alarm&) = delete;
   Alarm& operator=(const Alarm&) = delete;
 
   const sc_core::sc_event& event() const { return event_; }
   /// The process runs at `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
   void request(Cycle cycle) {
-    if (cycle < domain_.alarm_cycles_[index_]) domain_.set_alarm(index_, cycle);
+    if (cycle < list_.cycles[index_]) set(cycle);
   }
 
  private:
+  friend class ClockDomain;
+  friend class ProcessBundle;
+
+  Alarm(ClockDomain& domain, ClockDomain::AlarmList& list, void* module, Call run)
+      : domain_(domain), list_(list), index_(list.cycles.size()), module_(module), run_(run) {
+    list.cycles.push_back(kNever);
+    list.alarms.push_back(this);
+  }
+  void set(Cycle cycle) {
+    if (cycle <= domain_.cycle_ && domain_.ticks_ > 0) cycle = domain_.cycle_ + 1;  // an edge fires once
+    list_.cycles[index_] = cycle;
+    if (list_.whole != nullptr) return list_.whole->request(cycle);
+    if (cycle < domain_.next_) domain_.schedule(cycle);
+  }
+
   ClockDomain& domain_;
+  ClockDomain::AlarmList& list_;
   std::size_t index_;
+  void* module_;
+  Call run_;
   sc_core::sc_event event_;
+};
+
+/// Runs the processes of several modules in one: an activation by the kernel costs as much as the work of a small
+/// module in a cycle. A member of the module that assembles them, whose process is sensitive to event() and calls
+/// run(). Modules built between begin() and end() join; their own processes then sleep. Results do not depend on it,
+/// since modules meet through registered links only.
+class ProcessBundle {
+ public:
+  explicit ProcessBundle(ClockDomain& domain) : domain_(domain), whole_(domain) { list_.whole = &whole_; }
+  ProcessBundle(const ProcessBundle&) = delete;
+  ProcessBundle& operator=(const ProcessBundle&) = delete;
+
+  void begin() { domain_.building_ = &list_; }
+  void end() { domain_.building_ = &domain_.alarms_; }
+  const sc_core::sc_event& event() const { return whole_.event(); }
+  /// Runs the modules whose alarm is due.
+  void run();
+
+ private:
+  ClockDomain& domain_;
+  Alarm whole_;
+  ClockDomain::AlarmList list_;
 };
 
 /// Call first in sc_main and in every test fixture.

@@ -86,8 +86,8 @@ Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, Cl
       response_out("response_out", config.sms),
       config_(config),
       clock_(clock),
-      request_alarm_(clock),
-      reply_alarm_(clock),
+      request_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_requests(); }),
+      reply_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_replies(); }),
       requests_(config.sms, config.interleave.slices, config.latency, config.output_buffer),
       replies_(config.interleave.slices, config.sms, config.latency, config.output_buffer) {
   require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");

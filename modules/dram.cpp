@@ -38,7 +38,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
 }
 
 ::tlm::tlm_sync_enum Dram::nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                         sc_core::sc_time& delay) {
+                                           sc_core::sc_time& delay) {
   Port& port = ports_[static_cast<std::size_t>(id)];
   const Cycle edge = clock_.edge_after_now(delay.value());
   if (phase == tlm::BEGIN_REQ) {
@@ -136,8 +136,8 @@ Cycle Dram::next_due(Port& port, Cycle now) {
   Cycle due = kNever;
   if (port.arriving != nullptr) {
     if (port.arrival <= now) {
-      // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must not
-      // be looked at before that clock, because the channel is already there.
+      // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
+      // not be looked at before that clock, because the channel is already there.
       const Cycle room = port.channel.run_until_room(port.arriving->get_data_length()) + 1;
       full_clocks_ += room - port.arrival;
       port.arrival = room;

@@ -63,16 +63,16 @@ class Dram final : public sc_core::sc_module {
     explicit Port(const DramChannelConfig& config) : channel(config) {}
     DramChannel channel;
     ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
-    Cycle arrival = 0;                             ///< clock from which it is seen
+    Cycle arrival = 0;                               ///< clock from which it is seen
     RingQueue<Response> responses;
     ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
-    Cycle response_free = 0;                         ///< clock from which the next response may begin
+    Cycle response_free = 0;                           ///< clock from which the next response may begin
     Cycle due = kNever;
     std::uint64_t outstanding = 0;
   };
 
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                     sc_core::sc_time& delay);
+                                       sc_core::sc_time& delay);
   void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload) const;
   void tick();

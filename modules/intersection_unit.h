@@ -9,10 +9,10 @@
 #include <systemc>
 #include <vector>
 
-#include "modules/ring_queue.h"
 #include "modules/clock_domain.h"
 #include "modules/inventory.h"
 #include "modules/lane_loop.h"
+#include "modules/ring_queue.h"
 #include "modules/statistics.h"
 
 namespace grtx::modules {
@@ -80,8 +80,8 @@ class IntersectionUnit final : public sc_core::sc_module {
 
   Config config_;
   std::vector<Operators> operators_;
-  RingQueue<Request> queue_;  ///< at most one a lane of the warp buffer
-  RingQueue<Flight> flights_;  ///< ascending due cycle
+  RingQueue<Request> queue_;      ///< at most one a lane of the warp buffer
+  RingQueue<Flight> flights_;     ///< ascending due cycle
   std::vector<Cycle> free_from_;  ///< by pipeline
   Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
   Cycle due_ = kNever;

@@ -28,7 +28,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       from_memory("from_memory"),
       config_(config),
       clock_(clock),
-      alarm_(clock),
+      alarm_(clock, this, [](void* module) { static_cast<L1Cache*>(module)->tick(); }),
       clients_(config.clients),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
@@ -70,16 +70,16 @@ bool L1Cache::work_at(Cycle now) const {
 void L1Cache::tick() {
   const Cycle now = clock_.cycle();
   if (!work_at(now)) return alarm_.request(next_due(now));
-  prefetch_host(now);
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
   send_responses(now);
   due_ = next_due(now);
   alarm_.request(due_);
+  prefetch_host(now + 1);
 }
 
-// The accesses of this cycle read scattered tables: asks the host for all of them before the first one waits.
+// The accesses of a cycle read scattered tables: asks the host for them a cycle before.
 void L1Cache::prefetch_host(Cycle now) const {
   if (config_.perfect) return;
   if (const MemoryResponse* arrived = up_->front(now); arrived != nullptr && !arrived->write) {

@@ -109,9 +109,9 @@ class L1Cache final : public sc_core::sc_module {
   struct Client {
     Link<MemoryRequest>* request = nullptr;
     Link<MemoryResponse>* response = nullptr;
-    RingQueue<Pending> hits;   ///< the hit pipeline
-    RingQueue<Pending> fills;  ///< released by fills and write acknowledgements
-    unsigned hit_latency = 0;  ///< to entering the response link
+    RingQueue<Pending> hits;            ///< the hit pipeline
+    RingQueue<Pending> fills;           ///< released by fills and write acknowledgements
+    unsigned hit_latency = 0;           ///< to entering the response link
     std::uint64_t refused_at = kNever;  ///< version_ at which the cache refused the present head
     L1Stall refusal = L1Stall::count;   ///< and why
   };
@@ -149,7 +149,7 @@ class L1Cache final : public sc_core::sc_module {
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;
   std::uint64_t version_ = 0;  ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
-  Cycle due_ = kNever;  ///< next cycle with work, as far as was known after the last one
+  Cycle due_ = kNever;         ///< next cycle with work, as far as was known after the last one
   Cycle mshr_counted_ = 0;
   L1Counters counters_;
 };

@@ -23,7 +23,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
       dram("dram", clock),
       config_(config),
       clock_(clock),
-      alarm_(clock),
+      alarm_(clock, this, [](void* module) { static_cast<L2Slice*>(module)->tick(); }),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
       pipe_(std::size_t{config.latency} + config.queue) {

@@ -17,11 +17,11 @@
 namespace grtx::modules {
 
 template <typename T>
-class Link final : public virtual sc_core::sc_interface {
+class alignas(64) Link final : public virtual sc_core::sc_interface {
  public:
   Link(std::string name, unsigned latency, std::size_t capacity)
-      : latency_(latency), capacity_(capacity), slots_(capacity), name_(std::move(name)) {
-    assert(latency >= 1 && capacity >= 1);
+      : latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity), name_(std::move(name)) {
+    assert(latency >= 1 && capacity >= 1 && capacity <= ~std::uint32_t{0});
   }
 
   const std::string& name() const { return name_; }
@@ -35,26 +35,31 @@ class Link final : public virtual sc_core::sc_interface {
     assert(can_push(now));
     slots_[tail_] = {item, now + latency_};
     tail_ = next(tail_);
-    ++size_;
+    if (size_++ == 0) visible_ = now + latency_;
     ++pushed_;
     if (consumer_ != nullptr) consumer_->request(now + latency_);
   }
 
   // Consumer side.
   /// Oldest item if it has arrived by `now`, else nullptr.
-  const T* front(Cycle now) const { return size_ > 0 && slots_[head_].visible <= now ? &slots_[head_].item : nullptr; }
+  const T* front(Cycle now) const { return visible_ <= now ? &slots_[head_].item : nullptr; }
   void pop(Cycle now) {
     assert(front(now) != nullptr);
     if (last_pop_cycle_ != now) {
       last_pop_cycle_ = now;
       popped_this_cycle_ = 0;
     }
-    head_ = next(head_);
-    if (--size_ == 0) head_ = tail_ = 0;  // stays in the same few lines of the host's cache
     ++popped_this_cycle_;
+    head_ = next(head_);
+    if (--size_ == 0) {
+      head_ = tail_ = 0;  // stays in the same few lines of the host's cache
+      visible_ = kNever;
+    } else {
+      visible_ = slots_[head_].visible;
+    }
   }
-  /// Cycle at which the oldest item becomes visible; max when empty.
-  Cycle next_visible() const { return size_ > 0 ? slots_[head_].visible : kNever; }
+  /// Cycle at which the oldest item becomes visible; kNever when empty.
+  Cycle next_visible() const { return visible_; }
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
@@ -67,18 +72,21 @@ class Link final : public virtual sc_core::sc_interface {
     T item{};
     Cycle visible = 0;
   };
-  std::size_t next(std::size_t i) const { return i + 1 == capacity_ ? 0 : i + 1; }
+  std::uint32_t next(std::uint32_t i) const { return i + 1 == capacity_ ? 0 : i + 1; }
   // A slot popped in this very cycle still counts: the producer learns of it at the next edge.
-  std::size_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
+  std::uint32_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
 
-  unsigned latency_;
-  std::size_t capacity_;
+  // Consumers look at their links in most cycles, mostly to find nothing: what they read then is one line of the host's
+  // cache, without the slots.
+  Cycle visible_ = kNever;  ///< of the oldest item
+  std::uint32_t size_ = 0;
+  std::uint32_t popped_this_cycle_ = 0;
+  Cycle last_pop_cycle_ = kNever;
+  std::uint32_t head_ = 0;
+  std::uint32_t tail_ = 0;
+  std::uint32_t latency_;
+  std::uint32_t capacity_;
   std::vector<Slot> slots_;
-  std::size_t head_ = 0;
-  std::size_t tail_ = 0;
-  std::size_t size_ = 0;
-  Cycle last_pop_cycle_ = ~Cycle{0};
-  std::size_t popped_this_cycle_ = 0;
   std::uint64_t pushed_ = 0;
   Alarm* consumer_ = nullptr;
   std::string name_;

@@ -32,9 +32,9 @@ constexpr bool is_node(Region r) { return r <= Region::instance; }
 /// address: byte address in the flat GPU address space, a multiple of kSectorBytes. Every request gets one response.
 struct MemoryRequest {
   std::uint64_t address = 0;
-  std::uint32_t tag = 0;     ///< chosen by the requester, returned in the response
-  std::uint8_t client = 0;   ///< port of the L1 that issued it
-  std::uint8_t sm = 0;       ///< set by the L1 when a miss leaves the SM
+  std::uint32_t tag = 0;    ///< chosen by the requester, returned in the response
+  std::uint8_t client = 0;  ///< port of the L1 that issued it
+  std::uint8_t sm = 0;      ///< set by the L1 when a miss leaves the SM
   Region region = Region::tlas;
   bool write : 1 = false;  // bits: 16 B in all
   bool prefetch : 1 = false;

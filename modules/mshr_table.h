@@ -12,8 +12,8 @@
 
 namespace grtx::modules {
 
-/// A request that waits for a sector; with the sector's address it is the request again. 8 B, so that a list of 8 is one
-/// line of the host's cache.
+/// A request that waits for a sector; with the sector's address it is the request again. 8 B, so that a list of 8 is
+/// one line of the host's cache.
 struct MshrWaiter {
   std::uint32_t tag = 0;
   std::uint8_t client = 0;

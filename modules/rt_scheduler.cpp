@@ -110,7 +110,7 @@ void RtScheduler::schedule(Cycle now) {
   LaneMask fetching = 0;
   for_each_bit(lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
-    const Event& event = *warp.lane[i].next;
+    const Event event = warp.lane[i].event;
     switch (event.kind()) {
       case EventKind::visit_internal:
       case EventKind::visit_instance:
@@ -172,7 +172,7 @@ void RtScheduler::pop(LaneId id) {
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
   Lane& lane = buffer_.lane(id);
-  const Event& event = *lane.next;
+  const Event event = lane.event;
   switch (event.kind()) {
     case EventKind::visit_internal:
       pop(id);
@@ -201,7 +201,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
 
 void RtScheduler::replay(LaneId id, LaneState from) {
   Lane& lane = buffer_.lane(id);
-  const Event& event = *lane.next;
+  const Event event = lane.event;
   if (event.kind() == EventKind::replay_take) {
     ++counters_.replay_takes;
     buffer_.note_stack_depth(++lane.stack_depth);
@@ -216,10 +216,10 @@ void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoi
 
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   Lane& lane = buffer_.lane(id);
-  const bool last = ++lane.next == lane.end;
-  if (!last && lane.next->kind() == EventKind::visit_internal) {
+  const bool last = !lane.advance();
+  if (!last && lane.event.kind() == EventKind::visit_internal) {
     const auto& nodes = buffer_.warp(entry_of(id)).group->nodes;
-    if (lane.next->node < nodes.size()) prefetch_for_read(&nodes[lane.next->node]);
+    if (lane.event.node < nodes.size()) prefetch_for_read(&nodes[lane.event.node]);
   }
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {

@@ -1,6 +1,6 @@
 // Tag array of a sectored set-associative cache with LRU replacement: one tag a line, valid and dirty bits a sector.
-// Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to 16
-// ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
+// Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to
+// 16 ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
 #pragma once
 
 #include <bit>

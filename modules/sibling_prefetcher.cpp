@@ -40,8 +40,7 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
   }
   if (config.queue < 1) throw Error("configuration", "rt.prefetch.queue", "must be at least 1");
   for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
-    units_[static_cast<std::size_t>(kind)] =
-        static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
+    units_[static_cast<std::size_t>(kind)] = static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
   }
 }
 

@@ -95,8 +95,8 @@ class SiblingPrefetcher final : public sc_core::sc_module {
   Config config_;
   const NodeTraffic& traffic_;
   std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
-  std::vector<Record> records_;       ///< config.records a lane
-  std::vector<std::uint8_t> newest_;  ///< of a lane's records
+  std::vector<Record> records_;           ///< config.records a lane
+  std::vector<std::uint8_t> newest_;      ///< of a lane's records
   BoundedQueue<Pending> queue_;
   std::array<Triggered, kMaxLanes> triggered_{};
   unsigned triggered_count_ = 0;

@@ -38,7 +38,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
                    const traces::Header& header, const MemoryMap& map)
     : sc_module(name),
       domain_(domain),
-      alarm_(domain),
+      alarm_(domain, this, [](void* module) { static_cast<SimtCore*>(module)->on_tick(); }),
       config_(checked(config)),
       program_(header, map, config.costs, config.sm, config.resident_warps),
       issue_slots_(config.schedulers, config.instruction_latency),

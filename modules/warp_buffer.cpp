@@ -56,6 +56,7 @@ unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
     Lane& lane = w.lane[i];
     lane.next = events.data();
     lane.end = events.data() + events.size();
+    if (!events.empty()) lane.event = events.front();
     lane.replay = cursor.round(i).replay;
     lane.stack_depth = lane.replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
     const LaneState state = events.empty() ? LaneState::finished : LaneState::ready;

@@ -40,8 +40,17 @@ inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
 struct Lane {
   const traces::Event* next = nullptr;  ///< event to handle, or being handled
   const traces::Event* end = nullptr;
+  /// A copy of *next, if next != end: the host has long dropped that line of the trace when a fetch returns.
+  traces::Event event;
   std::uint32_t stack_depth = 0;
   bool replay = false;
+
+  /// Moves to the next event; false when there is none.
+  bool advance() {
+    if (++next == end) return false;
+    event = *next;
+    return true;
+  }
 };
 
 struct Warp {

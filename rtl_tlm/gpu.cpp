@@ -58,6 +58,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       config_(config),
       map_(header, map_config(config, header, eviction_entries)),
       core_("core_clock", config.core_mhz, build.idle_skip),
+      memory_side_(core_),
       sms_(config.sms),
       slices_(config.interleave.slices) {
   const unsigned slices = config.interleave.slices;
@@ -80,15 +81,23 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order);
     });
   }
-  builders.push_back(
-      [&] { crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_); });
+  builders.push_back([&] {
+    memory_side_.begin();
+    crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_);
+    memory_side_.end();
+  });
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
+      memory_side_.begin();
       slices_[i] = std::make_unique<modules::L2Slice>(fmt::format("l2_slice{}", i).c_str(), config.l2_slice(i), core_);
+      memory_side_.end();
     });
   }
   construct(std::move(builders), build.construction_order);
 
+  SC_METHOD(run_memory_side);
+  sensitive << memory_side_.event();
+  dont_initialize();
   SC_METHOD(pause);
   sensitive << distributor_->done();
   dont_initialize();

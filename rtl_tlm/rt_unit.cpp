@@ -56,7 +56,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       prefetch_response("prefetch_response"),
       config_(config),
       domain_(domain),
-      alarm_(domain),
+      alarm_(domain, this, [](void* module) { static_cast<RtUnit*>(module)->tick(); }),
       warp_buffer_("warp_buffer", config.warp_buffer, header.checkpoint),
       memory_("memory_scheduler", config.memory, header, config.warp_buffer.entries),
       any_hit_("any_hit_collector", config.any_hit, warp_buffer_),
@@ -174,12 +174,12 @@ void RtUnit::take_responses(Cycle now) {
     IntersectionUnit& unit = unit_of(fetch.kind);
     const Warp& warp = warp_buffer_.warp(fetch.entry);
     for_each_bit(fetch.lanes, [&](unsigned i) {
-      const traces::Event* event = warp.lane[i].next;
-      prefetch_for_read(event + 1);  // needed after the test
-      if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[event->node]);
+      const Lane& lane = warp.lane[i];
+      prefetch_for_read(lane.next + 1);  // needed after the test
+      if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[lane.event.node]);
       unsigned tests = 1;
       if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {
-        tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[i].next->node].child_count});
+        tests = std::max(1u, unsigned{warp.group->nodes[lane.event.node].child_count});
       }
       unit.enqueue(now, lane_id(fetch.entry, i), tests);
     });

@@ -33,7 +33,7 @@ void dump_link(std::ostream& out, const Link<T>& link) {
 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
        const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order)
-    : sc_module(name) {
+    : sc_module(name), processes_(clock) {
   const std::string prefix = std::string(this->name()) + '.';
   const SmLinks& links = config.links;
   trace_call_ = link<modules::TraceCall>(prefix + "trace_call", links.message_latency, config.resident_warps);
@@ -56,10 +56,15 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   modules::L1Cache::Config l1 = config.l1;
   l1.sm = static_cast<std::uint8_t>(config.index);
   l1.clients = static_cast<unsigned>(clients.size());
+  processes_.begin();
   construct({[&] { simt_ = std::make_unique<modules::SimtCore>("simt", clock, simt, header, map); },
              [&] { rt_ = std::make_unique<RtUnit>("rt", config.rt, header, map, clock, config.index); },
              [&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); }},
             order);
+  processes_.end();
+  SC_METHOD(run_parts);
+  sensitive << processes_.event();
+  dont_initialize();
 
   simt_->launch.bind(launch);
   simt_->ended.bind(ended);

@@ -39,6 +39,7 @@ struct SmConfig {
 
 class Sm final : public sc_core::sc_module {
  public:
+  SC_HAS_PROCESS(Sm);
   /// header, map and clock must outlive the SM. order: see construct().
   Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
      const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order);
@@ -67,6 +68,9 @@ class Sm final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
+  void run_parts() { processes_.run(); }
+
+  modules::ProcessBundle processes_;  ///< of the three parts
   LinkPointer<modules::TraceCall> trace_call_;
   LinkPointer<modules::TraceDone> trace_done_;
   LinkPointer<modules::AnyHitBatch> any_hit_batch_;

@@ -34,7 +34,9 @@ WarpState state_of(const Warp& warp) {
   return WarpState::finished;
 }
 
-unsigned width_for(std::uint64_t largest) { return static_cast<unsigned>(std::max(1, static_cast<int>(std::bit_width(largest)))); }
+unsigned width_for(std::uint64_t largest) {
+  return static_cast<unsigned>(std::max(1, static_cast<int>(std::bit_width(largest))));
+}
 
 /// The signal itself or a scope around it matches.
 bool selected(const std::string& pattern, const std::string& name) {

@@ -1,8 +1,11 @@
 // grtx run: the main job. Traces one view with the four designs, simulates each, and compares.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <fstream>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -97,6 +100,23 @@ bool trace_designs(const Options& options, bool quiet, std::map<std::string, Tra
   return identical;
 }
 
+constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
+
+/// As many simulations at a time as there are cores, and as fit into the memory that is free now.
+unsigned default_jobs() {
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  std::ifstream file("/proc/meminfo");  // Linux; elsewhere the cores alone decide
+  std::string name;
+  std::uint64_t kib = 0;
+  while (file >> name >> kib) {
+    if (name == "MemAvailable:") {
+      return static_cast<unsigned>(std::clamp<std::uint64_t>(kib * 1024 / kSimulationBytes, 1, cores));
+    }
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return cores;
+}
+
 /// Simulates the traces in child processes, at most `jobs` at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
                                                      const GpuConfig& config, unsigned jobs, bool quiet) {
@@ -167,7 +187,7 @@ int run(const Options& options, bool quiet) {
   frontend::Image image;
   const bool identical = trace_designs(options, quiet, traced, image);
   frontend::write_image(options.output + "/image.png", image);
-  const unsigned jobs = options.jobs == 0 ? std::max(1U, std::thread::hardware_concurrency()) : options.jobs;
+  const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
   const std::map<std::string, ordered_json> documents = simulate_designs(traced, config, jobs, quiet);
 
   ordered_json results;
@@ -218,7 +238,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   command->add_option("--config", options->config, "Configuration file (default: the built-in values of paper.toml)");
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
-  command->add_option("--jobs", options->jobs, "Simulations at a time; 0 takes all cores");
+  command->add_option(
+      "--jobs", options->jobs,
+      "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");
   command->add_option("-o,--output", options->output, "Folder for results.json, image.png and the traces (no default)")
       ->required();
 }
