@@ -70,7 +70,7 @@ void ClockDomain::on_tick() {
     alarms_.alarms[i]->event_.notify();
     woke = true;
   }
-  tick_.notify();
+  if (observed_) tick_.notify();
   // Who woke mostly wants the next cycle too; when nobody does, one empty tick finds the way.
   next = woke ? cycle_ + 1 : std::min(next, earliest_booked());
   if (next != kNever) schedule(next);
@@ -80,11 +80,13 @@ void ProcessBundle::run() {
   for (std::size_t i = 0; i < list_.cycles.size(); ++i) {
     if (list_.cycles[i] > domain_.cycle_ && domain_.idle_skip_) continue;
     list_.cycles[i] = kNever;
-    const Alarm& alarm = *list_.alarms[i];
-    alarm.run_(alarm.module_);
+    const auto [run, module] = list_.calls[i];
+    run(module);
   }
   // What ran has asked for its next cycle; this is for what did not.
-  for (const Cycle cycle : list_.cycles) whole_.request(cycle);
+  Cycle next = kNever;
+  for (const Cycle cycle : list_.cycles) next = std::min(next, cycle);
+  whole_.request(next);
 }
 
 }  // namespace grtx::modules

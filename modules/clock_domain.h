@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 #include <systemc>
+#include <utility>
 #include <vector>
 
 #include "base/strong.h"
@@ -28,7 +29,10 @@ class ClockDomain final : public sc_core::sc_module {
   ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip = true);
 
   /// Fires in every cycle that the domain does not skip.
-  const sc_core::sc_event& tick() const { return tick_; }
+  const sc_core::sc_event& tick() const {
+    observed_ = true;
+    return tick_;
+  }
   /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
   std::uint64_t period_fs() const { return period_fs_; }
@@ -62,6 +66,7 @@ class ClockDomain final : public sc_core::sc_module {
   struct AlarmList {
     std::vector<Cycle> cycles;
     std::vector<Alarm*> alarms;
+    std::vector<std::pair<void (*)(void*), void*>> calls;  ///< what a bundle does for the alarm, and of which module
     Alarm* whole = nullptr;  ///< alarm of the bundle that runs them; null for the domain's own list
   };
 
@@ -81,6 +86,7 @@ class ClockDomain final : public sc_core::sc_module {
   bool idle_skip_;
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;
+  mutable bool observed_ = false;  ///< somebody has asked for tick_
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
   std::uint64_t ticks_ = 0;
@@ -113,9 +119,10 @@ class Alarm {
   friend class ProcessBundle;
 
   Alarm(ClockDomain& domain, ClockDomain::AlarmList& list, void* module, Call run)
-      : domain_(domain), list_(list), index_(list.cycles.size()), module_(module), run_(run) {
+      : domain_(domain), list_(list), index_(list.cycles.size()) {
     list.cycles.push_back(kNever);
     list.alarms.push_back(this);
+    list.calls.emplace_back(run, module);
   }
   void set(Cycle cycle) {
     if (cycle <= domain_.cycle_ && domain_.ticks_ > 0) cycle = domain_.cycle_ + 1;  // an edge fires once
@@ -127,8 +134,6 @@ class Alarm {
   ClockDomain& domain_;
   ClockDomain::AlarmList& list_;
   std::size_t index_;
-  void* module_;
-  Call run_;
   sc_core::sc_event event_;
 };
 

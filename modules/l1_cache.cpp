@@ -30,6 +30,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       clock_(clock),
       alarm_(clock, this, [](void* module) { static_cast<L1Cache*>(module)->tick(); }),
       clients_(config.clients),
+      response_due_(config.clients, kNever),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
       miss_queue_(config.miss_queue),
@@ -103,6 +104,7 @@ void L1Cache::take_response(Cycle now) {
     assert(writes_pending_ > 0 && arrived->client < clients_.size());
     --writes_pending_;
     clients_[arrived->client].fills.push({*arrived, now});
+    response_due_[arrived->client] = std::min(response_due_[arrived->client], now);
   } else {
     fill(now, arrived->tag, arrived->address);
   }
@@ -125,6 +127,7 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
     clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
+    response_due_[w.client] = std::min(response_due_[w.client], now);
   }
   ++version_;
   count_mshr_cycles(now);
@@ -247,6 +250,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
 
 void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
   client.hits.push({answer(access), now + client.hit_latency});
+  response_due_[access.client] = std::min(response_due_[access.client], now + client.hit_latency);
 }
 
 void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
@@ -267,15 +271,19 @@ void L1Cache::send_miss(Cycle now) {
 
 // One response per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
 void L1Cache::send_responses(Cycle now) {
-  for (Client& client : clients_) {
+  for (std::size_t i = 0; i < clients_.size(); ++i) {
+    if (response_due_[i] > now) continue;
+    Client& client = clients_[i];
+    if (!client.response->can_push(now)) continue;
     const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
     const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
-    if (std::min(hit, filled) > now || !client.response->can_push(now)) continue;
     RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
     client.response->push(now, queue.front().response);
     clock_.request(now + client.response->latency());
     queue.pop();
     ++counters_.responses;
+    const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
+    response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
   }
 }
 
@@ -284,9 +292,8 @@ Cycle L1Cache::next_due(Cycle now) const {
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   for (const Client& client : clients_) {
     due = std::min(due, client.request->next_visible());
-    if (!client.hits.empty()) due = std::min(due, client.hits.front().due);
-    if (!client.fills.empty()) due = std::min(due, client.fills.front().due);
   }
+  for (const Cycle ready : response_due_) due = std::min(due, ready);
   return std::max(now + 1, due);
 }
 
