@@ -11,7 +11,9 @@ out=out/demo
 mkdir -p "$out"
 "$grtx" synth --preset indoor --count "$count" --seed 1 -o "$out/indoor.ply"
 "$grtx" info "$out/indoor.ply"
-"$grtx" run --scene "$out/indoor.ply" --cameras "$out/indoor.cameras.json" --view 0 -o "$out/run"
+view=(--scene "$out/indoor.ply" --cameras "$out/indoor.cameras.json" --view 0)
+"$grtx" trace "${view[@]}" --width 256 --height 256 --accel tlas-tri20 --checkpoint on --no-trace --image "$out/room.png"
+"$grtx" run "${view[@]}" --width 64 --height 64 -o "$out/run"
 echo
-echo "Picture:  $PWD/$out/run/image.png"
-echo "Results:  $PWD/$out/run/results.json"
+echo "Pictures: $PWD/$out/room.png (256x256), $PWD/$out/run/image.png (as simulated, 64x64)"
+echo "Results:   $PWD/$out/run/results.json"
