@@ -68,7 +68,7 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     build_seconds_ = tree.build_seconds;
     height_ = tree.height;
     const auto start = std::chrono::steady_clock::now();
-    image_ = NodeImage(width, packed_bytes(tree, primitive_kind, width));
+    image_ = NodeImage(width, packed_bytes(tree, primitive_kind, width), options_.box_bits);
     root_ = TreePacker(image_, tree, primitive_kind, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
               if (sphere) {
                 image.write_procedural(address, index);
@@ -97,7 +97,7 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     blas_height_ = blas.height;
     const auto start = std::chrono::steady_clock::now();
     const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, width);
-    image_ = NodeImage(width, tlas_bytes + packed_bytes(blas, primitive_kind, width));
+    image_ = NodeImage(width, tlas_bytes + packed_bytes(blas, primitive_kind, width), options_.box_bits);
     blas_header_ = tlas_bytes;
     // The BLAS is packed behind the TLAS; its root follows its header.
     blas_root_ = blas_header_ + traces::kHeaderBytes;

@@ -24,6 +24,7 @@ struct AccelOptions {
   AccelKind kind = AccelKind::tri20;
   unsigned width = 6;              ///< children an internal node, 2..8
   bool corner_bounds = false;      ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
+  unsigned box_bits = 8;           ///< bits of a stored box coordinate that are used, 2..8
 };
 
 class AccelerationStructure {

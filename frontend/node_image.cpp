@@ -21,9 +21,11 @@ struct AxisCode {
   std::array<std::uint8_t, traces::kMaxWidth> upper{};
 };
 
-// Finds the smallest exponent with which every child's bounds fit into 8 bits after outward rounding, checked in the
-// very arithmetic of the decoder.
-AxisCode encode_axis(const ChildRecord* children, unsigned count, int axis) {
+// Finds the smallest exponent with which every child's bounds fit into `bits` bits after outward rounding, checked in the
+// very arithmetic of the decoder. Codes are multiples of `quantum`.
+AxisCode encode_axis(const ChildRecord* children, unsigned count, int axis, unsigned bits) {
+  const int quantum = 1 << (8 - bits);
+  const int largest = 256 - quantum;
   AxisCode code;
   code.origin = kLargest;
   float highest = -kLargest;
@@ -38,7 +40,7 @@ AxisCode encode_axis(const ChildRecord* children, unsigned count, int axis) {
     exponent = std::max(exponent, -128);
   }
   for (;; ++exponent) {
-    if (exponent > 127) throw std::overflow_error("child box does not fit the 8-bit encoding");
+    if (exponent > 127) throw std::overflow_error("child box does not fit the encoding");
     const float step = step_of(exponent);
     bool fits = true;
     for (unsigned i = 0; i < count && fits; ++i) {
@@ -55,7 +57,9 @@ AxisCode encode_axis(const ChildRecord* children, unsigned count, int axis) {
              decode(code.origin, static_cast<std::uint8_t>(upper), step) < children[i].box.upper[axis]) {
         ++upper;
       }
-      fits = upper <= 255;
+      lower -= lower % quantum;
+      upper = (upper + quantum - 1) / quantum * quantum;
+      fits = upper <= largest;
       code.lower[i] = static_cast<std::uint8_t>(lower);
       code.upper[i] = static_cast<std::uint8_t>(upper);
     }
@@ -99,7 +103,7 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
                       static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2)));
   }
   for (int axis = 0; axis < 3; ++axis) {
-    const AxisCode code = count > 0 ? encode_axis(children, count, axis) : AxisCode{};
+    const AxisCode code = count > 0 ? encode_axis(children, count, axis, box_bits_) : AxisCode{};
     put(address + 4 * static_cast<std::uint64_t>(axis), code.origin);
     put<std::int8_t>(address + 18 + static_cast<std::uint64_t>(axis), static_cast<std::int8_t>(code.exponent));
     const std::uint64_t lower = address + layout_.bounds + 2 * static_cast<std::uint64_t>(axis) * layout_.slots;

@@ -41,9 +41,10 @@ struct DecodedInternal {
 
 class NodeImage {
  public:
-  /// An image of exactly `bytes` bytes (a multiple of 64), zeroed, aligned to cache lines.
-  NodeImage(unsigned width, std::uint64_t bytes)
-      : width_(width), layout_(internal_layout(width)), lines_(bytes / traces::kNodeUnit + 1) {}
+  /// An image of exactly `bytes` bytes (a multiple of 64), zeroed, aligned to cache lines. box_bits: 2..8, bits of a
+  /// box coordinate that are used; the rest are zero, so nodes are as large as with 8.
+  NodeImage(unsigned width, std::uint64_t bytes, unsigned box_bits = 8)
+      : width_(width), box_bits_(box_bits), layout_(internal_layout(width)), lines_(bytes / traces::kNodeUnit + 1) {}
 
   unsigned width() const { return width_; }
   const InternalLayout& layout() const { return layout_; }
@@ -93,6 +94,7 @@ class NodeImage {
   }
 
   unsigned width_;
+  unsigned box_bits_;
   InternalLayout layout_;
   std::vector<Line> lines_;  // one more than the image: vector loads of a node's last bounds may read past its end
   std::uint64_t used_ = 0;

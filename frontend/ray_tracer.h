@@ -16,6 +16,7 @@
 #include "frontend/multi_object.h"
 #include "frontend/node_test.h"
 #include "frontend/ray_recorder.h"
+#include "frontend/response_precision.h"
 #include "frontend/scene.h"
 #include "frontend/tracer_counters.h"
 #include "frontend/tracer_options.h"
@@ -523,7 +524,9 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
   const unsigned coefficients = scene_.sh_coefficients();
   for (const KEntry& entry : k_buffer_.entries()) {
     const GaussianRecord& g = world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id);
-    const float alpha = hit_alpha(g.opacity, g.kappa2, entry.d2);
+    const float alpha = options_.response_precision == ResponsePrecision::fp32
+                            ? hit_alpha(g.opacity, g.kappa2, entry.d2)
+                            : hit_alpha_16(g.opacity, g.kappa2, entry.d2, options_.response_precision);
     recorder.processed(entry.id, alpha > 0.0f);
     ++round.processed_count;
     ++counters_.processed;

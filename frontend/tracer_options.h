@@ -22,6 +22,9 @@ enum class Tracing : std::uint8_t { multi, single, closest };
 /// What a triangle leaf is tested with: the canonical hit function, or its stored vertices (frontend/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
 
+/// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
+enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
+
 struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048
   bool checkpoint = false;  ///< checkpointing and replay
@@ -40,6 +43,7 @@ struct TracerOptions {
   bool adaptive_radius = true;
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   TriangleTest triangle_test = TriangleTest::canonical;
+  ResponsePrecision response_precision = ResponsePrecision::fp32;
 };
 
 inline constexpr unsigned kMaxK = 2048;

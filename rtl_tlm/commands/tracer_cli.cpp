@@ -44,6 +44,12 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   command
       ->add_option("--triangle-test", cli.triangle_test, "Hit test of triangles: canonical, or their stored vertices")
       ->check(one_of({"canonical", "world"}));
+  command->add_option("--box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)")
+      ->check(CLI::Range(2U, 8U));
+  command
+      ->add_option("--response-precision", cli.response_precision,
+                   "Format to which every step of a Gaussian's response is rounded")
+      ->check(one_of({"fp32", "fp16", "bf16"}));
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
@@ -66,6 +72,9 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.adaptive_radius = cli.kernel_radius == "adaptive";
   o.tracing = cli.tracing == "single" ? Tracing::single : cli.tracing == "closest" ? Tracing::closest : Tracing::multi;
   o.triangle_test = cli.triangle_test == "world" ? TriangleTest::world : TriangleTest::canonical;
+  o.response_precision = cli.response_precision == "fp16"   ? ResponsePrecision::fp16
+                         : cli.response_precision == "bf16" ? ResponsePrecision::bf16
+                                                            : ResponsePrecision::fp32;
   if (o.tracing == Tracing::closest) o.k = 1;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
@@ -83,7 +92,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
 }
 
 AccelOptions accel_options(const TracerCli& cli, AccelKind accel) {
-  return {accel, cli.bvh_width, cli.instance_bounds == "box_corners"};
+  return {accel, cli.bvh_width, cli.instance_bounds == "box_corners", cli.box_bits};
 }
 
 RenderOptions render_options(const TracerCli& cli, bool quiet) {
@@ -113,7 +122,9 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
                                                {"bvh_width", std::to_string(cli.bvh_width)},
                                                {"mapping", cli.mapping},
                                                {"tracing", cli.tracing},
-                                               {"triangle_test", cli.triangle_test}};
+                                               {"triangle_test", cli.triangle_test},
+                                               {"box_bits", std::to_string(cli.box_bits)},
+                                               {"response_precision", cli.response_precision}};
   inputs.merge(secondary_inputs(cli.secondary));
   return inputs;
 }

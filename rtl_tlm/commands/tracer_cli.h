@@ -29,6 +29,8 @@ struct TracerCli {
   std::string mapping = "tile8x4";
   std::string tracing = "multi";
   std::string triangle_test = "canonical";
+  std::string response_precision = "fp32";
+  unsigned box_bits = 8;
   unsigned bvh_width = 6;
   unsigned threads = 0;
   SecondaryCli secondary;

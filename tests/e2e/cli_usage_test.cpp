@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <regex>
+#include <sstream>
 
 #include "program.h"
 
@@ -21,12 +21,19 @@ TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
     EXPECT_EQ(help.code, 0) << command;
     EXPECT_EQ(help.err, "") << command;
     // Entries of the list of options; a description may continue on the next line.
-    const std::string options = help.out.substr(std::min(help.out.size(), help.out.find("Options:")));
-    const std::regex entry("\n  (-[^\n]*(\n {10,}[^\n]*)*)");
+    std::vector<std::string> entries;
+    std::istringstream lines(help.out.substr(std::min(help.out.size(), help.out.find("Options:"))));
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("  -")) {
+        entries.push_back(line);
+      } else if (line.starts_with("          ") && !entries.empty()) {
+        entries.back() += line;
+      }
+    }
     unsigned found = 0;
-    for (std::sregex_iterator it(options.begin(), options.end(), entry), end; it != end; ++it, ++found) {
-      const std::string text = (*it)[1];
-      if (text.starts_with("-h,--help")) continue;
+    for (const std::string& text : entries) {
+      ++found;
+      if (text.starts_with("  -h,--help")) continue;
       EXPECT_TRUE(text.find('=') != std::string::npos || text.find("(default:") != std::string::npos ||
                   text.find("(no default)") != std::string::npos)
           << command << ": no default in: " << text;

@@ -27,8 +27,13 @@ TEST(NodeImage, DecodedBoxesContainTheEncodedOnes) {
       if (trial % 5 != 0) box.extend(box.lower + glm::vec3(uniform(0, 1), uniform(0, 1), uniform(0, 1)) * extent);
       children[i] = {box, i % 2 == 0 ? NodeKind::internal : NodeKind::triangle};
     }
-    NodeImage image(6, 128);
+    const unsigned box_bits = 2 + static_cast<unsigned>(trial) % 7;
+    NodeImage image(6, 128, box_bits);
     image.write_internal(0, 64, children, count);
+    for (unsigned i = 0; i < 6 * count; ++i) {
+      const std::uint8_t code = image.node(0)[28 + i / count * 6 + i % count];
+      EXPECT_EQ(code % (1u << (8 - box_bits)), 0u);  // the unused bits are zero
+    }
     const DecodedInternal node = image.decode_internal(0);
     ASSERT_EQ(node.child_count, count);
     EXPECT_EQ(node.child_base, 64u);
