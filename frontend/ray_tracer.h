@@ -55,8 +55,9 @@ class RayTracer {
         proxy_(accel.proxy()),
         options_(options),
         faces_(accel.proxy().is_sphere() ? 1 : accel.proxy().faces()),
+        test_children_(node_test(options.simd, layout_.slots)),
+        test_faces_(face_test(options.simd)),
         k_buffer_(options.k) {
-    stack_.reserve(512);
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
@@ -73,9 +74,9 @@ class RayTracer {
         options_(options),
         faces_(world.proxy().is_sphere() ? 1 : world.proxy().faces()),
         world_(&world),
-        k_buffer_(options.k) {
-    stack_.reserve(512);
-  }
+        test_children_(node_test(options.simd, layout_.slots)),
+        test_faces_(face_test(options.simd)),
+        k_buffer_(options.k) {}
 
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
@@ -93,14 +94,48 @@ class RayTracer {
     std::uint32_t node = 0;      ///< units
     float t = 0.0f;              ///< conservative entry t
     std::uint32_t instance = 0;  ///< TLAS leaf, units; 0 for nodes outside the BLAS
-    NodeKind kind = NodeKind::internal;
-    std::uint32_t object = 0;  ///< leaf of the scene TLAS, units; 0 in that TLAS and in scenes of one object
+    std::uint32_t kind_object = 0;
+
+    Entry() = default;
+    Entry(std::uint32_t n, float entry_t, std::uint32_t i, NodeKind k, std::uint32_t o)
+        : node(n), t(entry_t), instance(i), kind_object(static_cast<std::uint32_t>(k) | o << 3) {}
+    NodeKind kind() const { return static_cast<NodeKind>(kind_object & 7); }
+    /// Leaf of the scene TLAS, units; 0 in that TLAS and in scenes of one object.
+    std::uint32_t object() const { return kind_object >> 3; }
+  };
+  static_assert(sizeof(Entry) == 16);
+
+  /// The traversal stack. Grows ahead of a node's children, so that pushing checks nothing.
+  class Stack {
+   public:
+    bool empty() const { return size_ == 0; }
+    void clear() { size_ = 0; }
+    Entry pop() { return entries_[--size_]; }
+    void push(const Entry& e) { *extend(1) = e; }
+    /// Room for `count` entries on top (up to eight), to be filled by the caller; the last is the new top.
+    Entry* extend(unsigned count) {
+      if (size_ + traces::kMaxWidth > entries_.size()) entries_.resize(2 * entries_.size());
+      Entry* const first = &entries_[size_];
+      size_ += count;
+      return first;
+    }
+
+   private:
+    std::vector<Entry> entries_ = std::vector<Entry>(512);
+    std::size_t size_ = 0;
   };
 
   const std::uint8_t* bytes(std::uint32_t units) const {
     return image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
   }
   bool in_blas(const Entry& e) const { return e.instance != 0; }
+  void prefetch(const Entry& e) const {
+    if (e.kind() == NodeKind::internal) {
+      __builtin_prefetch(bytes(e.node));
+    } else {
+      __builtin_prefetch(image_.leaf_indices() + e.node);
+    }
+  }
 
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
@@ -121,8 +156,8 @@ class RayTracer {
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
   /// The ray in the space of the entry's node.
   const TraceRay& local_ray(const TraceRay& ray, const Entry& entry) {
-    if (entry.object == 0) return ray;
-    if (entry.object != object_) enter_object(ray, entry.object);
+    if (entry.object() == 0) return ray;
+    if (entry.object() != object_) enter_object(ray, entry.object());
     return object_ray_;
   }
   Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
@@ -160,6 +195,8 @@ class RayTracer {
   const TracerOptions options_;
   const unsigned faces_;
   const MultiObjectWorld* world_ = nullptr;
+  const NodeTest test_children_;
+  const FaceTest test_faces_;
 
   // State of the ray.
   float t_last_ = -1.0f;
@@ -174,7 +211,7 @@ class RayTracer {
   std::array<float, 16> basis_{};
   KBuffer k_buffer_;
   std::vector<KEntry> evictions_;
-  std::vector<Entry> stack_;
+  Stack stack_;
   std::vector<Entry> source_;
   std::vector<Entry> destination_;
 
@@ -196,8 +233,8 @@ class RayTracer {
     std::uint64_t tag = ~std::uint64_t{0};
     Hit hit;
   };
-  static constexpr std::size_t kHitCache = 64;
-  std::array<CachedHit, kHitCache> hit_cache_{};
+  static constexpr std::size_t kHitCache = 1024;
+  std::vector<CachedHit> hit_cache_ = std::vector<CachedHit>(kHitCache);
   std::uint64_t ray_stamp_ = 0;
 
   // Tests against stored vertices (options_.triangle_test): the ray in world space and in the instance being walked.
@@ -274,7 +311,7 @@ template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
   stack_.clear();
   if (!replay_) {
-    stack_.push_back({root_, 0.0f, 0, NodeKind::internal, 0});
+    stack_.push({root_, 0.0f, 0, NodeKind::internal, 0});
     drain_stack(ray, recorder);
     return;
   }
@@ -291,9 +328,9 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
       continue;
     }
     recorder.event(traces::EventKind::replay_take, entry.node, 0, 0);
-    if (entry.object != 0) {
+    if (entry.object() != 0) {
       ++counters_.visits_instance;
-      visited(entry.object, 2);
+      visited(entry.object(), 2);
     }
     if (in_blas(entry)) {
       // The ray must be transformed again before a BLAS node can be tested.
@@ -302,7 +339,7 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
       recorder.event(traces::EventKind::visit_instance, entry.instance, 1, 0);
       enter_instance(local_ray(ray, entry), entry.instance);
     }
-    stack_.push_back(entry);
+    stack_.push(entry);
     drain_stack(ray, recorder);
   }
 }
@@ -310,14 +347,13 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
 template <typename Recorder>
 void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
   while (!stack_.empty()) {
-    const Entry entry = stack_.back();
-    stack_.pop_back();
+    const Entry entry = stack_.pop();
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
       recorder.event(traces::EventKind::cull, entry.node, 0, kept ? 1 : 0);
       continue;
     }
-    switch (entry.kind) {
+    switch (entry.kind()) {
       case NodeKind::internal:
         visit_internal(local_ray(ray, entry), entry, recorder);
         break;
@@ -325,14 +361,14 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
         ++counters_.visits_instance;
         visited(entry.node, 2);
         recorder.event(traces::EventKind::visit_instance, entry.node, 0, 0);
-        if (world_ != nullptr && entry.object == 0) {
+        if (world_ != nullptr && entry.object() == 0) {
           enter_object(ray, entry.node);
-          stack_.push_back({static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), entry.t, 0,
-                            NodeKind::internal, entry.node});
+          stack_.push({static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), entry.t, 0,
+                       NodeKind::internal, entry.node});
           break;
         }
         enter_instance(local_ray(ray, entry), entry.node);
-        stack_.push_back({blas_root_, entry.t, entry.node, NodeKind::internal, entry.object});
+        stack_.push({blas_root_, entry.t, entry.node, NodeKind::internal, entry.object()});
         break;
       }
       default:
@@ -343,7 +379,7 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
 }
 
 inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf_units) {
-  instance_gaussian_ = image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit);
+  instance_gaussian_ = image_.leaf_index(leaf_units);
   unit_ = to_unit_ray(ray, gaussians_.record(instance_gaussian_));
   unit_slabs_ = SlabRay(unit_.peak, unit_.direction);
   instance_hit_known_ = false;
@@ -355,47 +391,37 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   ++counters_.visits_internal;
   const std::uint8_t* node = bytes(entry.node);
   visited(entry.node, layout_.slots == 6 ? 1 : 2);
-  const ChildInfo info = child_info(node, entry.node, layout_);
-  alignas(32) float enter[8];
   const bool blas = in_blas(entry);
-  unsigned hits =
-      test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f, t_min_cull_, enter) &
-      info.valid;
-  // Children sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
-  std::array<Entry, 8> pushed;
-  unsigned count = 0, pushed_mask = 0, checkpoint_mask = 0;
-  while (hits != 0) {
-    const auto slot = static_cast<unsigned>(__builtin_ctz(hits));
-    hits &= hits - 1;
-    const std::uint32_t below = info.wide & ((1u << slot) - 1u);
-    Entry child{info.child_base + slot + static_cast<std::uint32_t>(__builtin_popcount(below)), enter[slot],
-                entry.instance, NodeKind::internal, entry.object};
-    if (((info.internal >> slot) & 1u) == 0) {
-      child.kind = static_cast<NodeKind>(node[layout_.child_info + slot] >> 2);
-    }
-    if (child.t > t_max_) {
-      if (checkpoint(child)) checkpoint_mask |= 1u << slot;
-      continue;
-    }
-    pushed_mask |= 1u << slot;
-    unsigned at = count++;
-    if (options_.child_order == ChildOrder::near_first) {
-      while (at > 0 && pushed[at - 1].t <= child.t) {
-        pushed[at] = pushed[at - 1];
-        --at;
-      }
-    } else {
-      for (; at > 0; --at) pushed[at] = pushed[at - 1];  // slot order: the first slot ends on top
-    }
-    pushed[at] = child;
+  NodeHits hits;
+  test_children_(node, entry.node, blas ? unit_slabs_ : ray.slabs, {blas ? unit_.t_peak : 0.0f, t_min_cull_, t_max_},
+                 hits);
+  const auto child = [&](unsigned slot) {
+    return Entry(hits.info.child_base + child_offset(hits.info, slot), hits.enter[slot], entry.instance,
+                 static_cast<NodeKind>(node[layout_.child_info + slot] >> 2), entry.object());
+  };
+  // Sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
+  Entry* const top = stack_.extend(hits.count) + hits.count - 1;
+  const bool near_first = options_.child_order == ChildOrder::near_first;
+  std::ptrdiff_t in_slot_order = 0;
+  for (unsigned rest = hits.within; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const Entry pushed = child(slot);
+    prefetch(pushed);
+    *(top - (near_first ? hits.rank[slot] : in_slot_order++)) = pushed;
   }
-  stack_.insert(stack_.end(), pushed.begin(), pushed.begin() + count);
-  recorder.internal(node, entry.node, info, pushed_mask, checkpoint_mask);
+  unsigned checkpoint_mask = 0;
+  if (options_.checkpoint) {
+    for (unsigned rest = hits.beyond; rest != 0; rest &= rest - 1) {
+      const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+      if (checkpoint(child(slot))) checkpoint_mask |= 1u << slot;
+    }
+  }
+  recorder.internal(node, entry.node, hits.info, hits.within, checkpoint_mask);
 }
 
 inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf_units) {
   object_ = leaf_units;
-  placed_ = &world_->placed()[image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit)];
+  placed_ = &world_->placed()[image_.leaf_index(leaf_units)];
   gaussians_ = CurrentGaussians(placed_->object->gaussians);
   object_ray_ = placed_->to_object_ray(ray);
   object_interval_ = conservative_interval(ray.slabs, placed_->box);
@@ -431,7 +457,7 @@ inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
   if (cached.tag != tag) {
     cached.tag = tag;
     cached.hit = canonical_hit(ray, to_unit_ray(ray, gaussians_.record(gaussian)), gaussians_, gaussian, proxy_,
-                               options_.sort_key, options_.inside);
+                               options_.sort_key, options_.inside, test_faces_);
   }
   return cached.hit;
 }
@@ -442,9 +468,7 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
   using traces::LeafOutcome;
   ++counters_.visits_leaf;
   visited(entry.node, 1);
-  const std::uint64_t address = static_cast<std::uint64_t>(entry.node) * traces::kNodeUnit;
-  const std::uint32_t primitive =
-      entry.kind == NodeKind::triangle ? image_.primitive(address) : image_.procedural_primitive(address);
+  const std::uint32_t primitive = image_.leaf_index(entry.node);
   std::uint32_t gaussian = 0, face = 0;
   Hit hit;
   if (in_blas(entry)) {
@@ -453,7 +477,8 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     if (options_.triangle_test == TriangleTest::world) {
       hit = world_hit(ray, entry, gaussian, face);
     } else if (!instance_hit_known_) {
-      instance_hit_ = canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside);
+      instance_hit_ =
+          canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside, test_faces_);
       instance_hit_known_ = true;
     }
     if (instance_hit_known_) hit = instance_hit_;
@@ -484,7 +509,7 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     }
   }
   if (hit.t > t_max_) {
-    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind, entry.object});
+    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind(), entry.object()});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
   const KEntry candidate{hit.t, gaussian, hit.d2};
