@@ -50,24 +50,23 @@ void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRa
       far_t[slot] = axis == 0 || !(far_t[slot] < b) ? b : far_t[slot];
     }
   }
-  unsigned within = 0, beyond = 0;
+  unsigned hit = 0;
   for (unsigned slot = 0; slot < kSlots; ++slot) {
     float enter = near_t[slot] + query.t_offset;
     enter = (enter > 0.0f ? enter : 0.0f) * (1.0f - kSlabSlack);
     const float exit = (far_t[slot] + query.t_offset) * (1.0f + kSlabSlack);
     hits.enter[slot] = enter;
-    if (!(enter <= exit) || !(exit >= query.t_min)) continue;
-    (enter > query.t_max ? beyond : within) |= 1u << slot;
+    hits.exit[slot] = exit;
+    hit |= (enter <= exit && exit >= query.t_min ? 1u : 0u) << slot;
   }
-  hits.within = within & info.valid;
-  hits.beyond = beyond & info.valid;
-  hits.count = static_cast<unsigned>(__builtin_popcount(hits.within));
+  hits.hit = hit & info.valid;
+  hits.count = static_cast<unsigned>(__builtin_popcount(hits.hit));
   hits.info = info;
   for (unsigned slot = 0; slot < kSlots; ++slot) {
-    if ((hits.within >> slot & 1) == 0) continue;
+    if ((hits.hit >> slot & 1) == 0) continue;
     std::int32_t rank = 0;
     for (unsigned other = 0; other < kSlots; ++other) {
-      if (other == slot || (hits.within >> other & 1) == 0) continue;
+      if (other == slot || (hits.hit >> other & 1) == 0) continue;
       const float a = hits.enter[other], b = hits.enter[slot];
       rank += a < b || (a == b && other < slot) ? 1 : 0;
     }
@@ -113,29 +112,26 @@ template <unsigned kSlots>
                                      _mm256_set1_ps(1.0f - kSlabSlack));
   const __m256 exit = _mm256_mul_ps(_mm256_add_ps(far_t, offset), _mm256_set1_ps(1.0f + kSlabSlack));
   _mm256_store_ps(hits.enter, enter);
+  _mm256_store_ps(hits.exit, exit);
   const __m256 hit = _mm256_and_ps(_mm256_cmp_ps(enter, exit, _CMP_LE_OQ),
                                    _mm256_cmp_ps(exit, _mm256_set1_ps(query.t_min), _CMP_GE_OQ));
-  const __m256 above = _mm256_cmp_ps(enter, _mm256_set1_ps(query.t_max), _CMP_GT_OQ);
-  const unsigned all = static_cast<unsigned>(_mm256_movemask_ps(hit)) & info.valid;
-  const unsigned far_away = static_cast<unsigned>(_mm256_movemask_ps(above));
-  hits.within = all & ~far_away;
-  hits.beyond = all & far_away;
-  hits.count = static_cast<unsigned>(__builtin_popcount(hits.within));
+  hits.hit = static_cast<unsigned>(_mm256_movemask_ps(hit)) & info.valid;
+  hits.count = static_cast<unsigned>(__builtin_popcount(hits.hit));
   hits.info = info;
   if (hits.count < 2) {
-    hits.rank[__builtin_ctz(hits.within | 0x80u)] = 0;
+    hits.rank[__builtin_ctz(hits.hit | 0x80u)] = 0;
     return;
   }
   // entry t are >= +0, so their bits order as they do; other lanes go last. A lane counts the lanes before it:
   // key[j] < key[i], or equal and j < i, which is key[j] < key[i] + 1.
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-  const __m256i in = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(hits.within)), bit), bit);
+  const __m256i in = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(hits.hit)), bit), bit);
   const __m256i key = _mm256_blendv_epi8(_mm256_set1_epi32(0x7FFFFFF0), _mm256_castps_si256(enter), in);
   alignas(32) std::int32_t keys[8];
   _mm256_store_si256(reinterpret_cast<__m256i*>(keys), key);
   const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
   __m256i rank = _mm256_setzero_si256();
-  for (unsigned rest = hits.within; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
     const int j = __builtin_ctz(rest);
     const __m256i after = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32(j));  // -1 where i > j
     rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(_mm256_sub_epi32(key, after), _mm256_set1_epi32(keys[j])));

@@ -48,15 +48,14 @@ inline std::uint32_t child_offset(const ChildInfo& info, unsigned slot) {
 struct NodeQuery {
   float t_offset = 0.0f;  ///< added to slab parameters: 0 in world space, t_peak in a Gaussian's unit space
   float t_min = 0.0f;     ///< boxes that end before it are no hits
-  float t_max = 0.0f;
 };
 
 struct alignas(32) NodeHits {
   float enter[8];        ///< conservative entry t
-  std::int32_t rank[8];  ///< of a slot in `within`: how many of them come before it in the order (enter, slot)
-  unsigned within = 0;   ///< mask of hit children with enter <= t_max
-  unsigned beyond = 0;   ///< mask of hit children with enter > t_max
-  unsigned count = 0;    ///< bits of `within`
+  float exit[8];         ///< conservative exit t
+  std::int32_t rank[8];  ///< of a hit slot: how many hit ones come before it in the order (enter, slot)
+  unsigned hit = 0;      ///< mask of hit children
+  unsigned count = 0;    ///< bits of `hit`
   ChildInfo info;
 };
 

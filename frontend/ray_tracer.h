@@ -21,6 +21,7 @@
 #include "frontend/tracer_counters.h"
 #include "frontend/tracer_options.h"
 #include "frontend/visit_tracker.h"
+#include "frontend/walk_memory.h"
 #include "frontend/world_triangle.h"
 
 namespace grtx::frontend {
@@ -90,18 +91,12 @@ class RayTracer {
                   float t_limit = std::numeric_limits<float>::infinity());
 
  private:
+  /// On the stack and in checkpoint buffers. Numbers are indices into the walk's memory; 0 is the root.
   struct Entry {
-    std::uint32_t node = 0;      ///< units
-    float t = 0.0f;              ///< conservative entry t
-    std::uint32_t instance = 0;  ///< TLAS leaf, units; 0 for nodes outside the BLAS
-    std::uint32_t kind_object = 0;
-
-    Entry() = default;
-    Entry(std::uint32_t n, float entry_t, std::uint32_t i, NodeKind k, std::uint32_t o)
-        : node(n), t(entry_t), instance(i), kind_object(static_cast<std::uint32_t>(k) | o << 3) {}
-    NodeKind kind() const { return static_cast<NodeKind>(kind_object & 7); }
-    /// Leaf of the scene TLAS, units; 0 in that TLAS and in scenes of one object.
-    std::uint32_t object() const { return kind_object >> 3; }
+    float t = 0.0f;  ///< conservative entry t, or t_hit of a leaf beyond t_max
+    std::uint32_t node = 0;
+    std::uint32_t instance = 0;  ///< TLAS leaf; 0 for nodes outside the BLAS
+    std::uint32_t object = 0;    ///< leaf of the scene TLAS; 0 in that TLAS and in scenes of one object
   };
   static_assert(sizeof(Entry) == 16);
 
@@ -111,14 +106,16 @@ class RayTracer {
     bool empty() const { return size_ == 0; }
     void clear() { size_ = 0; }
     Entry pop() { return entries_[--size_]; }
-    void push(const Entry& e) { *extend(1) = e; }
-    /// Room for `count` entries on top (up to eight), to be filled by the caller; the last is the new top.
-    Entry* extend(unsigned count) {
-      if (size_ + traces::kMaxWidth > entries_.size()) entries_.resize(2 * entries_.size());
-      Entry* const first = &entries_[size_];
-      size_ += count;
-      return first;
+    void push(const Entry& e) {
+      *top() = e;
+      ++size_;
     }
+    /// Where the next entries go: room for eight. set_top() tells behind the last one written.
+    Entry* top() {
+      if (size_ + traces::kMaxWidth > entries_.size()) entries_.resize(2 * entries_.size());
+      return entries_.data() + size_;
+    }
+    void set_top(const Entry* end) { size_ = static_cast<std::size_t>(end - entries_.data()); }
 
    private:
     std::vector<Entry> entries_ = std::vector<Entry>(512);
@@ -129,13 +126,14 @@ class RayTracer {
     return image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
   }
   bool in_blas(const Entry& e) const { return e.instance != 0; }
-  void prefetch(const Entry& e) const {
-    if (e.kind() == NodeKind::internal) {
-      __builtin_prefetch(bytes(e.node));
+  void prefetch(std::uint32_t units, NodeKind kind) const {
+    if (kind == NodeKind::internal) {
+      __builtin_prefetch(bytes(units));
     } else {
-      __builtin_prefetch(image_.leaf_indices() + e.node);
+      __builtin_prefetch(image_.leaf_indices() + units);
     }
   }
+  std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
 
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
@@ -143,21 +141,24 @@ class RayTracer {
   void drain_stack(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
   void visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  std::uint32_t test_boxes(const TraceRay& ray, std::uint32_t node, bool blas);
+  unsigned checkpoint_children(const Entry& parent, std::uint32_t list, unsigned mask);
   template <typename Recorder>
   void visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder);
   template <typename Recorder>
   void blend(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
-  void enter_instance(const TraceRay& ray, std::uint32_t leaf_units);
+  void enter_instance(const TraceRay& ray, std::uint32_t leaf);
+  std::uint32_t test_leaf(const TraceRay& ray, const Entry& entry);
   ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
   // Several objects.
-  void enter_object(const TraceRay& ray, std::uint32_t leaf_units);
+  void enter_object(const TraceRay& ray, std::uint32_t leaf);
   void place_hit(Hit& hit, std::uint32_t& gaussian) const;
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
   /// The ray in the space of the entry's node.
   const TraceRay& local_ray(const TraceRay& ray, const Entry& entry) {
-    if (entry.object() == 0) return ray;
-    if (entry.object() != object_) enter_object(ray, entry.object());
+    if (entry.object == 0) return ray;
+    if (entry.object != object_) enter_object(ray, entry.object);
     return object_ray_;
   }
   Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
@@ -215,15 +216,11 @@ class RayTracer {
   std::vector<Entry> source_;
   std::vector<Entry> destination_;
 
-  // The instance being walked.
-  std::uint32_t instance_gaussian_ = 0;
-  UnitRay unit_;
-  SlabRay unit_slabs_;
-  Hit instance_hit_;
-  bool instance_hit_known_ = false;
+  WalkMemory memory_;
+  std::uint32_t instance_ = 0;  ///< the instance being walked, link into memory_
 
   // The object being walked, with several.
-  std::uint32_t object_ = 0;  ///< leaf of the scene TLAS, units
+  std::uint32_t object_ = 0;  ///< leaf of the scene TLAS, index into memory_
   const PlacedObject* placed_ = nullptr;
   TraceRay object_ray_;
   Interval object_interval_;  ///< of the ray in the object's world box
@@ -233,13 +230,12 @@ class RayTracer {
     std::uint64_t tag = ~std::uint64_t{0};
     Hit hit;
   };
-  static constexpr std::size_t kHitCache = 1024;
+  static constexpr std::size_t kHitCache = 256;
   std::vector<CachedHit> hit_cache_ = std::vector<CachedHit>(kHitCache);
   std::uint64_t ray_stamp_ = 0;
 
-  // Tests against stored vertices (options_.triangle_test): the ray in world space and in the instance being walked.
+  // Tests against stored vertices (options_.triangle_test).
   ShearedRay sheared_;
-  ShearedRay instance_sheared_;
   std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray_stamp_; empty unless the test is `world`
 
   bool turned_away_ = false;  ///< single: a hit of this round met a full buffer
@@ -260,6 +256,8 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
   evictions_.clear();
   source_.clear();
+  memory_.clear();
+  memory_.add({0.0f, std::numeric_limits<float>::infinity(), root_, NodeKind::internal, 0});
   ++ray_stamp_;
   if (options_.triangle_test == TriangleTest::world) sheared_ = ShearedRay(ray.origin, ray.direction);
   object_ = 0;
@@ -311,7 +309,7 @@ template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
   stack_.clear();
   if (!replay_) {
-    stack_.push({root_, 0.0f, 0, NodeKind::internal, 0});
+    stack_.push({0.0f, 0, 0, 0});
     drain_stack(ray, recorder);
     return;
   }
@@ -324,19 +322,19 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
     ++counters_.checkpoints_read;
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
-      recorder.event(traces::EventKind::replay_forward, entry.node, 0, kept ? 1 : 0);
+      recorder.event(traces::EventKind::replay_forward, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    recorder.event(traces::EventKind::replay_take, entry.node, 0, 0);
-    if (entry.object() != 0) {
+    recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
+    if (entry.object != 0) {
       ++counters_.visits_instance;
-      visited(entry.object(), 2);
+      visited(units_of(entry.object), 2);
     }
     if (in_blas(entry)) {
       // The ray must be transformed again before a BLAS node can be tested.
       ++counters_.visits_instance;
-      visited(entry.instance, 2);
-      recorder.event(traces::EventKind::visit_instance, entry.instance, 1, 0);
+      visited(units_of(entry.instance), 2);
+      recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
       enter_instance(local_ray(ray, entry), entry.instance);
     }
     stack_.push(entry);
@@ -350,25 +348,24 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
     const Entry entry = stack_.pop();
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
-      recorder.event(traces::EventKind::cull, entry.node, 0, kept ? 1 : 0);
+      recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    switch (entry.kind()) {
+    switch (memory_[entry.node].kind()) {
       case NodeKind::internal:
         visit_internal(local_ray(ray, entry), entry, recorder);
         break;
       case NodeKind::instance: {
         ++counters_.visits_instance;
-        visited(entry.node, 2);
-        recorder.event(traces::EventKind::visit_instance, entry.node, 0, 0);
-        if (world_ != nullptr && entry.object() == 0) {
+        visited(units_of(entry.node), 2);
+        recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
+        if (world_ != nullptr && entry.object == 0) {
           enter_object(ray, entry.node);
-          stack_.push({static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), entry.t, 0,
-                       NodeKind::internal, entry.node});
+          stack_.push({entry.t, memory_[entry.node].link(), 0, entry.node});
           break;
         }
         enter_instance(local_ray(ray, entry), entry.node);
-        stack_.push({blas_root_, entry.t, entry.node, NodeKind::internal, entry.object()});
+        stack_.push({entry.t, memory_.instance(instance_).root, entry.node, entry.object});
         break;
       }
       default:
@@ -378,53 +375,99 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
   }
 }
 
-inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf_units) {
-  instance_gaussian_ = image_.leaf_index(leaf_units);
-  unit_ = to_unit_ray(ray, gaussians_.record(instance_gaussian_));
-  unit_slabs_ = SlabRay(unit_.peak, unit_.direction);
-  instance_hit_known_ = false;
-  if (options_.triangle_test == TriangleTest::world) instance_sheared_ = object_space_ray(ray, instance_gaussian_);
+inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf) {
+  instance_ = memory_[leaf].link();
+  if (instance_ != 0) return;
+  instance_ = memory_.add_instance();
+  memory_[leaf].set_link(instance_);
+  EnteredInstance& instance = memory_.instance(instance_);
+  instance.gaussian = image_.leaf_index(units_of(leaf));
+  instance.unit = to_unit_ray(ray, gaussians_.record(instance.gaussian));
+  instance.slabs = SlabRay(instance.unit.peak, instance.unit.direction);
+  instance.root = memory_.add({0.0f, std::numeric_limits<float>::infinity(), blas_root_, NodeKind::internal, 0});
+  if (options_.triangle_test == TriangleTest::world) instance.sheared = object_space_ray(ray, instance.gaussian);
+}
+
+/// Tests the boxes of a node's children; returns the list of those hit: its head, then the children, those to be
+/// visited first in front.
+inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas) {
+  const std::uint32_t units = units_of(node);
+  const std::uint8_t* data = bytes(units);
+  NodeHits hits;
+  if (blas) {
+    const EnteredInstance& instance = memory_.instance(instance_);
+    test_children_(data, units, instance.slabs, {instance.unit.t_peak, t_min_cull_}, hits);
+  } else {
+    test_children_(data, units, ray.slabs, {0.0f, t_min_cull_}, hits);
+  }
+  const std::uint32_t list = memory_.reserve(hits.count + 1);
+  ReachedNode* const head = &memory_[list];
+  head->node = hits.count;
+  const bool near_first = options_.child_order == ChildOrder::near_first;
+  std::ptrdiff_t in_slot_order = 0;
+  for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
+    const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
+    prefetch(child, kind);
+    head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
+        ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
+  }
+  memory_[node].set_link(list);
+  return list;
 }
 
 template <typename Recorder>
 void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
   ++counters_.visits_internal;
-  const std::uint8_t* node = bytes(entry.node);
-  visited(entry.node, layout_.slots == 6 ? 1 : 2);
-  const bool blas = in_blas(entry);
-  NodeHits hits;
-  test_children_(node, entry.node, blas ? unit_slabs_ : ray.slabs, {blas ? unit_.t_peak : 0.0f, t_min_cull_, t_max_},
-                 hits);
-  const auto child = [&](unsigned slot) {
-    return Entry(hits.info.child_base + child_offset(hits.info, slot), hits.enter[slot], entry.instance,
-                 static_cast<NodeKind>(node[layout_.child_info + slot] >> 2), entry.object());
-  };
-  // Sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
-  Entry* const top = stack_.extend(hits.count) + hits.count - 1;
-  const bool near_first = options_.child_order == ChildOrder::near_first;
-  std::ptrdiff_t in_slot_order = 0;
-  for (unsigned rest = hits.within; rest != 0; rest &= rest - 1) {
-    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
-    const Entry pushed = child(slot);
-    prefetch(pushed);
-    *(top - (near_first ? hits.rank[slot] : in_slot_order++)) = pushed;
+  visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
+  std::uint32_t list = memory_[entry.node].link();
+  if (list == 0) list = test_boxes(ray, entry.node, in_blas(entry));
+  // The last of the list is pushed first, so that the nearest ends on top of the stack.
+  const ReachedNode* const children = &memory_[list];
+  const std::uint32_t count = children->node;
+  Entry* top = stack_.top();
+  unsigned pushed = 0, beyond = 0;
+  for (std::uint32_t i = count; i > 0; --i) {
+    const ReachedNode& child = children[i];
+    const bool alive = child.exit >= t_min_cull_;
+    const bool within = child.enter <= t_max_;
+    *top = {child.enter, list + i, entry.instance, entry.object};
+    top += alive && within ? 1 : 0;
+    if (Recorder::kEnabled) pushed |= (alive && within ? 1u : 0u) << child.slot();
+    beyond |= (alive && !within ? 1u : 0u) << child.slot();
   }
-  unsigned checkpoint_mask = 0;
-  if (options_.checkpoint) {
-    for (unsigned rest = hits.beyond; rest != 0; rest &= rest - 1) {
-      const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
-      if (checkpoint(child(slot))) checkpoint_mask |= 1u << slot;
-    }
-  }
-  recorder.internal(node, entry.node, hits.info, hits.within, checkpoint_mask);
+  stack_.set_top(top);
+  unsigned checkpoints = 0;
+  if (beyond != 0 && options_.checkpoint) checkpoints = checkpoint_children(entry, list, beyond);
+  if (Recorder::kEnabled) recorder.internal(bytes(units_of(entry.node)), units_of(entry.node), pushed, checkpoints);
 }
 
-inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf_units) {
-  object_ = leaf_units;
-  placed_ = &world_->placed()[image_.leaf_index(leaf_units)];
+/// Checkpoints the children in `mask`, in slot order; returns the mask of those kept.
+inline unsigned RayTracer::checkpoint_children(const Entry& parent, std::uint32_t list, unsigned mask) {
+  std::uint32_t at[traces::kMaxWidth] = {};
+  const std::uint32_t count = memory_[list].node;
+  for (std::uint32_t i = 1; i <= count; ++i) at[memory_[list + i].slot()] = list + i;
+  unsigned kept = 0;
+  for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    if (checkpoint({memory_[at[slot]].enter, at[slot], parent.instance, parent.object})) kept |= 1u << slot;
+  }
+  return kept;
+}
+
+inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf) {
+  object_ = leaf;
+  placed_ = &world_->placed()[image_.leaf_index(units_of(leaf))];
   gaussians_ = CurrentGaussians(placed_->object->gaussians);
   object_ray_ = placed_->to_object_ray(ray);
   object_interval_ = conservative_interval(ray.slabs, placed_->box);
+  if (memory_[leaf].link() == 0) {
+    const std::uint32_t root =
+        memory_.add({0.0f, std::numeric_limits<float>::infinity(),
+                     static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), NodeKind::internal, 0});
+    memory_[leaf].set_link(root);
+  }
 }
 
 // World and object space round differently. As with the boxes of a face, a hit is defined to lie in its object's world
@@ -462,40 +505,57 @@ inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
   return cached.hit;
 }
 
-template <typename Recorder>
-void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
-  using traces::EventKind;
-  using traces::LeafOutcome;
-  ++counters_.visits_leaf;
-  visited(entry.node, 1);
-  const std::uint32_t primitive = image_.leaf_index(entry.node);
+/// Tests a leaf; returns what becomes its link.
+inline std::uint32_t RayTracer::test_leaf(const TraceRay& ray, const Entry& entry) {
+  const std::uint32_t primitive = image_.leaf_index(units_of(entry.node));
   std::uint32_t gaussian = 0, face = 0;
   Hit hit;
   if (in_blas(entry)) {
-    gaussian = instance_gaussian_;
+    EnteredInstance& instance = memory_.instance(instance_);
+    gaussian = instance.gaussian;
     face = primitive;
     if (options_.triangle_test == TriangleTest::world) {
       hit = world_hit(ray, entry, gaussian, face);
-    } else if (!instance_hit_known_) {
-      instance_hit_ =
-          canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside, test_faces_);
-      instance_hit_known_ = true;
+    } else {
+      if (!instance.hit_known) {
+        instance.hit = canonical_hit(ray, instance.unit, gaussians_, gaussian, proxy_, options_.sort_key,
+                                     options_.inside, test_faces_);
+        instance.hit_known = true;
+      }
+      hit = instance.hit;
     }
-    if (instance_hit_known_) hit = instance_hit_;
   } else {
     gaussian = primitive / faces_;
     face = primitive - gaussian * faces_;
     hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
   }
   if (world_ != nullptr) place_hit(hit, gaussian);
+  std::uint32_t link = WalkMemory::kMissed;
+  if (hit.kind != HitKind::miss && hit.face == face) {
+    link = hit.kind == HitKind::inside ? WalkMemory::kInside : memory_.add_hit({hit.t, gaussian, hit.d2});
+  }
+  memory_[entry.node].set_link(link);
+  return link;
+}
+
+template <typename Recorder>
+void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  using traces::EventKind;
+  using traces::LeafOutcome;
+  ++counters_.visits_leaf;
+  visited(units_of(entry.node), 1);
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
-    recorder.event(EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), checkpoints, shifts);
+    recorder.event(EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), checkpoints, shifts);
   };
-  if (hit.kind == HitKind::miss || hit.face != face) return outcome(LeafOutcome::miss);
-  if (hit.kind == HitKind::inside) {
+  std::uint32_t link = memory_[entry.node].link();
+  if (link == 0) link = test_leaf(ray, entry);
+  if (link == WalkMemory::kMissed) return outcome(LeafOutcome::miss);
+  if (link == WalkMemory::kInside) {
     if (t_last_ < 0.0f) ++counters_.inside_skipped;
     return outcome(LeafOutcome::miss);
   }
+  const KEntry hit = memory_.hit(link);
+  const std::uint32_t gaussian = hit.id;
   if (hit.t < t_last_) return outcome(LeafOutcome::behind);
   if (hit.t == t_last_) {
     if (options_.resume == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
@@ -509,10 +569,10 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     }
   }
   if (hit.t > t_max_) {
-    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind(), entry.object()});
+    const bool kept = checkpoint({hit.t, entry.node, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
-  const KEntry candidate{hit.t, gaussian, hit.d2};
+  const KEntry& candidate = hit;
   if (options_.tracing == Tracing::single) return collect_unsorted(candidate, entry, recorder);
   if (options_.tracing == Tracing::closest) return commit_nearest(candidate, entry, recorder);
   if (!k_buffer_.full()) {
