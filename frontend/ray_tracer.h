@@ -58,7 +58,8 @@ class RayTracer {
         faces_(accel.proxy().is_sphere() ? 1 : accel.proxy().faces()),
         test_children_(node_test(options.simd, layout_.slots)),
         test_faces_(face_test(options.simd)),
-        k_buffer_(options.k) {
+        k_buffer_(options.k),
+        root_box_(box_of_root()) {
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
@@ -77,7 +78,8 @@ class RayTracer {
         world_(&world),
         test_children_(node_test(options.simd, layout_.slots)),
         test_faces_(face_test(options.simd)),
-        k_buffer_(options.k) {}
+        k_buffer_(options.k),
+        root_box_(box_of_root()) {}
 
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
@@ -95,10 +97,10 @@ class RayTracer {
   struct Entry {
     float t = 0.0f;  ///< conservative entry t, or t_hit of a leaf beyond t_max
     std::uint32_t node = 0;
+    std::uint32_t packed = 0;    ///< the node's kind, slot and link, as they were when it was pushed
     std::uint32_t instance = 0;  ///< TLAS leaf; 0 for nodes outside the BLAS
     std::uint32_t object = 0;    ///< leaf of the scene TLAS; 0 in that TLAS and in scenes of one object
   };
-  static_assert(sizeof(Entry) == 16);
 
   /// The traversal stack. Grows ahead of a node's children, so that pushing checks nothing.
   class Stack {
@@ -126,15 +128,24 @@ class RayTracer {
     return image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
   }
   bool in_blas(const Entry& e) const { return e.instance != 0; }
+  void push_root(std::uint32_t node, float t, std::uint32_t instance, std::uint32_t object) {
+    stack_.push({t, node, memory_[node].packed, instance, object});
+  }
   void prefetch(std::uint32_t units, NodeKind kind) const {
-    if (kind == NodeKind::internal) {
-      __builtin_prefetch(bytes(units));
-    } else {
-      __builtin_prefetch(image_.leaf_indices() + units);
-    }
+    const void* const index = image_.leaf_indices() + units;
+    __builtin_prefetch(kind == NodeKind::internal ? bytes(units) : index);
   }
   std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
+  Box box_of_root() const {
+    const DecodedInternal root = image_.decode_internal(static_cast<std::uint64_t>(root_) * traces::kNodeUnit);
+    Box box;
+    for (unsigned i = 0; i < root.child_count; ++i) box.extend(root.boxes[i]);
+    return box;
+  }
+  bool skips(Skip skip) const { return options_.skips.has(skip); }
 
+  template <typename Recorder>
+  void miss_scene(Recorder& recorder);
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
@@ -148,8 +159,22 @@ class RayTracer {
   template <typename Recorder>
   void blend(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
+  glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray);
+  /// Of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
+  unsigned sh_degree() const { return skips(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree); }
   void enter_instance(const TraceRay& ray, std::uint32_t leaf);
   std::uint32_t test_leaf(const TraceRay& ray, const Entry& entry);
+  std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian);
+  const Hit& hit_of_instance(const TraceRay& ray);
+  template <typename Recorder>
+  void decide_instance(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  template <typename Recorder>
+  void offer(std::uint32_t link, const Entry& entry, Recorder& recorder);
+  /// primitive / faces_: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
+  std::uint32_t gaussian_of(std::uint32_t primitive) const {
+    return faces_ == 1 ? primitive
+                       : static_cast<std::uint32_t>(std::uint64_t{primitive} * 0xCCCCCCCDu >> (faces_ == 20 ? 36 : 38));
+  }
   ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
   // Several objects.
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
@@ -194,7 +219,10 @@ class RayTracer {
   const InternalLayout layout_;
   const Proxy& proxy_;
   const TracerOptions options_;
-  const unsigned faces_;
+  const unsigned faces_;  ///< 1, 20 or 80
+  const bool remember_ = options_.skips.has(Skip::retests);
+  /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
+  const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
   const MultiObjectWorld* world_ = nullptr;
   const NodeTest test_children_;
   const FaceTest test_faces_;
@@ -209,8 +237,10 @@ class RayTracer {
   bool overflow_ = false;
   float transmittance_ = 1.0f;
   glm::vec3 colour_{0.0f};
-  std::array<float, 16> basis_{};
+  std::array<float, kShFunctions> basis_{};
+  glm::vec3 unused_colour_{0.0f};  ///< of hits behind the end of a ray, when they are not skipped
   KBuffer k_buffer_;
+  const Box root_box_;  ///< holds the decoded boxes of the root's children
   std::vector<KEntry> evictions_;
   Stack stack_;
   std::vector<Entry> source_;
@@ -253,7 +283,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   transmittance_ = transmittance;
   t_limit_ = t_limit;
   colour_ = glm::vec3(0.0f);
-  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
+  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, sh_degree());
   evictions_.clear();
   source_.clear();
   memory_.clear();
@@ -264,6 +294,11 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
   std::size_t evictions_seen = 0;
+  if (skips(Skip::scene_miss) && conservative_interval(ray.slabs, root_box_).empty()) {
+    miss_scene(recorder);
+    return {colour_, transmittance_};
+  }
+  const std::uint64_t visits_before = counters_.visits();
 
   for (;;) {
     traces::Round round;
@@ -302,14 +337,27 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
     replay_ = options_.checkpoint && !overflow_;
   }
   counters_.evictions_max_per_ray = std::max<std::uint64_t>(counters_.evictions_max_per_ray, evictions_seen);
+  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before;
   return {colour_, transmittance_};
+}
+
+/// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
+template <typename Recorder>
+void RayTracer::miss_scene(Recorder& recorder) {
+  ++counters_.skipped_scene_misses;
+  ++counters_.rounds;
+  ++counters_.visits_internal;
+  visited(root_, layout_.slots == 6 ? 1 : 2);
+  recorder.begin_round();
+  recorder.internal(bytes(root_), root_, 0, 0);
+  recorder.end_round({});
 }
 
 template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
   stack_.clear();
   if (!replay_) {
-    stack_.push({0.0f, 0, 0, 0});
+    stack_.push({0.0f, 0, memory_[0].packed, 0, 0});
     drain_stack(ray, recorder);
     return;
   }
@@ -337,7 +385,7 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
       recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
       enter_instance(local_ray(ray, entry), entry.instance);
     }
-    stack_.push(entry);
+    stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
     drain_stack(ray, recorder);
   }
 }
@@ -351,7 +399,7 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    switch (memory_[entry.node].kind()) {
+    switch (ReachedNode::kind_of(entry.packed)) {
       case NodeKind::internal:
         visit_internal(local_ray(ray, entry), entry, recorder);
         break;
@@ -361,14 +409,26 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
         recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
         if (world_ != nullptr && entry.object == 0) {
           enter_object(ray, entry.node);
-          stack_.push({entry.t, memory_[entry.node].link(), 0, entry.node});
+          push_root(memory_[entry.node].link(), entry.t, 0, entry.node);
           break;
         }
         enter_instance(local_ray(ray, entry), entry.node);
-        stack_.push({entry.t, memory_.instance(instance_).root, entry.node, entry.object});
+        if (skip_blas_) {
+          decide_instance(local_ray(ray, entry), entry, recorder);
+          break;
+        }
+        push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
         break;
       }
       default:
+        if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
+          ++counters_.visits_leaf;
+          ++counters_.skipped_retests;
+          visited(units_of(entry.node), 1);
+          recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
+                         static_cast<unsigned>(traces::LeafOutcome::miss), 0);
+          break;
+        }
         visit_leaf(local_ray(ray, entry), entry, recorder);
         break;
     }
@@ -377,9 +437,12 @@ void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
 
 inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf) {
   instance_ = memory_[leaf].link();
-  if (instance_ != 0) return;
+  if (instance_ != 0) {
+    ++counters_.skipped_retests;
+    return;
+  }
   instance_ = memory_.add_instance();
-  memory_[leaf].set_link(instance_);
+  if (remember_) memory_[leaf].set_link(instance_);
   EnteredInstance& instance = memory_.instance(instance_);
   instance.gaussian = image_.leaf_index(units_of(leaf));
   instance.unit = to_unit_ray(ray, gaussians_.record(instance.gaussian));
@@ -413,7 +476,7 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
     head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
         ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
   }
-  memory_[node].set_link(list);
+  if (remember_) memory_[node].set_link(list);
   return list;
 }
 
@@ -422,7 +485,11 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   ++counters_.visits_internal;
   visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
   std::uint32_t list = memory_[entry.node].link();
-  if (list == 0) list = test_boxes(ray, entry.node, in_blas(entry));
+  if (list == 0) {
+    list = test_boxes(ray, entry.node, in_blas(entry));
+  } else {
+    ++counters_.skipped_retests;
+  }
   // The last of the list is pushed first, so that the nearest ends on top of the stack.
   const ReachedNode* const children = &memory_[list];
   const std::uint32_t count = children->node;
@@ -430,12 +497,13 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   unsigned pushed = 0, beyond = 0;
   for (std::uint32_t i = count; i > 0; --i) {
     const ReachedNode& child = children[i];
-    const bool alive = child.exit >= t_min_cull_;
-    const bool within = child.enter <= t_max_;
-    *top = {child.enter, list + i, entry.instance, entry.object};
-    top += alive && within ? 1 : 0;
-    if (Recorder::kEnabled) pushed |= (alive && within ? 1u : 0u) << child.slot();
-    beyond |= (alive && !within ? 1u : 0u) << child.slot();
+    // Written without branches, which would follow no pattern.
+    const unsigned alive = child.exit >= t_min_cull_ ? 1u : 0u;
+    const unsigned within = child.enter <= t_max_ ? alive : 0u;
+    *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
+    top += within;
+    if (Recorder::kEnabled) pushed |= within << child.slot();
+    beyond |= (alive ^ within) << child.slot();
   }
   stack_.set_top(top);
   unsigned checkpoints = 0;
@@ -451,7 +519,8 @@ inline unsigned RayTracer::checkpoint_children(const Entry& parent, std::uint32_
   unsigned kept = 0;
   for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
     const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
-    if (checkpoint({memory_[at[slot]].enter, at[slot], parent.instance, parent.object})) kept |= 1u << slot;
+    const ReachedNode& child = memory_[at[slot]];
+    if (checkpoint({child.enter, at[slot], child.packed, parent.instance, parent.object})) kept |= 1u << slot;
   }
   return kept;
 }
@@ -511,44 +580,69 @@ inline std::uint32_t RayTracer::test_leaf(const TraceRay& ray, const Entry& entr
   std::uint32_t gaussian = 0, face = 0;
   Hit hit;
   if (in_blas(entry)) {
-    EnteredInstance& instance = memory_.instance(instance_);
-    gaussian = instance.gaussian;
+    gaussian = memory_.instance(instance_).gaussian;
     face = primitive;
-    if (options_.triangle_test == TriangleTest::world) {
-      hit = world_hit(ray, entry, gaussian, face);
-    } else {
-      if (!instance.hit_known) {
-        instance.hit = canonical_hit(ray, instance.unit, gaussians_, gaussian, proxy_, options_.sort_key,
-                                     options_.inside, test_faces_);
-        instance.hit_known = true;
-      }
-      hit = instance.hit;
-    }
+    hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of_instance(ray);
   } else {
-    gaussian = primitive / faces_;
+    gaussian = gaussian_of(primitive);
     face = primitive - gaussian * faces_;
     hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
   }
-  if (world_ != nullptr) place_hit(hit, gaussian);
-  std::uint32_t link = WalkMemory::kMissed;
-  if (hit.kind != HitKind::miss && hit.face == face) {
-    link = hit.kind == HitKind::inside ? WalkMemory::kInside : memory_.add_hit({hit.t, gaussian, hit.d2});
-  }
-  memory_[entry.node].set_link(link);
+  const std::uint32_t link = hit.face == face ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
+  if (remember_) memory_[entry.node].set_link(link);
   return link;
+}
+
+inline std::uint32_t RayTracer::link_of_hit(Hit hit, std::uint32_t gaussian) {
+  if (skips(Skip::never_accepted) && gaussians_.record(gaussian).opacity < kAlphaMin) {
+    ++counters_.skipped_never_accepted;
+    return WalkMemory::kMissed;
+  }
+  if (world_ != nullptr) place_hit(hit, gaussian);
+  if (hit.kind == HitKind::miss) return WalkMemory::kMissed;
+  return hit.kind == HitKind::inside ? WalkMemory::kInside : memory_.add_hit({hit.t, gaussian, hit.d2});
+}
+
+inline const Hit& RayTracer::hit_of_instance(const TraceRay& ray) {
+  EnteredInstance& instance = memory_.instance(instance_);
+  if (!instance.hit_known) {
+    instance.hit = canonical_hit(ray, instance.unit, gaussians_, instance.gaussian, proxy_, options_.sort_key,
+                                 options_.inside, test_faces_);
+    instance.hit_known = true;
+  }
+  return instance.hit;
+}
+
+/// In place of a walk of the BLAS: the hit that it would find.
+template <typename Recorder>
+void RayTracer::decide_instance(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  EnteredInstance& instance = memory_.instance(instance_);
+  ++counters_.skipped_blas_walks;
+  if (instance.decision == 0) instance.decision = link_of_hit(hit_of_instance(ray), instance.gaussian);
+  offer(instance.decision, entry, recorder);
 }
 
 template <typename Recorder>
 void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
-  using traces::EventKind;
-  using traces::LeafOutcome;
   ++counters_.visits_leaf;
   visited(units_of(entry.node), 1);
+  std::uint32_t link = memory_[entry.node].link();
+  if (link == 0) {
+    link = test_leaf(ray, entry);
+  } else {
+    ++counters_.skipped_retests;
+  }
+  offer(link, entry, recorder);
+}
+
+/// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
+template <typename Recorder>
+void RayTracer::offer(std::uint32_t link, const Entry& entry, Recorder& recorder) {
+  using traces::EventKind;
+  using traces::LeafOutcome;
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
     recorder.event(EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), checkpoints, shifts);
   };
-  std::uint32_t link = memory_[entry.node].link();
-  if (link == 0) link = test_leaf(ray, entry);
   if (link == WalkMemory::kMissed) return outcome(LeafOutcome::miss);
   if (link == WalkMemory::kInside) {
     if (t_last_ < 0.0f) ++counters_.inside_skipped;
@@ -569,7 +663,7 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     }
   }
   if (hit.t > t_max_) {
-    const bool kept = checkpoint({hit.t, entry.node, entry.instance, entry.object});
+    const bool kept = checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
   const KEntry& candidate = hit;
@@ -607,6 +701,16 @@ inline void RayTracer::refill_from_evictions(traces::Round& round) {
 template <typename Recorder>
 void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
   const unsigned coefficients = scene_.sh_coefficients();
+  if (world_ == nullptr) {
+    for (const KEntry& entry : k_buffer_.entries()) {
+      const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+      __builtin_prefetch(sh);
+      if (coefficients > 4) {
+        __builtin_prefetch(sh + 16);
+        __builtin_prefetch(sh + 32);
+      }
+    }
+  }
   for (const KEntry& entry : k_buffer_.entries()) {
     const GaussianRecord& g = world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id);
     const float alpha = options_.response_precision == ResponsePrecision::fp32
@@ -617,17 +721,7 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
     ++counters_.processed;
     if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id);
     if (!(alpha > 0.0f)) continue;
-    glm::vec3 colour(0.0f);
-    if (world_ != nullptr) {
-      colour = colour_in_world(entry, ray);
-    } else {
-      if (options_.sh_direction == ShDirection::centre) {
-        const glm::vec3 to_centre = g.mean - ray.origin;
-        basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
-      }
-      const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
-      colour = sh_colour(sh, basis_, coefficients);
-    }
+    const glm::vec3 colour = colour_of(entry, g, ray);
     const float weight = alpha * transmittance_;
     colour_ += weight * colour;
     transmittance_ *= 1.0f - alpha;
@@ -638,6 +732,33 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
       break;
     }
   }
+  if (!round.terminated) return;
+  for (std::size_t i = round.processed_count; i < k_buffer_.size(); ++i) {
+    if (skips(Skip::dead_colours)) {
+      ++counters_.skipped_dead_colours;
+      continue;
+    }
+    const KEntry& entry = k_buffer_.entries()[i];
+    unused_colour_ = colour_of(entry, world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id), ray);
+  }
+}
+
+inline glm::vec3 RayTracer::colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray) {
+  if (world_ != nullptr) return colour_in_world(entry, ray);
+  if (options_.sh_direction == ShDirection::centre) {
+    const glm::vec3 to_centre = g.mean - ray.origin;
+    basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), sh_degree());
+  }
+  const unsigned coefficients = scene_.sh_coefficients();
+  const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+  if (coefficients >= kShFunctions) return sh_colour(sh, basis_, coefficients);
+  if (skips(Skip::sh_bands)) {
+    counters_.skipped_sh_bands += 3 * (kShFunctions - coefficients);
+    return sh_colour(sh, basis_, coefficients);
+  }
+  std::array<float, 3 * kShFunctions> padded{};  // the bands that the scene lacks, as zeros
+  std::copy(sh, sh + 3 * coefficients, padded.begin());
+  return sh_colour(padded.data(), basis_, kShFunctions);
 }
 
 }  // namespace grtx::frontend

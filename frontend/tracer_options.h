@@ -7,6 +7,7 @@
 
 #include "frontend/canonical_hit.h"
 #include "frontend/simd_path.h"
+#include "frontend/skips.h"
 
 namespace grtx::frontend {
 
@@ -46,6 +47,7 @@ struct TracerOptions {
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
+  Skips skips = kFaithfulSkips;  ///< change no bit of the image
   SimdPath simd = best_simd_path();  ///< changes no bit of the result
 };
 

@@ -18,16 +18,17 @@ namespace grtx::frontend {
 struct ReachedNode {
   float enter = 0.0f;
   float exit = 0.0f;
-  std::uint32_t node = 0;  ///< units; in the head of a list: its length
-  std::uint32_t packed = 0;
+  std::uint32_t node = 0;    ///< units; in the head of a list: its length
+  std::uint32_t packed = 0;  ///< kind (3 bits), slot (3 bits), link
 
   static constexpr std::uint32_t kMaxLink = (1u << 26) - 1;
   ReachedNode() = default;
   ReachedNode(float enter_t, float exit_t, std::uint32_t units, NodeKind kind, unsigned slot)
       : enter(enter_t), exit(exit_t), node(units), packed(static_cast<std::uint32_t>(kind) | slot << 3) {}
-  NodeKind kind() const { return static_cast<NodeKind>(packed & 7u); }
+  static NodeKind kind_of(std::uint32_t packed) { return static_cast<NodeKind>(packed & 7u); }
+  static std::uint32_t link_of(std::uint32_t packed) { return packed >> 6; }
   unsigned slot() const { return packed >> 3 & 7u; }
-  std::uint32_t link() const { return packed >> 6; }
+  std::uint32_t link() const { return link_of(packed); }
   void set_link(std::uint32_t link) {
     assert(link <= kMaxLink);
     packed = (packed & 63u) | link << 6;
@@ -43,7 +44,8 @@ struct EnteredInstance {
   SlabRay slabs;
   Hit hit;  ///< valid once hit_known
   bool hit_known = false;
-  ShearedRay sheared;  ///< for tests against stored vertices
+  std::uint32_t decision = 0;  ///< without a walk of the BLAS: what its leaf would link to; 0: not known
+  ShearedRay sheared;          ///< for tests against stored vertices
 };
 
 /// One a tracer, emptied for each ray. Indices stay valid while it grows, references do not.
