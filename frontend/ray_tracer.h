@@ -221,6 +221,9 @@ class RayTracer {
   const TracerOptions options_;
   const unsigned faces_;  ///< 1, 20 or 80
   const bool remember_ = options_.skips.has(Skip::retests);
+  /// Rounding to 16 bits may lift an alpha to the threshold.
+  const bool skip_never_accepted_ =
+      options_.skips.has(Skip::never_accepted) && options_.response_precision == ResponsePrecision::fp32;
   /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
   const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
   const MultiObjectWorld* world_ = nullptr;
@@ -594,7 +597,7 @@ inline std::uint32_t RayTracer::test_leaf(const TraceRay& ray, const Entry& entr
 }
 
 inline std::uint32_t RayTracer::link_of_hit(Hit hit, std::uint32_t gaussian) {
-  if (skips(Skip::never_accepted) && gaussians_.record(gaussian).opacity < kAlphaMin) {
+  if (skip_never_accepted_ && gaussians_.record(gaussian).opacity < kAlphaMin) {
     ++counters_.skipped_never_accepted;
     return WalkMemory::kMissed;
   }
