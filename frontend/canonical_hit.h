@@ -100,7 +100,7 @@ inline UnitRay to_unit_ray(const TraceRay& ray, const GaussianRecord& g) {
 /// docs/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments; every face test
 /// gives the same bits.
 inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const PreparedGaussians& gaussians, std::uint32_t g,
-                         const Proxy& proxy, SortKey key, InsideRule inside_rule, FaceTest test_faces = kBestFaceTest) {
+                         const Proxy& proxy, SortKey key, InsideRule inside_rule, FaceTest test_faces) {
   Hit hit;
   hit.d2 = unit.d2;
   const bool inside_ellipsoid = unit.d2 <= 1.0f;

@@ -31,7 +31,5 @@ using FaceTest = Interval (*)(const glm::vec3& peak, const glm::vec3& direction,
 
 /// The path must be available.
 FaceTest face_test(SimdPath path);
-/// Of the host's best path.
-inline const FaceTest kBestFaceTest = face_test(best_simd_path());
 
 }  // namespace grtx::frontend
