@@ -1,5 +1,5 @@
-// The one hit function: (ray, Gaussian, proxy) -> (hit?, t_hit, face, d2). Every acceleration structure uses it, so what
-// differs between structures is only which nodes they visit.
+// The one hit function: (ray, Gaussian, proxy) -> (hit?, t_hit, face, d2). Every acceleration structure uses it, so
+// what differs between structures is only which nodes they visit.
 //
 // The ray is rebased in world space to the foot of the perpendicular from the mean before it is transformed (form F4 of
 // docs/numerics.md), and rebased once more in unit space to the point of peak response. A polyhedron is a set of slabs;
@@ -49,7 +49,7 @@ enum class HitKind : std::uint8_t {
 struct Hit {
   HitKind kind = HitKind::miss;
   float t = 0.0f;
-  float d2 = 0.0f;  ///< squared distance from the centre at peak response, in units of the kernel radius
+  float d2 = 0.0f;         ///< squared distance from the centre at peak response, in units of the kernel radius
   std::uint32_t face = 0;  ///< entry face; for `inside` the exit face, the one that lies ahead
 };
 
@@ -97,38 +97,10 @@ inline UnitRay to_unit_ray(const TraceRay& ray, const GaussianRecord& g) {
   return unit;
 }
 
-/// Entry and exit of the unit ray through the polyhedron, as offsets e from the peak, and the faces they lie on.
-inline Interval polyhedron_interval(const UnitRay& unit, const Proxy& proxy, std::uint32_t& entry_face,
-                                    std::uint32_t& exit_face) {
-  float enter = -std::numeric_limits<float>::infinity();
-  float exit = std::numeric_limits<float>::infinity();
-  for (const FacePair& pair : proxy.face_pairs()) {
-    const float s = (pair.normal.x * unit.peak.x + pair.normal.y * unit.peak.y) + pair.normal.z * unit.peak.z;
-    const float v =
-        (pair.normal.x * unit.direction.x + pair.normal.y * unit.direction.y) + pair.normal.z * unit.direction.z;
-    if (v == 0.0f) {
-      if (std::fabs(s) > pair.distance) return {0.0f, -1.0f};
-      continue;
-    }
-    // Moving along v > 0 the ray enters through the face whose normal points against it.
-    const float towards = v > 0.0f ? -pair.distance : pair.distance;
-    const float e_near = (towards - s) / v;
-    const float e_far = (-towards - s) / v;
-    if (e_near > enter) {
-      enter = e_near;
-      entry_face = v > 0.0f ? pair.negative : pair.positive;
-    }
-    if (e_far < exit) {
-      exit = e_far;
-      exit_face = v > 0.0f ? pair.positive : pair.negative;
-    }
-  }
-  return {enter, exit};
-}
-
-/// docs/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments.
+/// docs/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments; every face test
+/// gives the same bits.
 inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const PreparedGaussians& gaussians, std::uint32_t g,
-                         const Proxy& proxy, SortKey key, InsideRule inside_rule) {
+                         const Proxy& proxy, SortKey key, InsideRule inside_rule, FaceTest test_faces) {
   Hit hit;
   hit.d2 = unit.d2;
   const bool inside_ellipsoid = unit.d2 <= 1.0f;
@@ -139,7 +111,7 @@ inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const Prepare
     const float half = std::sqrt((1.0f - unit.d2) / unit.length2);
     span = {-half, half};
   } else {
-    span = polyhedron_interval(unit, proxy, hit.face, exit_face);
+    span = test_faces(unit.peak, unit.direction, proxy.face_slabs(), hit.face, exit_face);
     if (span.empty()) return hit;
   }
   const float t_enter = unit.t_peak + span.enter;

@@ -54,6 +54,8 @@ inline float hit_alpha(float opacity, float kappa2, float d2) {
   return alpha >= kAlphaMin ? alpha : 0.0f;
 }
 
+inline constexpr unsigned kShFunctions = 16;  ///< of degree 3, the highest that is evaluated
+
 /// Real SH basis up to degree 4's first 16 functions (degree 3) for a unit direction; signs as in 3DGS.
 inline std::array<float, 16> sh_basis(const glm::vec3& d, unsigned degree) {
   std::array<float, 16> b{};

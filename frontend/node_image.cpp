@@ -118,6 +118,7 @@ void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, c
                                const glm::vec3& c) {
   put<std::uint32_t>(address, 0xFF000000u);
   put<std::uint32_t>(address + 8, primitive);
+  leaf_index_[address / traces::kNodeUnit] = primitive;
   const glm::vec3 vertices[4] = {a, b, c, c};
   for (std::uint64_t v = 0; v < 4; ++v) {
     for (std::uint64_t i = 0; i < 3; ++i) put(address + 16 + 12 * v + 4 * i, vertices[v][static_cast<int>(i)]);
@@ -129,6 +130,7 @@ void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive)
   put<std::uint32_t>(address + 4, 1u << 29);
   put<std::uint32_t>(address + 8, 1u);
   put<std::uint32_t>(address + 12, primitive);
+  leaf_index_[address / traces::kNodeUnit] = primitive;
 }
 
 void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
@@ -153,6 +155,7 @@ void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, st
   put<std::uint64_t>(address + 64, blas_header);
   put<std::uint32_t>(address + 72, instance);
   put<std::uint32_t>(address + 76, instance);
+  leaf_index_[address / traces::kNodeUnit] = instance;
 }
 
 DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {

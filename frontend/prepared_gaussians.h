@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "base/huge_pages.h"
 #include "frontend/proxy.h"
 #include "frontend/scene.h"
 #include "frontend/slab_test.h"
@@ -43,8 +44,8 @@ class PreparedGaussians {
  private:
   Box widened(Box box) const;
 
-  std::vector<GaussianRecord> records_;
-  std::vector<glm::vec3> to_world_;  ///< three rows a Gaussian
+  HugePageVector<GaussianRecord> records_;
+  HugePageVector<glm::vec3> to_world_;  ///< three rows a Gaussian
   float absolute_margin_ = 0.0f;
 };
 

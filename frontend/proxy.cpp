@@ -35,11 +35,11 @@ Proxy::Proxy(ProxyKind kind) : kind_(kind) {
 // Vertices and faces in 3DGRT's order (particlePrimitives.cu); all faces wind counter-clockwise seen from outside.
 void Proxy::make_icosahedron() {
   constexpr float p = 1.618033988749895f;
-  vertices_ = {{-1, p, 0}, {1, p, 0}, {0, 1, -p}, {-p, 0, -1}, {-p, 0, 1}, {0, 1, p},
+  vertices_ = {{-1, p, 0}, {1, p, 0},  {0, 1, -p},  {-p, 0, -1}, {-p, 0, 1}, {0, 1, p},
                {p, 0, 1},  {0, -1, p}, {-1, -p, 0}, {0, -1, -p}, {p, 0, -1}, {1, -p, 0}};
-  triangles_ = {{0, 1, 2},  {0, 2, 3},  {0, 3, 4},  {0, 4, 5},  {0, 5, 1},  {6, 1, 5},   {6, 5, 7},
-                {6, 7, 11}, {6, 11, 10}, {6, 10, 1}, {8, 4, 3},  {8, 3, 9},  {8, 9, 11},  {8, 11, 7},
-                {8, 7, 4},  {9, 3, 2},  {9, 2, 10}, {9, 10, 11}, {5, 4, 7},  {1, 10, 2}};
+  triangles_ = {{0, 1, 2},  {0, 2, 3},   {0, 3, 4},  {0, 4, 5},   {0, 5, 1}, {6, 1, 5},  {6, 5, 7},
+                {6, 7, 11}, {6, 11, 10}, {6, 10, 1}, {8, 4, 3},   {8, 3, 9}, {8, 9, 11}, {8, 11, 7},
+                {8, 7, 4},  {9, 3, 2},   {9, 2, 10}, {9, 10, 11}, {5, 4, 7}, {1, 10, 2}};
 }
 
 void Proxy::subdivide() {
@@ -105,6 +105,18 @@ void Proxy::finish() {
       }
     }
     assert(paired[f]);
+  }
+  assert(face_pairs_.size() <= FaceSlabs::kMaxPairs);
+  face_slabs_.distance.fill(1.0f);  // with normal 0: holds every point
+  face_slabs_.pairs = static_cast<unsigned>(face_pairs_.size());
+  for (std::size_t i = 0; i < face_pairs_.size(); ++i) {
+    const FacePair& pair = face_pairs_[i];
+    face_slabs_.x[i] = pair.normal.x;
+    face_slabs_.y[i] = pair.normal.y;
+    face_slabs_.z[i] = pair.normal.z;
+    face_slabs_.distance[i] = pair.distance;
+    face_slabs_.positive[i] = pair.positive;
+    face_slabs_.negative[i] = pair.negative;
   }
 }
 

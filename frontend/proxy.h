@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "frontend/face_test.h"
 #include "frontend/slab_test.h"
 
 namespace grtx::frontend {
@@ -31,6 +32,8 @@ class Proxy {
   const std::vector<glm::vec3>& vertices() const { return vertices_; }
   const std::vector<std::array<std::uint16_t, 3>>& triangles() const { return triangles_; }
   const std::vector<FacePair>& face_pairs() const { return face_pairs_; }
+  /// The same pairs for the face test.
+  const FaceSlabs& face_slabs() const { return face_slabs_; }
   /// Object-space box of a face (of the sphere: face 0), widened so that rounding never loses a hit.
   const Box& face_box(unsigned face) const { return face_boxes_[face]; }
   /// Squared distance from the centre beyond which no ray hits the proxy.
@@ -47,6 +50,7 @@ class Proxy {
   std::vector<glm::vec3> vertices_;
   std::vector<std::array<std::uint16_t, 3>> triangles_;
   std::vector<FacePair> face_pairs_;
+  FaceSlabs face_slabs_;
   std::vector<Box> face_boxes_;
   float circumscribed_radius2_ = 1.0f;
   float half_extent_ = 1.0f;

@@ -1,6 +1,7 @@
 #include "frontend/ray_recorder.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 namespace grtx::frontend {
@@ -23,15 +24,18 @@ void GroupRecorder::begin_ray(std::size_t lane, std::uint32_t pixel) {
   ray_->pixel = pixel;
 }
 
-std::uint32_t GroupRecorder::add(Slot& slot, const std::uint8_t* node, std::uint32_t address, const ChildInfo& info) {
+std::uint32_t GroupRecorder::add(Slot& slot, const std::uint8_t* node, std::uint32_t address) {
   const auto index = static_cast<std::uint32_t>(group_.nodes.size());
   slot = {address, index, stamp_};
   traces::NodeDefinition definition;
   definition.address = address;
-  definition.child_base = info.child_base;
-  while (((info.valid >> definition.child_count) & 1u) != 0) {
+  std::int32_t offset = 0;
+  std::memcpy(&offset, node + 12, 4);
+  definition.child_base = address + static_cast<std::uint32_t>(offset);
+  const std::uint8_t* children = node + image_.layout().child_info;
+  while (definition.child_count < image_.layout().slots && (children[definition.child_count] & 3u) != 0) {
     definition.child_kinds[definition.child_count] =
-        static_cast<traces::NodeKind>(node[image_.layout().child_info + definition.child_count] >> 2);
+        static_cast<traces::NodeKind>(children[definition.child_count] >> 2);
     ++definition.child_count;
   }
   group_.nodes.push_back(definition);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "frontend/node_test.h"
+#include "frontend/node_image.h"
 #include "traces/event.h"
 
 namespace grtx::frontend {
@@ -13,7 +13,7 @@ class NullRecorder {
  public:
   static constexpr bool kEnabled = false;
   void begin_round() {}
-  void internal(const std::uint8_t*, std::uint32_t, const ChildInfo&, unsigned, unsigned) {}
+  void internal(const std::uint8_t*, std::uint32_t, unsigned, unsigned) {}
   void event(traces::EventKind, std::uint32_t, unsigned, unsigned, unsigned = 0) {}
   void processed(std::uint32_t, bool) {}
   void end_round(traces::Round) {}
@@ -32,9 +32,8 @@ class GroupRecorder {
   const traces::RayGroup& end_group();
 
   void begin_round() { round_start_ = ray_->events.size(); }
-  void internal(const std::uint8_t* node, std::uint32_t address, const ChildInfo& info, unsigned pushed,
-                unsigned checkpoints) {
-    ray_->events.push_back({index_of(node, address, info), static_cast<std::uint8_t>(pushed),
+  void internal(const std::uint8_t* node, std::uint32_t address, unsigned pushed, unsigned checkpoints) {
+    ray_->events.push_back({index_of(node, address), static_cast<std::uint8_t>(pushed),
                             static_cast<std::uint8_t>(checkpoints),
                             traces::Event::pack(traces::EventKind::visit_internal)});
   }
@@ -60,15 +59,15 @@ class GroupRecorder {
     std::uint32_t index = 0;
     std::uint32_t stamp = 0;
   };
-  std::uint32_t index_of(const std::uint8_t* node, std::uint32_t address, const ChildInfo& info) {
+  std::uint32_t index_of(const std::uint8_t* node, std::uint32_t address) {
     std::size_t at = (address * 0x9E3779B1u) >> shift_;
     for (;; at = (at + 1) & (slots_.size() - 1)) {
       Slot& slot = slots_[at];
-      if (slot.stamp != stamp_) return add(slot, node, address, info);
+      if (slot.stamp != stamp_) return add(slot, node, address);
       if (slot.address == address) return slot.index;
     }
   }
-  std::uint32_t add(Slot& slot, const std::uint8_t* node, std::uint32_t address, const ChildInfo& info);
+  std::uint32_t add(Slot& slot, const std::uint8_t* node, std::uint32_t address);
   void grow();
 
   const NodeImage& image_;

@@ -21,6 +21,7 @@
 #include "frontend/tracer_counters.h"
 #include "frontend/tracer_options.h"
 #include "frontend/visit_tracker.h"
+#include "frontend/walk_memory.h"
 #include "frontend/world_triangle.h"
 
 namespace grtx::frontend {
@@ -55,8 +56,10 @@ class RayTracer {
         proxy_(accel.proxy()),
         options_(options),
         faces_(accel.proxy().is_sphere() ? 1 : accel.proxy().faces()),
-        k_buffer_(options.k) {
-    stack_.reserve(512);
+        test_children_(node_test(options.simd, layout_.slots)),
+        test_faces_(face_test(options.simd)),
+        k_buffer_(options.k),
+        root_box_(box_of_root()) {
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
@@ -73,9 +76,10 @@ class RayTracer {
         options_(options),
         faces_(world.proxy().is_sphere() ? 1 : world.proxy().faces()),
         world_(&world),
-        k_buffer_(options.k) {
-    stack_.reserve(512);
-  }
+        test_children_(node_test(options.simd, layout_.slots)),
+        test_faces_(face_test(options.simd)),
+        k_buffer_(options.k),
+        root_box_(box_of_root()) {}
 
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
@@ -89,34 +93,91 @@ class RayTracer {
                   float t_limit = std::numeric_limits<float>::infinity());
 
  private:
+  /// On the stack and in checkpoint buffers. Numbers are indices into the walk's memory; 0 is the root.
   struct Entry {
-    std::uint32_t node = 0;      ///< units
-    float t = 0.0f;              ///< conservative entry t
-    std::uint32_t instance = 0;  ///< TLAS leaf, units; 0 for nodes outside the BLAS
-    NodeKind kind = NodeKind::internal;
-    std::uint32_t object = 0;  ///< leaf of the scene TLAS, units; 0 in that TLAS and in scenes of one object
+    float t = 0.0f;  ///< conservative entry t, or t_hit of a leaf beyond t_max
+    std::uint32_t node = 0;
+    std::uint32_t packed = 0;    ///< the node's kind, slot and link, as they were when it was pushed
+    std::uint32_t instance = 0;  ///< TLAS leaf; 0 for nodes outside the BLAS
+    std::uint32_t object = 0;    ///< leaf of the scene TLAS; 0 in that TLAS and in scenes of one object
+  };
+
+  /// The traversal stack. Grows ahead of a node's children, so that pushing checks nothing.
+  class Stack {
+   public:
+    bool empty() const { return size_ == 0; }
+    void clear() { size_ = 0; }
+    Entry pop() { return entries_[--size_]; }
+    void push(const Entry& e) {
+      *top() = e;
+      ++size_;
+    }
+    /// Where the next entries go: room for eight. set_top() tells behind the last one written.
+    Entry* top() {
+      if (size_ + traces::kMaxWidth > entries_.size()) entries_.resize(2 * entries_.size());
+      return entries_.data() + size_;
+    }
+    void set_top(const Entry* end) { size_ = static_cast<std::size_t>(end - entries_.data()); }
+
+   private:
+    std::vector<Entry> entries_ = std::vector<Entry>(512);
+    std::size_t size_ = 0;
   };
 
   const std::uint8_t* bytes(std::uint32_t units) const {
     return image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
   }
   bool in_blas(const Entry& e) const { return e.instance != 0; }
+  void push_root(std::uint32_t node, float t, std::uint32_t instance, std::uint32_t object) {
+    stack_.push({t, node, memory_[node].packed, instance, object});
+  }
+  void prefetch(std::uint32_t units, NodeKind kind) const {
+    const void* const index = image_.leaf_indices() + units;
+    __builtin_prefetch(kind == NodeKind::internal ? bytes(units) : index);
+  }
+  std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
+  Box box_of_root() const {
+    const DecodedInternal root = image_.decode_internal(static_cast<std::uint64_t>(root_) * traces::kNodeUnit);
+    Box box;
+    for (unsigned i = 0; i < root.child_count; ++i) box.extend(root.boxes[i]);
+    return box;
+  }
+  bool skips(Skip skip) const { return options_.skips.has(skip); }
 
+  template <typename Recorder>
+  void miss_scene(Recorder& recorder);
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
   void drain_stack(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
   void visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  std::uint32_t test_boxes(const TraceRay& ray, std::uint32_t node, bool blas);
+  unsigned checkpoint_children(const Entry& parent, std::uint32_t list, unsigned mask);
   template <typename Recorder>
   void visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder);
   template <typename Recorder>
   void blend(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
-  void enter_instance(const TraceRay& ray, std::uint32_t leaf_units);
+  glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray);
+  /// Of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
+  unsigned sh_degree() const { return skips(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree); }
+  void enter_instance(const TraceRay& ray, std::uint32_t leaf);
+  std::uint32_t test_leaf(const TraceRay& ray, const Entry& entry);
+  std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian);
+  const Hit& hit_of_instance(const TraceRay& ray);
+  template <typename Recorder>
+  void decide_instance(const TraceRay& ray, const Entry& entry, Recorder& recorder);
+  template <typename Recorder>
+  void offer(std::uint32_t link, const Entry& entry, Recorder& recorder);
+  /// primitive / faces_: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
+  std::uint32_t gaussian_of(std::uint32_t primitive) const {
+    return faces_ == 1 ? primitive
+                       : static_cast<std::uint32_t>(std::uint64_t{primitive} * 0xCCCCCCCDu >> (faces_ == 20 ? 36 : 38));
+  }
   ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
   // Several objects.
-  void enter_object(const TraceRay& ray, std::uint32_t leaf_units);
+  void enter_object(const TraceRay& ray, std::uint32_t leaf);
   void place_hit(Hit& hit, std::uint32_t& gaussian) const;
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
   /// The ray in the space of the entry's node.
@@ -158,8 +219,16 @@ class RayTracer {
   const InternalLayout layout_;
   const Proxy& proxy_;
   const TracerOptions options_;
-  const unsigned faces_;
+  const unsigned faces_;  ///< 1, 20 or 80
+  const bool remember_ = options_.skips.has(Skip::retests);
+  /// Rounding to 16 bits may lift an alpha to the threshold.
+  const bool skip_never_accepted_ =
+      options_.skips.has(Skip::never_accepted) && options_.response_precision == ResponsePrecision::fp32;
+  /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
+  const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
   const MultiObjectWorld* world_ = nullptr;
+  const NodeTest test_children_;
+  const FaceTest test_faces_;
 
   // State of the ray.
   float t_last_ = -1.0f;
@@ -171,22 +240,20 @@ class RayTracer {
   bool overflow_ = false;
   float transmittance_ = 1.0f;
   glm::vec3 colour_{0.0f};
-  std::array<float, 16> basis_{};
+  std::array<float, kShFunctions> basis_{};
+  glm::vec3 unused_colour_{0.0f};  ///< of hits behind the end of a ray, when they are not skipped
   KBuffer k_buffer_;
+  const Box root_box_;  ///< holds the decoded boxes of the root's children
   std::vector<KEntry> evictions_;
-  std::vector<Entry> stack_;
+  Stack stack_;
   std::vector<Entry> source_;
   std::vector<Entry> destination_;
 
-  // The instance being walked.
-  std::uint32_t instance_gaussian_ = 0;
-  UnitRay unit_;
-  SlabRay unit_slabs_;
-  Hit instance_hit_;
-  bool instance_hit_known_ = false;
+  WalkMemory memory_;
+  std::uint32_t instance_ = 0;  ///< the instance being walked, link into memory_
 
   // The object being walked, with several.
-  std::uint32_t object_ = 0;  ///< leaf of the scene TLAS, units
+  std::uint32_t object_ = 0;  ///< leaf of the scene TLAS, index into memory_
   const PlacedObject* placed_ = nullptr;
   TraceRay object_ray_;
   Interval object_interval_;  ///< of the ray in the object's world box
@@ -196,13 +263,12 @@ class RayTracer {
     std::uint64_t tag = ~std::uint64_t{0};
     Hit hit;
   };
-  static constexpr std::size_t kHitCache = 64;
-  std::array<CachedHit, kHitCache> hit_cache_{};
+  static constexpr std::size_t kHitCache = 256;
+  std::vector<CachedHit> hit_cache_ = std::vector<CachedHit>(kHitCache);
   std::uint64_t ray_stamp_ = 0;
 
-  // Tests against stored vertices (options_.triangle_test): the ray in world space and in the instance being walked.
+  // Tests against stored vertices (options_.triangle_test).
   ShearedRay sheared_;
-  ShearedRay instance_sheared_;
   std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray_stamp_; empty unless the test is `world`
 
   bool turned_away_ = false;  ///< single: a hit of this round met a full buffer
@@ -220,15 +286,22 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   transmittance_ = transmittance;
   t_limit_ = t_limit;
   colour_ = glm::vec3(0.0f);
-  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, scene_.sh_degree);
+  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, sh_degree());
   evictions_.clear();
   source_.clear();
+  memory_.clear();
+  memory_.add({0.0f, std::numeric_limits<float>::infinity(), root_, NodeKind::internal, 0});
   ++ray_stamp_;
   if (options_.triangle_test == TriangleTest::world) sheared_ = ShearedRay(ray.origin, ray.direction);
   object_ = 0;
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
   std::size_t evictions_seen = 0;
+  if (skips(Skip::scene_miss) && conservative_interval(ray.slabs, root_box_).empty()) {
+    miss_scene(recorder);
+    return {colour_, transmittance_};
+  }
+  const std::uint64_t visits_before = counters_.visits();
 
   for (;;) {
     traces::Round round;
@@ -267,14 +340,27 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
     replay_ = options_.checkpoint && !overflow_;
   }
   counters_.evictions_max_per_ray = std::max<std::uint64_t>(counters_.evictions_max_per_ray, evictions_seen);
+  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before;
   return {colour_, transmittance_};
+}
+
+/// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
+template <typename Recorder>
+void RayTracer::miss_scene(Recorder& recorder) {
+  ++counters_.skipped_scene_misses;
+  ++counters_.rounds;
+  ++counters_.visits_internal;
+  visited(root_, layout_.slots == 6 ? 1 : 2);
+  recorder.begin_round();
+  recorder.internal(bytes(root_), root_, 0, 0);
+  recorder.end_round({});
 }
 
 template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
   stack_.clear();
   if (!replay_) {
-    stack_.push_back({root_, 0.0f, 0, NodeKind::internal, 0});
+    stack_.push({0.0f, 0, memory_[0].packed, 0, 0});
     drain_stack(ray, recorder);
     return;
   }
@@ -287,22 +373,22 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
     ++counters_.checkpoints_read;
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
-      recorder.event(traces::EventKind::replay_forward, entry.node, 0, kept ? 1 : 0);
+      recorder.event(traces::EventKind::replay_forward, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    recorder.event(traces::EventKind::replay_take, entry.node, 0, 0);
+    recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
     if (entry.object != 0) {
       ++counters_.visits_instance;
-      visited(entry.object, 2);
+      visited(units_of(entry.object), 2);
     }
     if (in_blas(entry)) {
       // The ray must be transformed again before a BLAS node can be tested.
       ++counters_.visits_instance;
-      visited(entry.instance, 2);
-      recorder.event(traces::EventKind::visit_instance, entry.instance, 1, 0);
+      visited(units_of(entry.instance), 2);
+      recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
       enter_instance(local_ray(ray, entry), entry.instance);
     }
-    stack_.push_back(entry);
+    stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
     drain_stack(ray, recorder);
   }
 }
@@ -310,95 +396,150 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
 template <typename Recorder>
 void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
   while (!stack_.empty()) {
-    const Entry entry = stack_.back();
-    stack_.pop_back();
+    const Entry entry = stack_.pop();
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
-      recorder.event(traces::EventKind::cull, entry.node, 0, kept ? 1 : 0);
+      recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    switch (entry.kind) {
+    switch (ReachedNode::kind_of(entry.packed)) {
       case NodeKind::internal:
         visit_internal(local_ray(ray, entry), entry, recorder);
         break;
       case NodeKind::instance: {
         ++counters_.visits_instance;
-        visited(entry.node, 2);
-        recorder.event(traces::EventKind::visit_instance, entry.node, 0, 0);
+        visited(units_of(entry.node), 2);
+        recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
         if (world_ != nullptr && entry.object == 0) {
           enter_object(ray, entry.node);
-          stack_.push_back({static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), entry.t, 0,
-                            NodeKind::internal, entry.node});
+          push_root(memory_[entry.node].link(), entry.t, 0, entry.node);
           break;
         }
         enter_instance(local_ray(ray, entry), entry.node);
-        stack_.push_back({blas_root_, entry.t, entry.node, NodeKind::internal, entry.object});
+        if (skip_blas_) {
+          decide_instance(local_ray(ray, entry), entry, recorder);
+          break;
+        }
+        push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
         break;
       }
       default:
+        if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
+          ++counters_.visits_leaf;
+          ++counters_.skipped_retests;
+          visited(units_of(entry.node), 1);
+          recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
+                         static_cast<unsigned>(traces::LeafOutcome::miss), 0);
+          break;
+        }
         visit_leaf(local_ray(ray, entry), entry, recorder);
         break;
     }
   }
 }
 
-inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf_units) {
-  instance_gaussian_ = image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit);
-  unit_ = to_unit_ray(ray, gaussians_.record(instance_gaussian_));
-  unit_slabs_ = SlabRay(unit_.peak, unit_.direction);
-  instance_hit_known_ = false;
-  if (options_.triangle_test == TriangleTest::world) instance_sheared_ = object_space_ray(ray, instance_gaussian_);
+inline void RayTracer::enter_instance(const TraceRay& ray, std::uint32_t leaf) {
+  instance_ = memory_[leaf].link();
+  if (instance_ != 0) {
+    ++counters_.skipped_retests;
+    return;
+  }
+  instance_ = memory_.add_instance();
+  if (remember_) memory_[leaf].set_link(instance_);
+  EnteredInstance& instance = memory_.instance(instance_);
+  instance.gaussian = image_.leaf_index(units_of(leaf));
+  instance.unit = to_unit_ray(ray, gaussians_.record(instance.gaussian));
+  instance.slabs = SlabRay(instance.unit.peak, instance.unit.direction);
+  instance.root = memory_.add({0.0f, std::numeric_limits<float>::infinity(), blas_root_, NodeKind::internal, 0});
+  if (options_.triangle_test == TriangleTest::world) instance.sheared = object_space_ray(ray, instance.gaussian);
+}
+
+/// Tests the boxes of a node's children; returns the list of those hit: its head, then the children, those to be
+/// visited first in front.
+inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas) {
+  const std::uint32_t units = units_of(node);
+  const std::uint8_t* data = bytes(units);
+  NodeHits hits;
+  if (blas) {
+    const EnteredInstance& instance = memory_.instance(instance_);
+    test_children_(data, units, instance.slabs, {instance.unit.t_peak, t_min_cull_}, hits);
+  } else {
+    test_children_(data, units, ray.slabs, {0.0f, t_min_cull_}, hits);
+  }
+  const std::uint32_t list = memory_.reserve(hits.count + 1);
+  ReachedNode* const head = &memory_[list];
+  head->node = hits.count;
+  const bool near_first = options_.child_order == ChildOrder::near_first;
+  std::ptrdiff_t in_slot_order = 0;
+  for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
+    const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
+    prefetch(child, kind);
+    head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
+        ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
+  }
+  if (remember_) memory_[node].set_link(list);
+  return list;
 }
 
 template <typename Recorder>
 void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
   ++counters_.visits_internal;
-  const std::uint8_t* node = bytes(entry.node);
-  visited(entry.node, layout_.slots == 6 ? 1 : 2);
-  const ChildInfo info = child_info(node, entry.node, layout_);
-  alignas(32) float enter[8];
-  const bool blas = in_blas(entry);
-  unsigned hits =
-      test_children(node, layout_, blas ? unit_slabs_ : ray.slabs, blas ? unit_.t_peak : 0.0f, t_min_cull_, enter) &
-      info.valid;
-  // Children sorted by where the ray enters them, nearest last, so that the nearest ends on top of the stack.
-  std::array<Entry, 8> pushed;
-  unsigned count = 0, pushed_mask = 0, checkpoint_mask = 0;
-  while (hits != 0) {
-    const auto slot = static_cast<unsigned>(__builtin_ctz(hits));
-    hits &= hits - 1;
-    const std::uint32_t below = info.wide & ((1u << slot) - 1u);
-    Entry child{info.child_base + slot + static_cast<std::uint32_t>(__builtin_popcount(below)), enter[slot],
-                entry.instance, NodeKind::internal, entry.object};
-    if (((info.internal >> slot) & 1u) == 0) {
-      child.kind = static_cast<NodeKind>(node[layout_.child_info + slot] >> 2);
-    }
-    if (child.t > t_max_) {
-      if (checkpoint(child)) checkpoint_mask |= 1u << slot;
-      continue;
-    }
-    pushed_mask |= 1u << slot;
-    unsigned at = count++;
-    if (options_.child_order == ChildOrder::near_first) {
-      while (at > 0 && pushed[at - 1].t <= child.t) {
-        pushed[at] = pushed[at - 1];
-        --at;
-      }
-    } else {
-      for (; at > 0; --at) pushed[at] = pushed[at - 1];  // slot order: the first slot ends on top
-    }
-    pushed[at] = child;
+  visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
+  std::uint32_t list = memory_[entry.node].link();
+  if (list == 0) {
+    list = test_boxes(ray, entry.node, in_blas(entry));
+  } else {
+    ++counters_.skipped_retests;
   }
-  stack_.insert(stack_.end(), pushed.begin(), pushed.begin() + count);
-  recorder.internal(node, entry.node, info, pushed_mask, checkpoint_mask);
+  // The last of the list is pushed first, so that the nearest ends on top of the stack.
+  const ReachedNode* const children = &memory_[list];
+  const std::uint32_t count = children->node;
+  Entry* top = stack_.top();
+  unsigned pushed = 0, beyond = 0;
+  for (std::uint32_t i = count; i > 0; --i) {
+    const ReachedNode& child = children[i];
+    // Written without branches, which would follow no pattern.
+    const unsigned alive = child.exit >= t_min_cull_ ? 1u : 0u;
+    const unsigned within = child.enter <= t_max_ ? alive : 0u;
+    *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
+    top += within;
+    if (Recorder::kEnabled) pushed |= within << child.slot();
+    beyond |= (alive ^ within) << child.slot();
+  }
+  stack_.set_top(top);
+  unsigned checkpoints = 0;
+  if (beyond != 0 && options_.checkpoint) checkpoints = checkpoint_children(entry, list, beyond);
+  if (Recorder::kEnabled) recorder.internal(bytes(units_of(entry.node)), units_of(entry.node), pushed, checkpoints);
 }
 
-inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf_units) {
-  object_ = leaf_units;
-  placed_ = &world_->placed()[image_.instance_index(static_cast<std::uint64_t>(leaf_units) * traces::kNodeUnit)];
+/// Checkpoints the children in `mask`, in slot order; returns the mask of those kept.
+inline unsigned RayTracer::checkpoint_children(const Entry& parent, std::uint32_t list, unsigned mask) {
+  std::uint32_t at[traces::kMaxWidth] = {};
+  const std::uint32_t count = memory_[list].node;
+  for (std::uint32_t i = 1; i <= count; ++i) at[memory_[list + i].slot()] = list + i;
+  unsigned kept = 0;
+  for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const ReachedNode& child = memory_[at[slot]];
+    if (checkpoint({child.enter, at[slot], child.packed, parent.instance, parent.object})) kept |= 1u << slot;
+  }
+  return kept;
+}
+
+inline void RayTracer::enter_object(const TraceRay& ray, std::uint32_t leaf) {
+  object_ = leaf;
+  placed_ = &world_->placed()[image_.leaf_index(units_of(leaf))];
   gaussians_ = CurrentGaussians(placed_->object->gaussians);
   object_ray_ = placed_->to_object_ray(ray);
   object_interval_ = conservative_interval(ray.slabs, placed_->box);
+  if (memory_[leaf].link() == 0) {
+    const std::uint32_t root =
+        memory_.add({0.0f, std::numeric_limits<float>::infinity(),
+                     static_cast<std::uint32_t>(placed_->object->root / traces::kNodeUnit), NodeKind::internal, 0});
+    memory_[leaf].set_link(root);
+  }
 }
 
 // World and object space round differently. As with the boxes of a face, a hit is defined to lie in its object's world
@@ -431,46 +572,87 @@ inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
   if (cached.tag != tag) {
     cached.tag = tag;
     cached.hit = canonical_hit(ray, to_unit_ray(ray, gaussians_.record(gaussian)), gaussians_, gaussian, proxy_,
-                               options_.sort_key, options_.inside);
+                               options_.sort_key, options_.inside, test_faces_);
   }
   return cached.hit;
 }
 
-template <typename Recorder>
-void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
-  using traces::EventKind;
-  using traces::LeafOutcome;
-  ++counters_.visits_leaf;
-  visited(entry.node, 1);
-  const std::uint64_t address = static_cast<std::uint64_t>(entry.node) * traces::kNodeUnit;
-  const std::uint32_t primitive =
-      entry.kind == NodeKind::triangle ? image_.primitive(address) : image_.procedural_primitive(address);
+/// Tests a leaf; returns what becomes its link.
+inline std::uint32_t RayTracer::test_leaf(const TraceRay& ray, const Entry& entry) {
+  const std::uint32_t primitive = image_.leaf_index(units_of(entry.node));
   std::uint32_t gaussian = 0, face = 0;
   Hit hit;
   if (in_blas(entry)) {
-    gaussian = instance_gaussian_;
+    gaussian = memory_.instance(instance_).gaussian;
     face = primitive;
-    if (options_.triangle_test == TriangleTest::world) {
-      hit = world_hit(ray, entry, gaussian, face);
-    } else if (!instance_hit_known_) {
-      instance_hit_ = canonical_hit(ray, unit_, gaussians_, gaussian, proxy_, options_.sort_key, options_.inside);
-      instance_hit_known_ = true;
-    }
-    if (instance_hit_known_) hit = instance_hit_;
+    hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of_instance(ray);
   } else {
-    gaussian = primitive / faces_;
+    gaussian = gaussian_of(primitive);
     face = primitive - gaussian * faces_;
     hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
   }
+  const std::uint32_t link = hit.face == face ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
+  if (remember_) memory_[entry.node].set_link(link);
+  return link;
+}
+
+inline std::uint32_t RayTracer::link_of_hit(Hit hit, std::uint32_t gaussian) {
+  if (skip_never_accepted_ && gaussians_.record(gaussian).opacity < kAlphaMin) {
+    ++counters_.skipped_never_accepted;
+    return WalkMemory::kMissed;
+  }
   if (world_ != nullptr) place_hit(hit, gaussian);
+  if (hit.kind == HitKind::miss) return WalkMemory::kMissed;
+  return hit.kind == HitKind::inside ? WalkMemory::kInside : memory_.add_hit({hit.t, gaussian, hit.d2});
+}
+
+inline const Hit& RayTracer::hit_of_instance(const TraceRay& ray) {
+  EnteredInstance& instance = memory_.instance(instance_);
+  if (!instance.hit_known) {
+    instance.hit = canonical_hit(ray, instance.unit, gaussians_, instance.gaussian, proxy_, options_.sort_key,
+                                 options_.inside, test_faces_);
+    instance.hit_known = true;
+  }
+  return instance.hit;
+}
+
+/// In place of a walk of the BLAS: the hit that it would find.
+template <typename Recorder>
+void RayTracer::decide_instance(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  EnteredInstance& instance = memory_.instance(instance_);
+  ++counters_.skipped_blas_walks;
+  if (instance.decision == 0) instance.decision = link_of_hit(hit_of_instance(ray), instance.gaussian);
+  offer(instance.decision, entry, recorder);
+}
+
+template <typename Recorder>
+void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& recorder) {
+  ++counters_.visits_leaf;
+  visited(units_of(entry.node), 1);
+  std::uint32_t link = memory_[entry.node].link();
+  if (link == 0) {
+    link = test_leaf(ray, entry);
+  } else {
+    ++counters_.skipped_retests;
+  }
+  offer(link, entry, recorder);
+}
+
+/// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
+template <typename Recorder>
+void RayTracer::offer(std::uint32_t link, const Entry& entry, Recorder& recorder) {
+  using traces::EventKind;
+  using traces::LeafOutcome;
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
-    recorder.event(EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), checkpoints, shifts);
+    recorder.event(EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), checkpoints, shifts);
   };
-  if (hit.kind == HitKind::miss || hit.face != face) return outcome(LeafOutcome::miss);
-  if (hit.kind == HitKind::inside) {
+  if (link == WalkMemory::kMissed) return outcome(LeafOutcome::miss);
+  if (link == WalkMemory::kInside) {
     if (t_last_ < 0.0f) ++counters_.inside_skipped;
     return outcome(LeafOutcome::miss);
   }
+  const KEntry hit = memory_.hit(link);
+  const std::uint32_t gaussian = hit.id;
   if (hit.t < t_last_) return outcome(LeafOutcome::behind);
   if (hit.t == t_last_) {
     if (options_.resume == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
@@ -484,10 +666,10 @@ void RayTracer::visit_leaf(const TraceRay& ray, const Entry& entry, Recorder& re
     }
   }
   if (hit.t > t_max_) {
-    const bool kept = checkpoint({entry.node, hit.t, entry.instance, entry.kind, entry.object});
+    const bool kept = checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
-  const KEntry candidate{hit.t, gaussian, hit.d2};
+  const KEntry& candidate = hit;
   if (options_.tracing == Tracing::single) return collect_unsorted(candidate, entry, recorder);
   if (options_.tracing == Tracing::closest) return commit_nearest(candidate, entry, recorder);
   if (!k_buffer_.full()) {
@@ -522,6 +704,16 @@ inline void RayTracer::refill_from_evictions(traces::Round& round) {
 template <typename Recorder>
 void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
   const unsigned coefficients = scene_.sh_coefficients();
+  if (world_ == nullptr) {
+    for (const KEntry& entry : k_buffer_.entries()) {
+      const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+      __builtin_prefetch(sh);
+      if (coefficients > 4) {
+        __builtin_prefetch(sh + 16);
+        __builtin_prefetch(sh + 32);
+      }
+    }
+  }
   for (const KEntry& entry : k_buffer_.entries()) {
     const GaussianRecord& g = world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id);
     const float alpha = options_.response_precision == ResponsePrecision::fp32
@@ -532,17 +724,7 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
     ++counters_.processed;
     if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id);
     if (!(alpha > 0.0f)) continue;
-    glm::vec3 colour(0.0f);
-    if (world_ != nullptr) {
-      colour = colour_in_world(entry, ray);
-    } else {
-      if (options_.sh_direction == ShDirection::centre) {
-        const glm::vec3 to_centre = g.mean - ray.origin;
-        basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
-      }
-      const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
-      colour = sh_colour(sh, basis_, coefficients);
-    }
+    const glm::vec3 colour = colour_of(entry, g, ray);
     const float weight = alpha * transmittance_;
     colour_ += weight * colour;
     transmittance_ *= 1.0f - alpha;
@@ -553,6 +735,33 @@ void RayTracer::blend(const TraceRay& ray, traces::Round& round, Recorder& recor
       break;
     }
   }
+  if (!round.terminated) return;
+  for (std::size_t i = round.processed_count; i < k_buffer_.size(); ++i) {
+    if (skips(Skip::dead_colours)) {
+      ++counters_.skipped_dead_colours;
+      continue;
+    }
+    const KEntry& entry = k_buffer_.entries()[i];
+    unused_colour_ = colour_of(entry, world_ != nullptr ? world_->record(entry.id) : gaussians_.record(entry.id), ray);
+  }
+}
+
+inline glm::vec3 RayTracer::colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray) {
+  if (world_ != nullptr) return colour_in_world(entry, ray);
+  if (options_.sh_direction == ShDirection::centre) {
+    const glm::vec3 to_centre = g.mean - ray.origin;
+    basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), sh_degree());
+  }
+  const unsigned coefficients = scene_.sh_coefficients();
+  const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+  if (coefficients >= kShFunctions) return sh_colour(sh, basis_, coefficients);
+  if (skips(Skip::sh_bands)) {
+    counters_.skipped_sh_bands += 3 * (kShFunctions - coefficients);
+    return sh_colour(sh, basis_, coefficients);
+  }
+  std::array<float, 3 * kShFunctions> padded{};  // the bands that the scene lacks, as zeros
+  std::copy(sh, sh + 3 * coefficients, padded.begin());
+  return sh_colour(padded.data(), basis_, kShFunctions);
 }
 
 }  // namespace grtx::frontend

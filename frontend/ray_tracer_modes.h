@@ -12,7 +12,7 @@ template <typename Recorder>
 void RayTracer::collect_unsorted(const KEntry& candidate, const Entry& entry, Recorder& recorder) {
   using traces::LeafOutcome;
   const auto outcome = [&](LeafOutcome o, unsigned shifts) {
-    recorder.event(traces::EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), 0, shifts);
+    recorder.event(traces::EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), 0, shifts);
   };
   const bool kth = options_.tmax_update == TmaxUpdate::kth;
   if (!k_buffer_.full()) {
@@ -39,7 +39,7 @@ template <typename Recorder>
 void RayTracer::commit_nearest(const KEntry& candidate, const Entry& entry, Recorder& recorder) {
   using traces::LeafOutcome;
   const auto outcome = [&](LeafOutcome o) {
-    recorder.event(traces::EventKind::visit_leaf, entry.node, static_cast<unsigned>(o), 0, 0);
+    recorder.event(traces::EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), 0, 0);
   };
   if (k_buffer_.full()) {
     if (!(candidate < k_buffer_.back())) return outcome(LeafOutcome::beyond);  // a tie with a smaller id
@@ -67,15 +67,15 @@ inline ShearedRay RayTracer::object_space_ray(const TraceRay& ray, std::uint32_t
 
 /// hit?, t and face from the leaf's vertices; the response still comes from the Gaussian, as in the blending shader.
 inline Hit RayTracer::world_hit(const TraceRay& ray, const Entry& entry, std::uint32_t gaussian, std::uint32_t face) {
-  const std::uint64_t leaf = static_cast<std::uint64_t>(entry.node) * traces::kNodeUnit;
-  const ShearedRay& sheared = in_blas(entry) ? instance_sheared_ : sheared_;
+  const std::uint64_t leaf = static_cast<std::uint64_t>(units_of(entry.node)) * traces::kNodeUnit;
+  const ShearedRay& sheared = in_blas(entry) ? memory_.instance(instance_).sheared : sheared_;
   Hit hit;
   hit.face = face;
   const std::optional<float> t = sheared.hit(image_.vertex(leaf, 0), image_.vertex(leaf, 1), image_.vertex(leaf, 2));
   if (!t) return hit;
   hit.kind = HitKind::hit;
   hit.t = *t;
-  hit.d2 = (in_blas(entry) ? unit_ : to_unit_ray(ray, gaussians_.record(gaussian))).d2;
+  hit.d2 = (in_blas(entry) ? memory_.instance(instance_).unit : to_unit_ray(ray, gaussians_.record(gaussian))).d2;
   return hit;
 }
 

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <optional>
+#include <stdexcept>
 
 #include "base/hash.h"
 #include "base/progress.h"
@@ -99,6 +100,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
 RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
                     const Camera& camera, const TracerOptions& options, const RenderOptions& render,
                     traces::Writer* writer) {
+  if (writer != nullptr && !options.skips.faithful()) throw std::logic_error("a trace holds the hardware's visits");
   RenderResult result;
   result.image = Image(camera.width, camera.height);
   if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
@@ -136,6 +138,9 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
       worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary, pixels.size());
       trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
       writer->append(worker.recorder.end_group());
+    } else if (!options.skips.has(Skip::events)) {
+      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary, pixels.size());
+      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
     } else {
       NullRecorder recorder;
       trace_rays(recorder, [](std::size_t, std::uint32_t) {});

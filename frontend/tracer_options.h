@@ -6,6 +6,8 @@
 #include <string>
 
 #include "frontend/canonical_hit.h"
+#include "frontend/simd_path.h"
+#include "frontend/skips.h"
 
 namespace grtx::frontend {
 
@@ -29,7 +31,8 @@ struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048
   bool checkpoint = false;  ///< checkpointing and replay
   /// Entries of one checkpoint buffer of a ray; offsets have 2 B in the paper, so at most 65,535. The default is what
-  /// 97.68 MiB over 8 SMs, 32 warps and 32 lanes leave for two buffers and an eviction buffer (facts: under-determined).
+  /// 97.68 MiB over 8 SMs, 32 warps and 32 lanes leave for two buffers and an eviction buffer (facts:
+  /// under-determined).
   unsigned checkpoint_capacity = 1024;
   float ert = 0.001f;  ///< stop when transmittance falls below
   SortKey sort_key = SortKey::entry;
@@ -44,6 +47,8 @@ struct TracerOptions {
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
+  Skips skips = kFaithfulSkips;  ///< change no bit of the image
+  SimdPath simd = best_simd_path();  ///< changes no bit of the result
 };
 
 inline constexpr unsigned kMaxK = 2048;

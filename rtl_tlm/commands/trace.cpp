@@ -37,6 +37,9 @@ int trace(const Options& options, bool quiet) {
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
+  if (!options.no_trace && !tracer.skips.faithful()) {
+    throw Error("--skip", options.tracer.skip, "leaves out visits that a trace must hold: it needs --no-trace");
+  }
   frontend::RenderOptions render = render_options(options.tracer, quiet);
   render.count_unique = !options.statistics.empty();
   const frontend::Camera camera = select_camera(options.view);

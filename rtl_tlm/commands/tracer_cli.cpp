@@ -50,6 +50,9 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
       ->add_option("--response-precision", cli.response_precision,
                    "Format to which every step of a Gaussian's response is rounded")
       ->check(one_of({"fp32", "fp16", "bf16"}));
+  command->add_option("--skip", cli.skip,
+                      "Work left out that changes no bit of the image: none, faithful (keeps the hardware's visits), all, "
+                      "or names separated by commas (docs/skips.md)");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
@@ -75,6 +78,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.response_precision = cli.response_precision == "fp16"   ? ResponsePrecision::fp16
                          : cli.response_precision == "bf16" ? ResponsePrecision::bf16
                                                             : ResponsePrecision::fp32;
+  o.skips = skips_from_text(cli.skip);
   if (o.tracing == Tracing::closest) o.k = 1;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");

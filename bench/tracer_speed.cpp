@@ -1,0 +1,242 @@
+// How fast the functional tracer is: node visits and rays a second of one thread's CPU time, with the hardware's
+// visits, and what recording, writing and checking a trace cost beside it. Every figure is also given as a ratio to a
+// fixed loop run in between, so that runs on busy or different machines compare. Rounds of all measurements alternate
+// and the best of each counts: what disturbs a run only makes it slower.
+//
+//   bench/tracer_speed SCENE CAMERAS [SCENE CAMERAS ...] [--accel tri20,tlas-tri20] [--size 128] [--repeats 3]
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/hash.h"
+#include "frontend/camera.h"
+#include "frontend/ray_recorder.h"
+#include "frontend/ray_tracer.h"
+#include "frontend/scene_io.h"
+#include "frontend/tracer.h"
+#include "traces/io.h"
+
+namespace {
+
+using namespace grtx;
+
+double cpu_seconds(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// The yardstick: dependent multiplications and additions in fp32. Never change it: ratios would lose their meaning.
+/// Returns seconds of CPU for 2^26 steps.
+double reference_loop() {
+  const double start = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
+  float x = 1.0f;
+  for (unsigned i = 0; i < (1u << 26); ++i) x = x * 0.999f + 0.25f;
+  volatile float keep = x;
+  static_cast<void>(keep);
+  return cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - start;
+}
+
+struct Options {
+  std::vector<std::string> files;
+  std::vector<std::string> accels = {"tri20", "tlas-tri20"};
+  unsigned size = 128;
+  unsigned view = 0;
+  unsigned k = 8;
+  unsigned repeats = 3;
+  bool checkpoint = false;
+  bool traces = false;
+  bool kth = false;
+  std::string skip = "faithful";
+  bool skips = false;
+};
+
+/// Best seconds of one kind of run.
+struct Timed {
+  std::string name;
+  std::function<double()> run;  ///< returns seconds of CPU
+  double best = 1e300;
+};
+
+void measure(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
+             const Options& options) {
+  frontend::TracerOptions tracer_options;
+  tracer_options.k = options.k;
+  tracer_options.checkpoint = options.checkpoint;
+  tracer_options.skips = frontend::skips_from_text(options.skip);
+  if (options.kth) tracer_options.tmax_update = frontend::TmaxUpdate::kth;
+  if (options.kth) tracer_options.replay_tmax = frontend::ReplayTmax::kth;
+  const frontend::PreparedGaussians gaussians(scene, true);
+  const frontend::AccelerationStructure accel(gaussians, {kind});
+  const auto groups = frontend::map_pixels(camera.width, camera.height, false);
+  const glm::vec3 origin(camera.position - scene.offset);
+  frontend::TracerCounters counters;
+  std::uint64_t colours = 0;
+
+  const auto trace_groups = [&](auto& recorder, auto&& begin_group, auto&& end_group) {
+    frontend::RayTracer tracer(scene, gaussians, accel, tracer_options);
+    const double start = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
+    std::vector<glm::vec3> image(static_cast<std::size_t>(camera.width) * camera.height);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      begin_group(g);
+      for (std::size_t lane = 0; lane < groups[g].size(); ++lane) {
+        const std::uint32_t pixel = groups[g][lane];
+        if constexpr (std::decay_t<decltype(recorder)>::kEnabled) recorder.begin_ray(lane, pixel);
+        const glm::vec3 direction(camera.direction(pixel % camera.width, pixel / camera.width));
+        if (direction == glm::vec3(0.0f)) continue;
+        image[pixel] = tracer.trace(frontend::TraceRay(origin, direction), recorder).colour;
+      }
+      end_group();
+    }
+    const double seconds = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - start;
+    counters = tracer.counters();
+    colours = xxh3(std::string_view(reinterpret_cast<const char*>(image.data()), image.size() * sizeof image[0]));
+    return seconds;
+  };
+
+  std::vector<Timed> timed;
+  timed.push_back({"loop", reference_loop});
+  timed.push_back({"trace", [&] {
+                     frontend::NullRecorder recorder;
+                     return trace_groups(
+                         recorder, [](std::size_t) {}, [] {});
+                   }});
+  const std::string path =
+      (std::filesystem::temp_directory_path() / fmt::format("tracer_speed_{}.grtx", ::getpid())).string();
+  std::uint64_t bytes = 0;
+  if (options.traces) {
+    timed.push_back({"+ record", [&] {
+                       frontend::GroupRecorder recorder(accel.image());
+                       return trace_groups(
+                           recorder,
+                           [&](std::size_t g) {
+                             recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary,
+                                                  groups[g].size());
+                           },
+                           [&] { recorder.end_group(); });
+                     }});
+    timed.push_back({"+ write", [&] {
+                       frontend::GroupRecorder recorder(accel.image());
+                       traces::Writer writer(path, trace_header(scene, camera, accel, tracer_options, {}));
+                       const double seconds = trace_groups(
+                           recorder,
+                           [&](std::size_t g) {
+                             recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary,
+                                                  groups[g].size());
+                           },
+                           [&] { writer.append(recorder.end_group()); });
+                       writer.finish();
+                       bytes = writer.bytes();
+                       return seconds;
+                     }});
+    timed.push_back({"check", [&] {
+                       const traces::Reader reader(path);
+                       const double start = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+                       traces::check(reader, true);
+                       return cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - start;
+                     }});
+  }
+  for (unsigned i = 0; i < options.repeats; ++i) {
+    for (Timed& t : timed) t.best = std::min(t.best, t.run());
+  }
+  if (options.traces) std::filesystem::remove(path);
+
+  const auto visits = static_cast<double>(counters.visits());
+  const double trace = timed[1].best;
+  fmt::print(
+      "{:<28} {:<11} {:7.2f} M visits/s {:7.4f} M rays/s {:8.3f} M visits a loop  {:6.1f} visits a ray, "
+      "{:.2f} rounds, {:.1f} blended; pixels {:016x}\n",
+      scene.name, accel_name(kind), visits / trace * 1e-6, static_cast<double>(counters.rays) / trace * 1e-6,
+      visits / trace * timed[0].best * 1e-6, visits / static_cast<double>(counters.rays),
+      static_cast<double>(counters.rounds) / static_cast<double>(counters.rays),
+      static_cast<double>(counters.blended) / static_cast<double>(counters.rays), colours);
+  if (options.traces) {
+    fmt::print(
+        "{:<28} {:<11} record {:.2f} x, write {:.2f} x the time of tracing; check {:.1f} M visits/s; {:.3f} B a "
+        "visit\n",
+        "", "", timed[2].best / trace, timed[3].best / trace, visits / timed[4].best * 1e-6,
+        static_cast<double>(bytes) / visits);
+  }
+  std::fflush(stdout);
+}
+
+/// What each skip saves: alone against none at all, times alternating; and what it left out.
+void measure_skips(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
+                   const Options& options) {
+  const frontend::PreparedGaussians gaussians(scene, true);
+  const frontend::AccelerationStructure accel(gaussians, {kind});
+  frontend::RenderOptions render;
+  render.threads = 1;
+  std::vector<std::string> names{"none"};
+  for (const std::string& name : frontend::skip_names()) names.push_back(name);
+  names.insert(names.end(), {"faithful", "all"});
+  std::vector<double> best(names.size(), 1e300);
+  std::vector<frontend::TracerCounters> counters(names.size());
+  for (unsigned i = 0; i < options.repeats; ++i) {
+    for (std::size_t n = 0; n < names.size(); ++n) {
+      frontend::TracerOptions tracer_options;
+      tracer_options.k = options.k;
+      tracer_options.checkpoint = options.checkpoint;
+      tracer_options.skips = frontend::skips_from_text(names[n]);
+      const double start = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+      counters[n] = frontend::render(scene, gaussians, accel, camera, tracer_options, render, nullptr).counters;
+      best[n] = std::min(best[n], cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - start);
+    }
+  }
+  for (std::size_t n = 1; n < names.size(); ++n) {
+    const frontend::TracerCounters& c = counters[n];
+    const std::uint64_t left_out[] = {c.skipped_retests,      c.skipped_dead_colours, c.skipped_sh_bands,
+                                      c.skipped_scene_misses, c.skipped_events,       c.skipped_never_accepted,
+                                      c.skipped_blas_walks};
+    std::string what;
+    if (n <= std::size(left_out)) {
+      what = fmt::format("left out {:9.1f} per thousand visits",
+                         1e3 * static_cast<double>(left_out[n - 1]) / static_cast<double>(counters[0].visits()));
+    }
+    fmt::print("{} | {} | {} | time {:.3f} of none | {}\n", scene.name, accel_name(kind), names[n], best[n] / best[0],
+               what);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Measures the functional tracer");
+  app.option_defaults()->always_capture_default();
+  app.add_option("FILES", options.files, "Scene and camera files, in pairs")->required();
+  app.add_option("--accel", options.accels, "Acceleration structures")->delimiter(',');
+  app.add_option("--size", options.size, "Width and height of the view in pixels");
+  app.add_option("--view", options.view, "Index of the view");
+  app.add_option("--k", options.k, "k-buffer entries");
+  app.add_option("--repeats", options.repeats, "Runs; the fastest of each kind counts")->check(CLI::PositiveNumber);
+  app.add_flag("--checkpoint", options.checkpoint, "Checkpointing and replay");
+  app.add_option("--skip", options.skip, "Work left out that changes no bit of the image");
+  app.add_flag("--skips", options.skips, "Measure what each skip saves instead");
+  app.add_flag("--kth", options.kth, "t_max is the k-th hit's t, also in replays");
+  app.add_flag("--traces", options.traces, "Measure recording, writing and checking traces too");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    for (std::size_t i = 0; i + 1 < options.files.size(); i += 2) {
+      const frontend::Scene scene = frontend::load_scene(options.files[i]);
+      const frontend::Camera camera =
+          frontend::load_cameras(options.files[i + 1]).at(options.view).resized(options.size, options.size);
+      for (const std::string& name : options.accels) {
+        (options.skips ? measure_skips : measure)(scene, camera, frontend::accel_from_name(name), options);
+      }
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tracer_speed: {}\n", error.what());
+    return 2;
+  }
+}
