@@ -32,6 +32,7 @@ struct TracerCli {
   std::string response_precision = "fp32";
   unsigned box_bits = 8;
   unsigned bvh_width = 6;
+  unsigned warp_size = 32;
   unsigned threads = 0;
   SecondaryCli secondary;
 };
