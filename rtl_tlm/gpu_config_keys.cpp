@@ -108,22 +108,23 @@ void add_simt(std::vector<ConfigKey>& keys, GpuConfig& config) {
     const char* description;
   };
   modules::ShaderCosts& costs = c.costs;
-  for (const Cost& cost :
-       {Cost{"raygen_prologue", &costs.raygen_prologue, "pixel to ray, payload and offsets cleared"},
-        Cost{"trace_call", &costs.trace_call, "operands of a traceRay call to the RT unit"},
-        Cost{"evict_move_fixed", &costs.evict_move_fixed, "eviction buffer to k-buffer: set-up"},
-        Cost{"evict_move_per_entry", &costs.evict_move_per_entry, "the same, per entry"},
-        Cost{"any_hit_fixed", &costs.any_hit_fixed, "any-hit shader without insertion"},
-        Cost{"any_hit_per_shift", &costs.any_hit_per_shift, "per k-buffer entry moved"},
-        Cost{"sort_per_entry", &costs.sort_per_entry, "single-round: an entry in a merge pass"},
-        Cost{"blend_fixed", &costs.blend_fixed, "blending: set-up and termination test"},
-        Cost{"blend_per_entry", &costs.blend_per_entry, "response, alpha and transmittance"},
-        Cost{"sh_per_coefficient", &costs.sh_per_coefficient, "basis value, three colour channels"},
-        Cost{"epilogue", &costs.epilogue, "pixel address and colour"},
-        Cost{"node_fetch", &costs.node_fetch, "a traversal step of a warp, when shaders fetch nodes"}}) {
+  for (const Cost& cost : {Cost{"raygen_prologue", &costs.raygen_prologue, "pixel to ray, payload and offsets cleared"},
+                           Cost{"trace_call", &costs.trace_call, "operands of a traceRay call to the RT unit"},
+                           Cost{"evict_move_fixed", &costs.evict_move_fixed, "eviction buffer to k-buffer: set-up"},
+                           Cost{"evict_move_per_entry", &costs.evict_move_per_entry, "the same, per entry"},
+                           Cost{"any_hit_fixed", &costs.any_hit_fixed, "any-hit shader without insertion"},
+                           Cost{"any_hit_per_shift", &costs.any_hit_per_shift, "per k-buffer entry moved"},
+                           Cost{"sort_per_entry", &costs.sort_per_entry, "single-round: an entry in a merge pass"},
+                           Cost{"blend_fixed", &costs.blend_fixed, "blending: set-up and termination test"},
+                           Cost{"blend_per_entry", &costs.blend_per_entry, "response, alpha and transmittance"},
+                           Cost{"sh_per_coefficient", &costs.sh_per_coefficient, "basis value, three colour channels"},
+                           Cost{"epilogue", &costs.epilogue, "pixel address and colour"}}) {
     keys.push_back({std::string("simt.cost.") + cost.name, cost.value, 0, 1e6, "instructions", cost.description,
                     kCounted, kAssumed});
   }
+  keys.push_back({"simt.cost.node_fetch", &costs.node_fetch, 0, 1e6, "instructions",
+                  "a traversal step of a warp, when shaders fetch nodes", "this project: a traversal loop counted",
+                  kAssumed});
 }
 
 void add_l1(std::vector<ConfigKey>& keys, GpuConfig& config) {

@@ -2,6 +2,7 @@
 # Builds grtx with g++ -O3, g++ -O0 and clang++ -O2, traces and simulates the same small scene with each, and compares
 # traces, images and statistics byte for byte (host.* aside: wall time, memory). Exit code 1 at the first difference.
 #   scripts/compare_builds.sh [FOLDER]      builds in FOLDER (default build/compare) and keeps it for the next time
+# REFERENCE=PROGRAM uses a grtx that g++ -O3 has built already (build/release/grtx) in place of the first build.
 # Needs what scripts/install_dependencies.sh installs, and clang++ (Debian: apt-get install clang). CLANGXX names another.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -21,7 +22,11 @@ build() {  # NAME COMPILER FLAGS
 }
 
 builds=(gcc_O3 gcc_O0 clang_O2)
-build gcc_O3 g++ -O3
+if [[ -n "${REFERENCE:-}" ]]; then
+  mkdir -p "$folder/gcc_O3" && cp "$REFERENCE" "$folder/gcc_O3/grtx"
+else
+  build gcc_O3 g++ -O3
+fi
 build gcc_O0 g++ -O0
 build clang_O2 "$clang" -O2
 
