@@ -78,6 +78,12 @@ def is_limit_study(key):
     return key.endswith(".perfect") or key == "rt.memory.by_shader"
 
 
+def is_unused(key):
+    """Parameters of parts that none of the four designs has, or that only the hardware cost knows."""
+    unused = ("rt.sphere.", "simt.registers", "simt.cost.sort_per_entry", "simt.cost.node_fetch")
+    return key.startswith(unused)
+
+
 def simulate(grtx, config, settings, trace):
     """Cycles, or None when the program refuses the combination."""
     with tempfile.NamedTemporaryFile(suffix=".json") as statistics:
@@ -251,8 +257,10 @@ def table(default, results, most):
 def main():
     arguments = parse_arguments()
     os.makedirs(arguments.output, exist_ok=True)
-    fixed = {setting.split("=")[0] for setting in arguments.set}
-    parameters = [p for p in open_parameters(arguments.grtx) if not is_limit_study(p[0]) and p[0] not in fixed]
+    usual = dict(setting.split("=", 1) for setting in arguments.set)
+    parameters = [(key, usual.get(key, default), allowed, confidence)
+                  for key, default, allowed, confidence in open_parameters(arguments.grtx)
+                  if not is_limit_study(key) and not is_unused(key)]
     traces = trace_designs(arguments)
     rows = run_all(arguments, parameters, traces, identity(arguments, traces))
     default, results = evaluate(rows, parameters)
