@@ -117,8 +117,8 @@ TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
 }
 
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {
-  EXPECT_THROW(MemoryScheduler("a", {31, false, {}}, header(), 1), Error);
-  EXPECT_THROW(MemoryScheduler("b", {32, false, {96, true, false}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("a", {31, false, false, {}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("b", {32, false, false, {96, true, false}}, header(), 1), Error);
 }
 
 }  // namespace
