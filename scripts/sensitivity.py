@@ -39,6 +39,7 @@ def parse_arguments():
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="for all runs, as in grtx sim")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--most", type=int, default=20, help="bars of the tornado (default: %(default)s)")
+    parser.add_argument("--report-only", action="store_true", help="table and picture of the runs that are there")
     parser.add_argument("-o", "--output", required=True)
     return parser.parse_args()
 
@@ -99,14 +100,11 @@ def simulate(grtx, config, settings, trace):
             return json.load(file)["stats"]["gpu.cycles"]["value"]
 
 
-def trace_designs(arguments):
-    traces = {}
+def trace_designs(arguments, traces):
     for design, options in DESIGNS.items():
-        traces[design] = os.path.join(arguments.output, design + ".grtx")
         command = [arguments.grtx, "trace", "--quiet", "--scene", arguments.scene, "--cameras", arguments.cameras,
                    "--view", arguments.view, "--width", str(arguments.size), "--height", str(arguments.size)]
         subprocess.run(command + options + ["-o", traces[design]], check=True)
-    return traces
 
 
 def identity(arguments, traces):
@@ -141,7 +139,7 @@ def run_all(arguments, parameters, traces, inputs):
     wanted = [("default", "", design) for design in DESIGNS]
     for key, default, allowed, _ in parameters:
         wanted += [(key, value, design) for value in alternatives(default, allowed) for design in DESIGNS]
-    missing = [point for point in wanted if point not in done]
+    missing = [] if arguments.report_only else [point for point in wanted if point not in done]
     print(f"{len(wanted)} points, {len(missing)} to simulate", flush=True)
 
     def one(point):
@@ -156,7 +154,7 @@ def run_all(arguments, parameters, traces, inputs):
             if number % 20 == 0 or number == len(missing):
                 write_rows(path, inputs, {p: done[p] for p in wanted if p in done})
                 print(f"{number} of {len(missing)}", flush=True)
-    rows = {point: done[point] for point in wanted}
+    rows = {point: done[point] for point in wanted if point in done}
     write_rows(path, inputs, rows)
     return rows
 
@@ -167,9 +165,9 @@ def evaluate(rows, parameters):
     results = []
     for key, usual, allowed, confidence in parameters:
         for value in alternatives(usual, allowed):
-            cycles = {design: rows[key, value, design] for design in DESIGNS}
+            cycles = {design: rows.get((key, value, design), "") for design in DESIGNS}
             if "" in cycles.values():
-                continue  # the program refuses it
+                continue  # the program refuses it, or it has not been simulated yet
             cycles = {design: int(text) for design, text in cycles.items()}
             relative = {design: cycles[design] / default[design] for design in DESIGNS}
             speedup = {design: cycles["baseline"] / cycles[design] for design in DESIGNS}
@@ -261,7 +259,9 @@ def main():
     parameters = [(key, usual.get(key, default), allowed, confidence)
                   for key, default, allowed, confidence in open_parameters(arguments.grtx)
                   if not is_limit_study(key) and not is_unused(key)]
-    traces = trace_designs(arguments)
+    traces = {design: os.path.join(arguments.output, design + ".grtx") for design in DESIGNS}
+    if not arguments.report_only:
+        trace_designs(arguments, traces)
     rows = run_all(arguments, parameters, traces, identity(arguments, traces))
     default, results = evaluate(rows, parameters)
     speedup = {design: default["baseline"] / default[design] for design in DESIGNS}

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct Run {
+struct Traced {
   frontend::Image image;
   traces::Totals totals;
   ordered_json stats;
@@ -30,7 +30,7 @@ class WarpSize : public ::testing::Test {
   void TearDown() override {
     for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);
   }
-  Run run(unsigned warp_size, bool linear) const {
+  Traced run(unsigned warp_size, bool linear) const {
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(16, 16);
     frontend::TracerOptions options;
@@ -41,7 +41,7 @@ class WarpSize : public ::testing::Test {
     render.linear_mapping = linear;
     const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
     const frontend::AccelerationStructure accel(gaussians, {frontend::AccelKind::tlas_tri20, 6, false});
-    Run result;
+    Traced result;
     {
       traces::Writer writer(base_ + ".grtx", frontend::trace_header(scene, camera, accel, options, render));
       result.image = frontend::render(scene, gaussians, accel, camera, options, render, &writer).image;
@@ -67,11 +67,13 @@ class WarpSize : public ::testing::Test {
 };
 
 TEST_F(WarpSize, ChangesTimeAndFetchesButNeitherImageNorWork) {
-  const Run reference = run(32, false);
-  const auto value = [](const Run& r, const char* name) { return r.stats.at(name).at("value").get<std::uint64_t>(); };
+  const Traced reference = run(32, false);
+  const auto value = [](const Traced& r, const char* name) {
+    return r.stats.at(name).at("value").get<std::uint64_t>();
+  };
   std::uint64_t fetches = value(reference, "gpu.rt.node_fetches");
   for (const unsigned warp_size : {16U, 8U, 4U}) {
-    const Run smaller = run(warp_size, false);
+    const Traced smaller = run(warp_size, false);
     EXPECT_EQ(smaller.image.pixels, reference.image.pixels) << warp_size;
     EXPECT_EQ(smaller.totals, reference.totals) << warp_size;
     EXPECT_EQ(value(smaller, "gpu.rt.node_visits"), reference.totals.visits()) << warp_size;
@@ -80,7 +82,7 @@ TEST_F(WarpSize, ChangesTimeAndFetchesButNeitherImageNorWork) {
     EXPECT_GT(value(smaller, "gpu.rt.node_fetches"), fetches) << warp_size;
     fetches = value(smaller, "gpu.rt.node_fetches");
   }
-  const Run linear = run(32, true);
+  const Traced linear = run(32, true);
   EXPECT_EQ(linear.image.pixels, reference.image.pixels);
   EXPECT_EQ(linear.totals, reference.totals);
   EXPECT_NE(value(linear, "gpu.cycles"), value(reference, "gpu.cycles"));
