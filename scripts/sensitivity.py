@@ -189,45 +189,49 @@ def escape(text):
 
 
 def tornado(title, panels, most):
-    """SVG of several panels, each (heading, groups, effect): bars of effect - 1 in percent around 0."""
-    row, label, width, top = 18, 250, 330, 46
-    rows = max(min(most, len(groups)) for _, groups, _ in panels)
-    height = top + rows * row + 40
-    total = len(panels) * (label + width + 20)
-    svg = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{total}" height="{height}" font-family="sans-serif" '
-           'font-size="11">', f'<rect width="{total}" height="{height}" fill="white"/>',
+    """SVG of panels, two a row, each (heading, groups, effect): bars of effect - 1 in percent around 0."""
+    row, label, width, top, bottom = 20, 250, 380, 30, 24
+    panel_width = label + width + 20
+    panel_height = top + most * row + bottom
+    total = (2 * panel_width, 26 + (len(panels) + 1) // 2 * panel_height + 20)
+    svg = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{total[0]}" height="{total[1]}" font-family="sans-serif" '
+           'font-size="11">', f'<rect width="{total[0]}" height="{total[1]}" fill="white"/>',
            f'<text x="10" y="18" font-size="14">{escape(title)}</text>']
     for index, (heading, groups, effect) in enumerate(panels):
-        groups = groups[:most]
-        left = index * (label + width + 20)
-        middle = left + label + width / 2
-        largest = max([abs(effect(r) - 1) for group in groups for r in group] + [0.01])
-        scale = (width / 2 - 35) / largest
-        svg.append(f'<text x="{left + label}" y="38" font-weight="bold">{escape(heading)}</text>')
-        for i, group in enumerate(groups):
-            y = top + i * row
-            name = f'{group[0]["key"]} = {group[0]["default"]}'
-            svg.append(f'<text x="{left + label - 6}" y="{y + 12}" text-anchor="end">{escape(name)}</text>')
-            for result in group:
-                change = effect(result) - 1
-                length = abs(change) * scale
-                x = middle if change >= 0 else middle - length
-                colour = "#c0504d" if is_smaller(result) else "#4f81bd"
-                svg.append(f'<rect x="{x:.1f}" y="{y + 2}" width="{length:.1f}" height="{row - 5}" fill="{colour}" '
-                           f'fill-opacity="0.75"><title>{escape(result["key"])} = {escape(result["value"])}: '
-                           f'{100 * change:+.2f} %</title></rect>')
-                anchor, offset = ("start", 3) if change >= 0 else ("end", -3)
-                if abs(change) >= 0.0005:
-                    x = middle + change * scale + offset
-                    svg.append(f'<text x="{x:.1f}" y="{y + 12}" text-anchor="{anchor}" font-size="9">'
-                               f'{escape(result["value"])}</text>')
-        bottom = top + rows * row
-        svg.append(f'<line x1="{middle}" y1="{top}" x2="{middle}" y2="{bottom}" stroke="black"/>')
-        for x, percent in ((middle - largest * scale, -largest), (middle, 0), (middle + largest * scale, largest)):
-            svg.append(f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">{100 * percent:+.1f} %</text>')
-    svg.append(f'<text x="10" y="{height - 8}" fill="#555">red: smaller value or switched off; blue: larger value, '
-               'switched on, or another policy</text></svg>')
+        svg += panel(index % 2 * panel_width, 26 + index // 2 * panel_height, heading, groups[:most], effect,
+                     row, label, width, top)
+    svg.append(f'<text x="10" y="{total[1] - 6}" fill="#555">red: smaller value or switched off; blue: larger value, '
+               'switched on, or another policy; the value stands at its bar</text></svg>')
     return "\n".join(svg) + "\n"
+
+
+def panel(left, above, heading, groups, effect, row, label, width, top):
+    middle = left + label + width / 2
+    largest = max([abs(effect(r) - 1) for group in groups for r in group] + [0.01])
+    scale = (width / 2 - 40) / largest
+    svg = [f'<text x="{left + label}" y="{above + 20}" font-weight="bold">{escape(heading)}</text>']
+    for i, group in enumerate(groups):
+        y = above + top + i * row
+        name = f'{group[0]["key"]} = {group[0]["default"]}'
+        svg.append(f'<text x="{left + label - 6}" y="{y + 13}" text-anchor="end">{escape(name)}</text>')
+        thick = (row - 3) / len(group)
+        for j, result in enumerate(group):
+            change = effect(result) - 1
+            length = abs(change) * scale
+            x = middle if change >= 0 else middle - length
+            bar = y + j * thick
+            colour = "#c0504d" if is_smaller(result) else "#4f81bd"
+            svg.append(f'<rect x="{x:.1f}" y="{bar:.1f}" width="{length:.1f}" height="{thick:.1f}" fill="{colour}">'
+                       f'<title>{escape(result["key"])} = {escape(result["value"])}: {100 * change:+.2f} %</title></rect>')
+            anchor, offset = ("start", 3) if change >= 0 else ("end", -3)
+            svg.append(f'<text x="{middle + change * scale + offset:.1f}" y="{bar + thick / 2 + 3:.1f}" '
+                       f'text-anchor="{anchor}" font-size="8">{escape(result["value"])}</text>')
+    end = above + top + len(groups) * row
+    svg.append(f'<line x1="{middle}" y1="{above + top}" x2="{middle}" y2="{end}" stroke="black"/>')
+    for change in (-largest, 0, largest):
+        svg.append(f'<text x="{middle + change * scale:.1f}" y="{end + 12}" text-anchor="middle">'
+                   f'{100 * change:+.1f} %</text>')
+    return svg
 
 
 def is_smaller(result):
