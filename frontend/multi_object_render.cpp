@@ -16,7 +16,7 @@ RenderResult render_objects(const MultiObjectWorld& world, const Camera& camera,
   RenderResult result;
   result.image = Image(camera.width, camera.height);
   if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
-  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping);
+  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
   const glm::vec3 origin(camera.position - world.offset());
   Progress progress("tracing objects", result.image.pixels.size(), " rays", render.quiet);
   tbb::enumerable_thread_specific<RayTracer> tracers([&] { return RayTracer(world, options); });

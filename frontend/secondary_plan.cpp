@@ -50,12 +50,12 @@ float SecondaryPlan::primary_limit(const glm::vec3& origin, const glm::vec3& dir
 
 SecondaryPlan plan_secondary(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
                              const Camera& camera, const TracerOptions& options, const OpticalObjects& objects,
-                             bool linear_mapping, unsigned threads) {
+                             bool linear_mapping, unsigned threads, unsigned warp_size) {
   SecondaryPlan plan;
   if (objects.empty()) return plan;
   plan.objects = objects.relative_to(scene.offset);
   const glm::vec3 origin(camera.position - scene.offset);
-  const auto pixels = map_pixels(camera.width, camera.height, linear_mapping);
+  const auto pixels = map_pixels(camera.width, camera.height, linear_mapping, warp_size);
   std::vector<GroupFinds> finds(pixels.size());
   tbb::enumerable_thread_specific<RayTracer> tracers([&] { return RayTracer(scene, gaussians, accel, options); });
   tbb::task_arena arena(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads));
@@ -79,8 +79,8 @@ SecondaryPlan plan_secondary(const Scene& scene, const PreparedGaussians& gaussi
           if (found.bounces == bounces && found.kind == kind) plan.rays.push_back(found.ray);
         }
       }
-      for (std::size_t first = begin; first < plan.rays.size(); first += kGroupRays) {
-        const std::size_t count = std::min<std::size_t>(kGroupRays, plan.rays.size() - first);
+      for (std::size_t first = begin; first < plan.rays.size(); first += warp_size) {
+        const std::size_t count = std::min<std::size_t>(warp_size, plan.rays.size() - first);
         plan.groups.push_back({kind, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count)});
       }
     }

@@ -27,7 +27,7 @@ struct SecondaryRay {
 struct SecondaryGroup {
   traces::RayKind kind = traces::RayKind::glass;
   std::uint32_t first = 0;
-  std::uint32_t count = 0;  ///< 1 .. kGroupRays
+  std::uint32_t count = 0;  ///< 1 .. warp_size
 };
 
 /// Made for one view by plan_secondary(); empty without objects.
@@ -48,6 +48,6 @@ struct SecondaryPlan {
 /// rays (map_pixels). The result is the same for any number of threads.
 SecondaryPlan plan_secondary(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
                              const Camera& camera, const TracerOptions& options, const OpticalObjects& objects,
-                             bool linear_mapping, unsigned threads);
+                             bool linear_mapping, unsigned threads, unsigned warp_size = 32);
 
 }  // namespace grtx::frontend

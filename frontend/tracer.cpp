@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "base/progress.h"
 #include "frontend/ray_tracer.h"
@@ -16,9 +17,6 @@
 
 namespace grtx::frontend {
 namespace {
-
-constexpr unsigned kTileWidth = 8;
-constexpr unsigned kTileHeight = 4;
 
 /// What one thread needs; made on its first group.
 struct Worker {
@@ -42,21 +40,26 @@ struct Worker {
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear) {
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
+  if (warp_size != 4 && warp_size != 8 && warp_size != 16 && warp_size != 32) {
+    throw Error("warp size", std::to_string(warp_size), "must be 4, 8, 16 or 32");
+  }
   std::vector<std::vector<std::uint32_t>> groups;
   if (linear) {
     const std::uint32_t pixels = width * height;
-    for (std::uint32_t first = 0; first < pixels; first += kGroupRays) {
+    for (std::uint32_t first = 0; first < pixels; first += warp_size) {
       auto& group = groups.emplace_back();
-      for (std::uint32_t p = first; p < std::min(pixels, first + kGroupRays); ++p) group.push_back(p);
+      for (std::uint32_t p = first; p < std::min(pixels, first + warp_size); ++p) group.push_back(p);
     }
     return groups;
   }
-  for (unsigned y = 0; y < height; y += kTileHeight) {
-    for (unsigned x = 0; x < width; x += kTileWidth) {
+  const unsigned tile_width = warp_size == 32 ? 8 : warp_size == 4 ? 2 : 4;
+  const unsigned tile_height = warp_size / tile_width;
+  for (unsigned y = 0; y < height; y += tile_height) {
+    for (unsigned x = 0; x < width; x += tile_width) {
       auto& group = groups.emplace_back();
-      for (unsigned j = y; j < std::min(height, y + kTileHeight); ++j) {
-        for (unsigned i = x; i < std::min(width, x + kTileWidth); ++i) group.push_back(j * width + i);
+      for (unsigned j = y; j < std::min(height, y + tile_height); ++j) {
+        for (unsigned i = x; i < std::min(width, x + tile_width); ++i) group.push_back(j * width + i);
       }
     }
   }
@@ -76,9 +79,10 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   header.child_order = options.child_order == ChildOrder::near_first ? "near_first" : "slot";
   header.width = camera.width;
   header.height = camera.height;
-  header.warp_size = kGroupRays;
+  header.warp_size = render.warp_size;
+  // The tile of the usual warp; a smaller warp takes the part of it that map_pixels() gives.
   header.warp_mapping = render.linear_mapping ? "linear" : "tile8x4";
-  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping).size();
+  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
   if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
   header.bvh_width = accel.options().width;
   header.node_image_bytes = accel.image().size();
@@ -104,7 +108,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
   RenderResult result;
   result.image = Image(camera.width, camera.height);
   if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
-  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping);
+  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
   const glm::vec3 origin(camera.position - scene.offset);
 
   std::optional<Footprint> footprint;

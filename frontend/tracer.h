@@ -20,7 +20,8 @@ struct SecondaryPlan;
 
 struct RenderOptions {
   unsigned threads = 0;         ///< 0: all
-  bool linear_mapping = false;  ///< groups of 32 consecutive pixels instead of 8x4 tiles
+  bool linear_mapping = false;  ///< groups of consecutive pixels instead of tiles
+  unsigned warp_size = 32;      ///< rays of a group: 4, 8, 16 or 32
   bool count_unique = false;    ///< visits_unique and footprint (slower)
   bool keep_sequences = false;  ///< per-pixel blended ids, for tests
   bool quiet = true;
@@ -37,10 +38,12 @@ struct RenderResult {
   std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel, along its path; empty unless keep_sequences
 };
 
-inline constexpr unsigned kGroupRays = 32;
+inline constexpr unsigned kGroupRays = 32;  ///< unless RenderOptions::warp_size says otherwise
 
-/// Pixels of each group, in lane order: 8x4 tiles, row by row, or runs of 32.
-std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear);
+/// Pixels of each group, in lane order: tiles, row by row, or runs of `warp_size`. A tile of 32 is 8x4 pixels, of 16
+/// 4x4, of 8 4x2, of 4 2x2. Throws Error for any other warp size.
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear,
+                                                   unsigned warp_size = kGroupRays);
 
 /// Header of the trace that render() will write for these inputs. Secondary groups follow the primary ones.
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,

@@ -56,6 +56,7 @@ struct L1Counters {
   std::uint64_t accesses() const;
   /// Demand reads of node regions only.
   ByRegion nodes() const;
+  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
   ByRegion all() const;
   L1Counters& operator+=(const L1Counters& other);
   /// Appends them as prefix + ".name".

@@ -39,6 +39,14 @@ L1Counters::ByRegion L1Counters::nodes() const {
   return sum;
 }
 
+L1Counters::ByRegion L1Counters::shader_data() const {
+  ByRegion sum;
+  for (std::size_t i = 0; i < kRegionCount; ++i) {
+    if (is_shader_data(static_cast<Region>(i))) add(&sum, region[i]);
+  }
+  return sum;
+}
+
 std::uint64_t L1Counters::accesses() const {
   const ByRegion sum = all();
   return sum.reads + sum.writes + prefetches;
@@ -68,6 +76,7 @@ void L1Counters::describe(StatisticList& list, const std::string& prefix) const 
   list.add(prefix + ".responses", responses, "sectors", "responses given, one for each request");
   describe_region(list, prefix + ".all", all());
   describe_region(list, prefix + ".node", nodes());
+  describe_region(list, prefix + ".shader_data", shader_data());
   for (std::size_t i = 0; i < kRegionCount; ++i) {
     if (region[i].reads + region[i].writes == 0) continue;
     describe_region(list, prefix + '.' + std::string(kRegionNames[i]), region[i]);

@@ -18,6 +18,7 @@ void describe_region(StatisticList& list, const std::string& prefix, const L2Cou
   list.add(prefix + ".hits", r.hits, "sectors", "reads whose sector was present");
   list.add(prefix + ".hits_on_miss", r.hits_on_miss, "sectors", "reads merged into a pending MSHR");
   list.add(prefix + ".misses", r.misses, "sectors", "reads that went to DRAM");
+  list.add(prefix + ".hit_rate", ratio(r.hits, r.reads), "1", "hits / reads; merged reads are not hits");
   list.add(prefix + ".writes", r.writes, "sectors", "writes from the L1s");
   list.add(prefix + ".write_hits", r.write_hits, "sectors", "writes whose sector was present");
 }
@@ -34,6 +35,14 @@ L2Counters::ByRegion L2Counters::nodes() const {
   ByRegion sum;
   for (std::size_t i = 0; i < kRegionCount; ++i) {
     if (is_node(static_cast<Region>(i))) add(&sum, region[i]);
+  }
+  return sum;
+}
+
+L2Counters::ByRegion L2Counters::shader_data() const {
+  ByRegion sum;
+  for (std::size_t i = 0; i < kRegionCount; ++i) {
+    if (is_shader_data(static_cast<Region>(i))) add(&sum, region[i]);
   }
   return sum;
 }
@@ -64,6 +73,7 @@ void L2Counters::describe(StatisticList& list, const std::string& prefix) const 
   list.add(prefix + ".read_hit_rate", ratio(sum.hits, sum.reads), "1", "read hits / reads");
   describe_region(list, prefix + ".all", sum);
   describe_region(list, prefix + ".node", nodes());
+  describe_region(list, prefix + ".shader_data", shader_data());
   for (std::size_t i = 0; i < kRegionCount; ++i) {
     if (region[i].reads + region[i].writes == 0) continue;
     describe_region(list, prefix + '.' + std::string(kRegionNames[i]), region[i]);

@@ -49,6 +49,7 @@ struct L2Counters {
 
   std::uint64_t accesses() const;
   ByRegion nodes() const;
+  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
   ByRegion all() const;
   L2Counters& operator+=(const L2Counters& other);
   /// Appends them as prefix + ".name".

@@ -55,6 +55,11 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     eviction_ = place("eviction", rays * eviction_stride_);
   }
   pixel_ = place("pixel", static_cast<std::uint64_t>(header.width) * header.height * kPixelBytes);
+  if (config.stack_sectors != 0) {
+    stack_sectors_ = config.stack_sectors;
+    stack_stride_ = spread_stride(stack_sectors_ * kSectorBytes);
+    stack_ = place("stack", rays * stack_stride_);
+  }
   end_ = cursor;
 }
 

@@ -19,6 +19,8 @@ struct MemoryMapConfig {
   /// Entries of a ray's eviction buffer; 0: as many as a checkpoint buffer has, at least 256. The totals of a trace
   /// know the number that is really needed (max_evictions_per_ray).
   std::uint64_t eviction_capacity = 0;
+  /// Sectors of a ray's stack area in memory; 0: stacks do not spill.
+  std::uint64_t stack_sectors = 0;
 };
 
 /// A ray slot is (sm * resident_warps + warp slot) * warp_size + lane.
@@ -47,6 +49,11 @@ class MemoryMap {
     const std::uint64_t entry = index < eviction_capacity_ ? index : index % eviction_capacity_;
     return eviction_ + ray_slot * eviction_stride_ + entry * traces::kEvictionEntryBytes;
   }
+  /// Sector `index` of a ray slot's stack area; beyond its size it starts over, as the eviction buffer does.
+  std::uint64_t stack_sector(std::uint64_t ray_slot, std::uint64_t index) const {
+    assert(stack_sectors_ != 0);
+    return stack_ + ray_slot * stack_stride_ + index % stack_sectors_ * kSectorBytes;
+  }
   /// 16 B of per-lane ray state / frame buffer of a pixel.
   std::uint64_t pixel(std::uint32_t pixel) const { return pixel_ + static_cast<std::uint64_t>(pixel) * kPixelBytes; }
   std::uint64_t ray_slot(unsigned sm, unsigned warp_slot, unsigned lane) const {
@@ -69,13 +76,14 @@ class MemoryMap {
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
-  unsigned k_;                             ///< entries of a k-buffer
+  unsigned k_;                               ///< entries of a k-buffer
   unsigned warp_size_, resident_warps_;
   std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
   std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
   std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer to the next
   std::uint64_t eviction_capacity_ = 0;    ///< entries a ray
   std::uint64_t eviction_stride_ = 0;      ///< bytes from one ray's eviction buffer to the next
+  std::uint64_t stack_ = 0, stack_sectors_ = 0, stack_stride_ = 0;  ///< stack areas
   std::vector<Extent> extents_;
 };
 

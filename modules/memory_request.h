@@ -20,14 +20,17 @@ enum class Region : std::uint8_t {
   k_buffer,
   gaussian,  ///< Gaussian records read when blending
   sh,        ///< SH coefficients read when blending
-  ray,       ///< ray generation input, frame buffer, and stack spills
+  ray,       ///< ray generation input and frame buffer
+  stack,     ///< traversal stack entries beyond the warp buffer
   count
 };
 inline constexpr std::size_t kRegionCount = static_cast<std::size_t>(Region::count);
 inline constexpr std::array<std::string_view, kRegionCount> kRegionNames = {
-    "tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray"};
+    "tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray", "stack"};
 /// The regions that count as node fetches.
 constexpr bool is_node(Region r) { return r <= Region::instance; }
+/// What the ray generation shader reads and writes beside its buffers: records of Gaussians, colours, pixels.
+constexpr bool is_shader_data(Region r) { return r == Region::gaussian || r == Region::sh || r == Region::ray; }
 
 /// address: byte address in the flat GPU address space, a multiple of kSectorBytes. Every request gets one response.
 struct MemoryRequest {

@@ -25,6 +25,8 @@ void MemoryScheduler::Counters::add(const Counters& other) {
     fetches[r] += other.fetches[r];
     sectors[r] += other.sectors[r];
   }
+  shader_batches += other.shader_batches;
+  shader_sectors += other.shader_sectors;
   fetch_latency.merge(other.fetch_latency);
 }
 
@@ -39,6 +41,8 @@ void MemoryScheduler::Counters::describe(StatisticList& list, const std::string&
     list.add(prefix + ".node_fetches." + region, fetches[r], "fetches", "node fetches in region " + region);
     list.add(prefix + ".node_sectors." + region, sectors[r], "requests", "sector requests in region " + region);
   }
+  list.add(prefix + ".shader_fetch.batches", shader_batches, "batches", "node fetch calls to the SIMT core");
+  list.add(prefix + ".shader_fetch.sectors", shader_sectors, "sectors", "node sectors read by the SIMT core");
   list.add(prefix + ".node_fetch_latency", fetch_latency.mean(), "cycles",
            "mean time from the visit until the last sector of the fetch is back");
   list.add(prefix + ".node_fetch_latency_max", fetch_latency.max(), "cycles", "longest node fetch");
@@ -97,30 +101,47 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   queue_.push({id, 0});
 }
 
+// Order: descriptor (if any), the node's sectors, the BLAS header (if any).
+SectorAccess MemoryScheduler::sector_of(const Fetch& f, unsigned index) const {
+  const unsigned body = traffic_.sectors(f.kind);
+  const unsigned lead = f.header ? 0 : f.sectors - body;
+  if (index >= lead + body) return {traffic_.blas_header() + kSectorBytes * (index - lead - body), Region::blas};
+  return {f.address + (index < lead ? 0 : kSectorBytes * (index - lead)), traffic_.region(f.kind, f.address)};
+}
+
 bool MemoryScheduler::issue_front(Cycle now, Link<MemoryRequest>& out) {
   if (!out.can_push(now)) return false;
   Pending& p = queue_.front();
   const Fetch& f = fetches_[p.fetch];
-  // Order: descriptor (if any), the node's sectors, the BLAS header (if any).
-  const unsigned body = traffic_.sectors(f.kind);
-  const unsigned total = f.sectors;
-  const unsigned lead = f.header ? 0 : total - body;
-  std::uint64_t address = f.address;
-  if (p.next >= lead && p.next < lead + body) {
-    address += kSectorBytes * (p.next - lead);
-  } else if (p.next >= lead + body) {
-    address = traffic_.blas_header() + kSectorBytes * (p.next - lead - body);
-  }
-  const bool of_header = p.next >= lead + body;
+  const SectorAccess sector = sector_of(f, p.next);
   MemoryRequest request;
-  request.address = address;
+  request.address = sector.address;
   request.tag = p.fetch;
-  request.region = of_header ? Region::blas : traffic_.region(f.kind, f.address);
+  request.region = sector.region;
   out.push(now, request);
   ++counters_.sectors[static_cast<std::size_t>(request.region)];
   ++outstanding_;
-  if (++p.next == total) queue_.pop();
+  if (++p.next == f.sectors) queue_.pop();
   return true;
+}
+
+NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
+  NodeFetchBatch batch;
+  batch.slot = slot;
+  batch.entry = static_cast<std::uint16_t>(entry);
+  for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
+    const LaneId id = queue_.front().fetch;
+    const Fetch& f = fetches_[id];
+    batch.fetches |= bit(lane_of(id));
+    for (unsigned s = 0; s < f.sectors; ++s) {
+      batch.sectors.push_back(sector_of(f, s));
+      ++counters_.sectors[static_cast<std::size_t>(batch.sectors.back().region)];
+    }
+    outstanding_ += f.sectors;
+    counters_.shader_sectors += f.sectors;
+  }
+  ++counters_.shader_batches;
+  return batch;
 }
 
 MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
@@ -128,6 +149,11 @@ MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
   assert(f.missing > 0 && outstanding_ > 0);
   --outstanding_;
   if (--f.missing > 0) return {};
+  return complete(now, id);
+}
+
+MemoryScheduler::Completed MemoryScheduler::complete(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
   const Completed completed{entry_of(id), f.lanes, f.kind};
   under_way_[entry_of(id)] &= ~bit(lane_of(id));

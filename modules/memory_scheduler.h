@@ -16,6 +16,7 @@
 #include "modules/lane_loop.h"
 #include "modules/link.h"
 #include "modules/memory_request.h"
+#include "modules/node_fetch_messages.h"
 #include "modules/node_traffic.h"
 #include "modules/statistics.h"
 
@@ -26,12 +27,15 @@ class MemoryScheduler final : public sc_core::sc_module {
   struct Config {
     unsigned queue = 64;          ///< fetches waiting for issue, >= 32; a warp is scheduled while 32 places are free
     bool merge_in_flight = true;  ///< a visit also joins a fetch of the same warp and address that is still under way
+    bool by_shader = false;       ///< the SIMT core reads the nodes; the RT unit only intersects (as on AMD)
     NodeTrafficConfig traffic;
   };
   struct Counters {
     std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
     std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
     std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
+    std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
+    std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors asked of it, all of `sectors`
     Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
     std::uint64_t node_visits() const;
     std::uint64_t node_fetches() const;
@@ -68,6 +72,31 @@ class MemoryScheduler final : public sc_core::sc_module {
     return receive(now, fetch);
   }
 
+  /// by_shader, instead of issue(): sends the fetches at the front of the queue that belong to one warp. Returns
+  /// whether it did. slot_of(entry): resident slot of the warp in a buffer entry.
+  template <typename SlotOf>
+  bool issue_batch(Cycle now, Link<NodeFetchBatch>& out, SlotOf&& slot_of) {
+    if (queue_.empty() || !out.can_push(now)) return false;
+    const unsigned entry = entry_of(queue_.front().fetch);
+    out.push(now, take_batch(entry, slot_of(entry)));
+    return true;
+  }
+  /// by_shader, instead of respond(): takes at most one batch that the SIMT core has read; f(completed) for each fetch,
+  /// by the lane that opened it.
+  template <typename F>
+  void respond_batch(Cycle now, Link<NodeFetchDone>& in, F&& f) {
+    const NodeFetchDone* front = in.front(now);
+    if (front == nullptr) return;
+    const NodeFetchDone done = *front;
+    in.pop(now);
+    for_each_bit(done.fetches, [&](unsigned lane) {
+      const LaneId id = lane_id(done.entry, lane);
+      outstanding_ -= fetches_[id].missing;
+      fetches_[id].missing = 0;
+      f(complete(now, id));
+    });
+  }
+
   bool queue_empty() const { return queue_.empty(); }
   bool idle() const { return queue_.empty() && outstanding_ == 0; }
   const Counters& counters() const { return counters_; }
@@ -91,6 +120,9 @@ class MemoryScheduler final : public sc_core::sc_module {
   static std::uint64_t merge_key(std::uint64_t address, bool header);
   bool issue_front(Cycle now, Link<MemoryRequest>& out);
   Completed receive(Cycle now, LaneId fetch);
+  Completed complete(Cycle now, LaneId fetch);
+  SectorAccess sector_of(const Fetch& fetch, unsigned index) const;
+  NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
   NodeTraffic traffic_;

@@ -45,14 +45,15 @@ void RtScheduler::Counters::describe(StatisticList& list, const std::string& pre
 
 RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer,
                          MemoryScheduler& memory, AnyHitCollector& any_hit, CheckpointUnit* checkpoint,
-                         SiblingPrefetcher* prefetcher)
+                         SiblingPrefetcher* prefetcher, StackUnit* stack)
     : sc_module(name),
       selection_(make_warp_selection(config.policy)),
       buffer_(buffer),
       memory_(memory),
       any_hit_(any_hit),
       checkpoint_(checkpoint),
-      prefetcher_(prefetcher) {}
+      prefetcher_(prefetcher),
+      stack_(stack) {}
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
   const Warp& warp = buffer_.warp(entry_of(id));
@@ -77,20 +78,27 @@ void RtScheduler::begin(unsigned entry) {
       checkpoint_->begin_lane(id, warp.slot, warp.round, entries);
     }
     if (prefetcher_ != nullptr) prefetcher_->begin_lane(id);
+    if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
   });
 }
 
 Stall RtScheduler::stall_reason() const {
   if (buffer_.empty()) return Stall::empty;
   if (buffer_.ready_entries() != 0) return Stall::queue_full;
-  const Warp& w = buffer_.oldest_warp();
-  if (w.in_state(LaneState::waiting_memory) != 0) return Stall::memory;
-  if ((w.in_state(LaneState::waiting_checkpoint_read) | w.in_state(LaneState::waiting_checkpoint_write)) != 0) {
-    return Stall::checkpoint;
+  switch (buffer_.oldest_warp().wait()) {
+    case WarpWait::memory:
+      return Stall::memory;
+    case WarpWait::checkpoint:
+      return Stall::checkpoint;
+    case WarpWait::stack:
+      return Stall::stack;
+    case WarpWait::unit:
+      return Stall::unit;
+    case WarpWait::any_hit:
+      return Stall::any_hit;
+    default:
+      return Stall::retire;
   }
-  if (w.in_state(LaneState::in_unit) != 0) return Stall::unit;
-  if ((w.in_state(LaneState::waiting_any_hit) | w.in_state(LaneState::in_any_hit)) != 0) return Stall::any_hit;
-  return Stall::retire;
 }
 
 void RtScheduler::schedule(Cycle now) {
@@ -212,6 +220,12 @@ void RtScheduler::replay(LaneId id, LaneState from) {
   }
 }
 
+namespace {
+
+constexpr bool takes_top(EventKind kind) { return kind != EventKind::replay_take && kind != EventKind::replay_forward; }
+
+}  // namespace
+
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
@@ -221,6 +235,19 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
     const auto& nodes = buffer_.warp(entry_of(id)).group->nodes;
     if (lane.event.node < nodes.size()) prefetch_for_read(&nodes[lane.event.node]);
   }
+  if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && takes_top(lane.event.kind()))) {
+    lane.checkpoints = static_cast<std::uint8_t>(checkpoints);
+    buffer_.move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
+    return;
+  }
+  hand_over(id, checkpoints, from);
+}
+
+void RtScheduler::stack_settled(LaneId id) { hand_over(id, buffer_.lane(id).checkpoints, LaneState::waiting_stack); }
+
+void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
+  const Lane& lane = buffer_.lane(id);
+  const bool last = lane.next == lane.end;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
     if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;

@@ -15,6 +15,7 @@
 #include "modules/inventory.h"
 #include "modules/memory_scheduler.h"
 #include "modules/sibling_prefetcher.h"
+#include "modules/stack_unit.h"
 #include "modules/statistics.h"
 #include "modules/warp_buffer.h"
 #include "modules/warp_selection.h"
@@ -27,14 +28,15 @@ enum class Stall : std::uint8_t {
   queue_full,  ///< a lane is ready, but the memory scheduler's queue lacks room
   memory,      ///< a lane waits for a node
   checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
   unit,        ///< a lane is queued at or inside an intersection unit
   any_hit,     ///< all unfinished lanes wait for the any-hit shader
   retire,      ///< all lanes have finished; the SIMT core's queue of finished calls is full, or another warp retires
   count
 };
 inline constexpr std::size_t kStalls = static_cast<std::size_t>(Stall::count);
-inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "queue_full", "memory", "checkpoint",
-                                                                      "unit",  "any_hit",    "retire"};
+inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "queue_full", "memory",  "checkpoint",
+                                                                      "stack", "unit",       "any_hit", "retire"};
 
 class RtScheduler final : public sc_core::sc_module {
  public:
@@ -64,9 +66,9 @@ class RtScheduler final : public sc_core::sc_module {
     void describe(StatisticList& list, const std::string& prefix) const;
   };
 
-  /// checkpoint, prefetcher: may be null when not elaborated.
+  /// checkpoint, prefetcher, stack: may be null when not elaborated.
   RtScheduler(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer, MemoryScheduler& memory,
-              AnyHitCollector& any_hit, CheckpointUnit* checkpoint, SiblingPrefetcher* prefetcher);
+              AnyHitCollector& any_hit, CheckpointUnit* checkpoint, SiblingPrefetcher* prefetcher, StackUnit* stack);
 
   /// A call has entered the buffer: prepares the checkpoint unit and the prefetcher for its lanes.
   void begin(unsigned entry);
@@ -78,6 +80,8 @@ class RtScheduler final : public sc_core::sc_module {
   void entry_read(LaneId id);
   /// The lane's checkpoint entries (and last sector) are handed over.
   void entries_taken(LaneId id);
+  /// The lane's stack entries have been spilled, or filled.
+  void stack_settled(LaneId id);
   /// The any-hit shader has finished these lanes of a warp.
   void any_hit_done(const AnyHitDone& done);
 
@@ -90,6 +94,8 @@ class RtScheduler final : public sc_core::sc_module {
   Stall stall_reason() const;
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
+  /// Submits the entries of the lane's last event, its stack being settled.
+  void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
   void replay(LaneId id, LaneState from);
   void pop(LaneId id);
@@ -101,6 +107,7 @@ class RtScheduler final : public sc_core::sc_module {
   AnyHitCollector& any_hit_;
   CheckpointUnit* checkpoint_;
   SiblingPrefetcher* prefetcher_;
+  StackUnit* stack_;
   Counters counters_;
 };
 

@@ -205,6 +205,12 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   }
 }
 
+void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) {
+  phase.reset(PhaseKind::node_fetch, costs_.node_fetch);
+  phase.loads = batch.sectors;
+  ++counters_.load_instructions;
+}
+
 void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);

@@ -11,6 +11,7 @@
 #include "modules/coalescer.h"
 #include "modules/lane_loop.h"
 #include "modules/memory_map.h"
+#include "modules/node_fetch_messages.h"
 #include "modules/warp_messages.h"
 #include "traces/event.h"
 #include "traces/header.h"
@@ -31,12 +32,24 @@ struct ShaderCosts {
   unsigned blend_per_entry = 24;      ///< response, alpha, transmittance
   unsigned sh_per_coefficient = 4;    ///< basis value and three colour channels
   unsigned epilogue = 10;             ///< pixel address and colour
+  unsigned node_fetch = 24;           ///< when shaders fetch nodes: a step of the traversal loop, with its stack in
+                                      ///< shared memory: pop, address, intersect instruction, four pushes, loop
 };
 
-enum class PhaseKind : std::uint8_t { prologue, evict_move, trace_call, any_hit, sort, blend, epilogue, count };
+enum class PhaseKind : std::uint8_t {
+  prologue,
+  evict_move,
+  trace_call,
+  any_hit,
+  sort,
+  blend,
+  epilogue,
+  node_fetch,  ///< when shaders fetch nodes for the RT unit
+  count
+};
 inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::count);
 inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
-    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue"};
+    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"};
 
 /// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
 struct ShaderPhase {
@@ -93,6 +106,7 @@ class ShaderProgram {
   void evict_move(unsigned slot, ShaderPhase& phase);
   void trace_call(unsigned slot, ShaderPhase& phase);
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
+  void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
   /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
   bool sorts(unsigned slot) const;
   void sort(unsigned slot, ShaderPhase& phase);

@@ -23,12 +23,13 @@ const SimtCoreConfig& checked(const SimtCoreConfig& config) {
   return config;
 }
 
-constexpr std::array<std::string_view, 9> kStepNames = {"free",    "prologue", "evict_move", "trace_call", "tracing",
-                                                        "sort",    "blend",    "epilogue",   "draining"};
+constexpr std::array<std::string_view, 9> kStepNames = {"free", "prologue", "evict_move", "trace_call", "tracing",
+                                                        "sort", "blend",    "epilogue",   "draining"};
 
 constexpr WarpActivity executing(PhaseKind kind) {
   if (kind == PhaseKind::blend) return WarpActivity::blend;
   if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
+  if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
   return WarpActivity::raygen;
 }
 
@@ -46,6 +47,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       slots_(config.resident_warps),
       trace_calls_(config.resident_warps),
       any_hits_done_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
+      nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       ends_(config.resident_warps) {
   batches_.reserve(config.resident_warps);
   SC_METHOD(on_tick);
@@ -56,22 +58,35 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
 void SimtCore::start_of_simulation() {
   launch_ = launch.operator->();
   ended_ = ended.operator->();
-  trace_call_ = trace_call.operator->();
-  trace_done_ = trace_done.operator->();
-  any_hit_batch_ = any_hit_batch.operator->();
-  any_hit_done_ = any_hit_done.operator->();
+  const auto units = static_cast<std::size_t>(trace_call.size());
+  for (std::size_t u = 0; u < units; ++u) {
+    const auto i = static_cast<int>(u);
+    RtLinks links{trace_call[i], trace_done[i], any_hit_batch[i], any_hit_done[i], nullptr, nullptr};
+    if (node_fetch.size() > 0) {
+      links.node_fetch = node_fetch[i];
+      links.node_fetch_done = node_fetch_done[i];
+      links.node_fetch->wake(&alarm_);
+    }
+    links.trace_done->wake(&alarm_);
+    links.any_hit_batch->wake(&alarm_);
+    rt_.push_back(links);
+  }
   memory_request_ = memory_request.operator->();
   memory_response_ = memory_response.operator->();
   launch_->wake(&alarm_);
-  trace_done_->wake(&alarm_);
-  any_hit_batch_->wake(&alarm_);
   memory_response_->wake(&alarm_);
 }
 
 Cycle SimtCore::earliest_due() const {
-  if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !ends_.empty()) return 0;
-  return std::min({next_ready_, memory_response_->next_visible(), any_hit_batch_->next_visible(),
-                   trace_done_->next_visible(), launch_->next_visible()});
+  if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !nodes_fetched_.empty() || !ends_.empty()) {
+    return 0;
+  }
+  Cycle due = std::min({next_ready_, memory_response_->next_visible(), launch_->next_visible()});
+  for (const RtLinks& rt : rt_) {
+    due = std::min({due, rt.any_hit_batch->next_visible(), rt.trace_done->next_visible()});
+    if (rt.node_fetch != nullptr) due = std::min(due, rt.node_fetch->next_visible());
+  }
+  return due;
 }
 
 void SimtCore::on_tick() {
@@ -81,13 +96,13 @@ void SimtCore::on_tick() {
     accept_response(now);
     accept_messages(now);
     finish_phases(now);
-    // Any-hit shaders go first everywhere: lanes wait for them in the RT unit.
-    for_each_bit(std::exchange(starting_any_hit_, 0), [&](unsigned slot) { start_any_hit(slot, now); });
+    // What the RT unit asked for goes first everywhere: lanes wait for it there.
+    for_each_bit(std::exchange(starting_service_, 0), [&](unsigned slot) { start_service(slot, now); });
     for_each_bit(std::exchange(starting_ray_generation_, 0), [&](unsigned slot) { start_ray_generation(slot, now); });
     const LaneMask loaded = std::exchange(loaded_, 0);
     LaneMask ray_generation = 0;
     for_each_bit(loaded, [&](unsigned slot) {
-      if (slots_[slot].in_any_hit) {
+      if (slots_[slot].service != Service::none) {
         issue(slot, now);
       } else {
         ray_generation |= bit(slot);
@@ -120,49 +135,68 @@ void SimtCore::accept_messages(Cycle now) {
     slot.since = now;
     starting_ray_generation_ |= bit(warp->slot);
   }
-  for (const TraceDone* done; (done = trace_done_->front(now)) != nullptr; trace_done_->pop(now)) {
-    Slot& slot = slots_[done->slot];
-    assert(slot.step == Step::tracing && !slot.in_any_hit && done->round == program_.round(done->slot));
-    slot.step = program_.sorts(done->slot) ? Step::sort : Step::blend;
-    starting_ray_generation_ |= bit(done->slot);
-  }
-  for (const AnyHitBatch* batch; (batch = any_hit_batch_->front(now)) != nullptr; any_hit_batch_->pop(now)) {
-    const Slot& slot = slots_[batch->slot];
-    assert(slot.step == Step::tracing && batch->round == program_.round(batch->slot));
-    batches_.push_back(*batch);
-    if (!slot.in_any_hit) starting_any_hit_ |= bit(batch->slot);
+  for (const RtLinks& rt : rt_) {
+    for (const TraceDone* done; (done = rt.trace_done->front(now)) != nullptr; rt.trace_done->pop(now)) {
+      Slot& slot = slots_[done->slot];
+      assert(slot.step == Step::tracing && slot.service == Service::none && done->round == program_.round(done->slot));
+      slot.step = program_.sorts(done->slot) ? Step::sort : Step::blend;
+      starting_ray_generation_ |= bit(done->slot);
+    }
+    for (const AnyHitBatch* batch; (batch = rt.any_hit_batch->front(now)) != nullptr; rt.any_hit_batch->pop(now)) {
+      assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
+      batches_.push_back(*batch);
+      if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
+    }
+    if (rt.node_fetch == nullptr) continue;
+    for (const NodeFetchBatch* batch; (batch = rt.node_fetch->front(now)) != nullptr; rt.node_fetch->pop(now)) {
+      assert(slots_[batch->slot].step == Step::tracing);
+      fetches_.push_back(*batch);
+      if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
+    }
   }
 }
 
 void SimtCore::finish_phases(Cycle now) {
   if (next_ready_ > now) return;
-  LaneMask any_hit = 0;
+  LaneMask service = 0;
   LaneMask ray_generation = 0;
   next_ready_ = kNever;
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
     const Cycle ready = slots_[slot].ready;
     if (ready <= now) {
-      (slots_[slot].in_any_hit ? any_hit : ray_generation) |= bit(slot);
+      (slots_[slot].service != Service::none ? service : ray_generation) |= bit(slot);
       slots_[slot].ready = kNever;
     } else {
       next_ready_ = std::min(next_ready_, ready);
     }
   }
-  for_each_bit(any_hit, [&](unsigned slot) {
-    store(slot);
-    AnyHitDone done;
-    done.slot = static_cast<std::uint16_t>(slot);
-    done.lanes = slots_[slot].any_hit_lanes;
-    any_hits_done_.push(done);
-    slots_[slot].in_any_hit = false;
-    enter(slot, WarpActivity::trace, now);
-    const auto same_warp = [&](const AnyHitBatch& batch) { return batch.slot == slot; };
-    if (std::any_of(batches_.begin(), batches_.end(), same_warp)) starting_any_hit_ |= bit(slot);
-  });
+  for_each_bit(service, [&](unsigned slot) { finish_service(slot, now); });
   for_each_bit(ray_generation, [&](unsigned slot) {
     store(slot);
     finish_ray_generation(slot, now);
   });
+}
+
+bool SimtCore::service_waits(unsigned slot) const {
+  const auto same_warp = [&](const auto& batch) { return batch.slot == slot; };
+  return std::any_of(batches_.begin(), batches_.end(), same_warp) ||
+         std::any_of(fetches_.begin(), fetches_.end(), same_warp);
+}
+
+void SimtCore::finish_service(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  store(slot);
+  if (warp.service == Service::any_hit) {
+    AnyHitDone done;
+    done.slot = static_cast<std::uint16_t>(slot);
+    done.lanes = warp.any_hit_lanes;
+    any_hits_done_.push(done);
+  } else {
+    nodes_fetched_.push({static_cast<std::uint16_t>(slot), warp.fetched});
+  }
+  warp.service = Service::none;
+  enter(slot, WarpActivity::trace, now);
+  if (service_waits(slot)) starting_service_ |= bit(slot);
 }
 
 void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
@@ -203,14 +237,25 @@ void SimtCore::next_round(unsigned slot) {
   starting_ray_generation_ |= bit(slot);
 }
 
-void SimtCore::start_any_hit(unsigned slot, Cycle now) {
-  const auto batch =
-      std::find_if(batches_.begin(), batches_.end(), [&](const AnyHitBatch& waiting) { return waiting.slot == slot; });
-  assert(batch != batches_.end() && !slots_[slot].in_any_hit);
-  slots_[slot].in_any_hit = true;
-  slots_[slot].any_hit_lanes = batch->lanes;
-  program_.any_hit(*batch, phase_);
-  batches_.erase(batch);
+// A warp has one program counter: it serves one request at a time, any-hit shaders before node fetches, each kind in
+// order of arrival.
+void SimtCore::start_service(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  assert(warp.service == Service::none);
+  const auto same_warp = [&](const auto& waiting) { return waiting.slot == slot; };
+  if (const auto batch = std::find_if(batches_.begin(), batches_.end(), same_warp); batch != batches_.end()) {
+    warp.service = Service::any_hit;
+    warp.any_hit_lanes = batch->lanes;
+    program_.any_hit(*batch, phase_);
+    batches_.erase(batch);
+  } else {
+    const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
+    assert(fetch != fetches_.end());
+    warp.service = Service::node_fetch;
+    warp.fetched = {fetch->entry, fetch->fetches};
+    program_.node_fetch(*fetch, phase_);
+    fetches_.erase(fetch);
+  }
   load(slot, now);
 }
 
@@ -276,20 +321,33 @@ void SimtCore::end_if_drained(unsigned slot, Cycle now) {
 
 void SimtCore::send(Cycle now) {
   if (lsu_.send(now, *memory_request_)) domain_.request(now + memory_request_->latency());
-  if (!any_hits_done_.empty() && any_hit_done_->can_push(now)) {
-    any_hit_done_->push(now, any_hits_done_.front());
-    any_hits_done_.pop();
-    domain_.request(now + any_hit_done_->latency());
+  const auto rt_of = [this](std::uint16_t slot) -> const RtLinks& { return rt_[slot % rt_.size()]; };
+  if (!any_hits_done_.empty()) {
+    Link<AnyHitDone>& link = *rt_of(any_hits_done_.front().slot).any_hit_done;
+    if (link.can_push(now)) {
+      link.push(now, any_hits_done_.front());
+      any_hits_done_.pop();
+      domain_.request(now + link.latency());
+    }
   }
-  if (!trace_calls_.empty() && trace_call_->can_push(now)) {
+  if (!nodes_fetched_.empty()) {
+    Link<NodeFetchDone>& link = *rt_of(nodes_fetched_.front().slot).node_fetch_done;
+    if (link.can_push(now)) {
+      link.push(now, nodes_fetched_.front().done);
+      nodes_fetched_.pop();
+      domain_.request(now + link.latency());
+    }
+  }
+  Link<TraceCall>* const calls = trace_calls_.empty() ? nullptr : rt_of(trace_calls_.front()).trace_call;
+  if (calls != nullptr && calls->can_push(now)) {
     TraceCall call;
     call.slot = trace_calls_.front();
     call.group = program_.group(call.slot);
     call.round = program_.round(call.slot);
     call.lanes = program_.active_lanes(call.slot);
-    trace_call_->push(now, call);
+    calls->push(now, call);
     trace_calls_.pop();
-    domain_.request(now + trace_call_->latency());
+    domain_.request(now + calls->latency());
   }
   if (!ends_.empty() && ended_->can_push(now)) {
     WarpEnded end;
@@ -313,8 +371,8 @@ unsigned SimtCore::resident() const {
 }
 
 bool SimtCore::idle() const {
-  return resident() == 0 && lsu_.idle() && batches_.empty() && trace_calls_.empty() && any_hits_done_.empty() &&
-         ends_.empty();
+  return resident() == 0 && lsu_.idle() && batches_.empty() && fetches_.empty() && trace_calls_.empty() &&
+         any_hits_done_.empty() && nodes_fetched_.empty() && ends_.empty();
 }
 
 SimtCounters SimtCore::counters() const {
@@ -346,14 +404,19 @@ Inventory SimtCore::inventory() const {
 }
 
 void SimtCore::dump_state(std::ostream& out) const {
-  out << name() << ": " << resident() << " warps resident, " << batches_.size() << " any-hit batches waiting, "
-      << trace_calls_.size() << " trace calls waiting\n";
+  out << name() << ": " << resident() << " warps resident, " << batches_.size() << " any-hit batches and "
+      << fetches_.size() << " node fetches waiting; to send: " << trace_calls_.size() << " trace calls, "
+      << any_hits_done_.size() << " any-hits done, " << nodes_fetched_.size() << " nodes fetched, " << ends_.size()
+      << " ends\n";
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
     const Slot& warp = slots_[slot];
     if (warp.step == Step::free) continue;
     out << "  slot " << slot << ": group " << program_.group(slot)->index << " round " << program_.round(slot) << " "
-        << kStepNames[static_cast<std::size_t>(warp.step)] << (warp.in_any_hit ? " in any-hit" : "") << " since cycle "
-        << warp.since << ", loads pending " << lsu_.loads_pending(slot) << ", stores pending "
+        << kStepNames[static_cast<std::size_t>(warp.step)]
+        << (warp.service == Service::any_hit      ? " in any-hit"
+            : warp.service == Service::node_fetch ? " fetching nodes"
+                                                  : "")
+        << " since cycle " << warp.since << ", loads pending " << lsu_.loads_pending(slot) << ", stores pending "
         << lsu_.stores_pending(slot) << "\n";
   }
   lsu_.dump_state(out);

@@ -42,10 +42,15 @@ class SimtCore final : public sc_core::sc_module {
   // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
   sc_core::sc_port<Link<LaunchWarp>> launch{"launch"};
   sc_core::sc_port<Link<WarpEnded>> ended{"ended"};
-  sc_core::sc_port<Link<TraceCall>> trace_call{"trace_call"};
-  sc_core::sc_port<Link<TraceDone>> trace_done{"trace_done"};
-  sc_core::sc_port<Link<AnyHitBatch>> any_hit_batch{"any_hit_batch"};
-  sc_core::sc_port<Link<AnyHitDone>> any_hit_done{"any_hit_done"};
+  // One binding an RT unit, the same number and order for all; the warp in slot s belongs to RT unit s mod their
+  // number.
+  sc_core::sc_port<Link<TraceCall>, 0> trace_call{"trace_call"};
+  sc_core::sc_port<Link<TraceDone>, 0> trace_done{"trace_done"};
+  sc_core::sc_port<Link<AnyHitBatch>, 0> any_hit_batch{"any_hit_batch"};
+  sc_core::sc_port<Link<AnyHitDone>, 0> any_hit_done{"any_hit_done"};
+  /// Bound when the shaders fetch the nodes for the RT units.
+  sc_core::sc_port<Link<NodeFetchBatch>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch{"node_fetch"};
+  sc_core::sc_port<Link<NodeFetchDone>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch_done{"node_fetch_done"};
   sc_core::sc_port<Link<MemoryRequest>> memory_request{"memory_request"};
   sc_core::sc_port<Link<MemoryResponse>> memory_response{"memory_response"};
 
@@ -62,9 +67,26 @@ class SimtCore final : public sc_core::sc_module {
   /// Where the ray generation shader of a warp stands.
   enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
 
+  /// What a warp does for the RT unit while it is being traced.
+  enum class Service : std::uint8_t { none, any_hit, node_fetch };
+
+  /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.
+  struct RtLinks {
+    Link<TraceCall>* trace_call = nullptr;
+    Link<TraceDone>* trace_done = nullptr;
+    Link<AnyHitBatch>* any_hit_batch = nullptr;
+    Link<AnyHitDone>* any_hit_done = nullptr;
+    Link<NodeFetchBatch>* node_fetch = nullptr;
+    Link<NodeFetchDone>* node_fetch_done = nullptr;
+  };
+  struct NodesFetched {
+    std::uint16_t slot = 0;
+    NodeFetchDone done;
+  };
+
   struct Slot {
     Step step = Step::free;
-    bool in_any_hit = false;  ///< executes the any-hit shader (step is tracing)
+    Service service = Service::none;  ///< what it executes for the RT unit (step is tracing)
     WarpActivity activity = WarpActivity::raygen;
     Cycle since = 0;       ///< of this activity
     Cycle ready = kNever;  ///< when the instructions of the running phase are done
@@ -72,6 +94,7 @@ class SimtCore final : public sc_core::sc_module {
     std::uint64_t instructions = 0;    ///< of the running phase
     std::vector<SectorAccess> stores;  ///< of the running phase
     LaneMask any_hit_lanes = 0;        ///< of the running any-hit shader
+    NodeFetchDone fetched;             ///< of the running node fetch
   };
 
   void start_of_simulation() override;
@@ -81,7 +104,9 @@ class SimtCore final : public sc_core::sc_module {
   void accept_messages(Cycle now);
   void finish_phases(Cycle now);
   void finish_ray_generation(unsigned slot, Cycle now);
-  void start_any_hit(unsigned slot, Cycle now);
+  void finish_service(unsigned slot, Cycle now);
+  void start_service(unsigned slot, Cycle now);
+  bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void load(unsigned slot, Cycle now);
   void issue(unsigned slot, Cycle now);
@@ -98,26 +123,25 @@ class SimtCore final : public sc_core::sc_module {
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;
   std::vector<Slot> slots_;
-  ShaderPhase phase_;                 ///< scratch
-  std::vector<AnyHitBatch> batches_;  ///< not started yet, in order of arrival
-  Cycle next_ready_ = kNever;         ///< earliest Slot::ready
+  ShaderPhase phase_;                    ///< scratch
+  std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
+  std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
+  Cycle next_ready_ = kNever;            ///< earliest Slot::ready
   // Warp slots (a bit each) with something to do in the present cycle.
-  LaneMask starting_any_hit_ = 0;
+  LaneMask starting_service_ = 0;
   LaneMask starting_ray_generation_ = 0;
   LaneMask loaded_ = 0;  ///< all loads of the phase are back
   // Messages to send, at most one of each kind a cycle.
   RingQueue<std::uint16_t> trace_calls_;
   RingQueue<AnyHitDone> any_hits_done_;
+  RingQueue<NodesFetched> nodes_fetched_;
   RingQueue<std::uint16_t> ends_;
   SimtCounters counters_;
 
   // The ports' links, looked up once.
   Link<LaunchWarp>* launch_ = nullptr;
   Link<WarpEnded>* ended_ = nullptr;
-  Link<TraceCall>* trace_call_ = nullptr;
-  Link<TraceDone>* trace_done_ = nullptr;
-  Link<AnyHitBatch>* any_hit_batch_ = nullptr;
-  Link<AnyHitDone>* any_hit_done_ = nullptr;
+  std::vector<RtLinks> rt_;
   Link<MemoryRequest>* memory_request_ = nullptr;
   Link<MemoryResponse>* memory_response_ = nullptr;
 };

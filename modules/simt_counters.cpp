@@ -59,7 +59,10 @@ void describe(const SimtCounters& c, StatisticList& list, const std::string& pre
   add("lsu.sectors", c.memory.sectors(), "sectors", "32 B sector requests sent to the L1");
   for (std::size_t r = 0; r < kRegionCount; ++r) {
     const std::string region(kRegionNames[r]);
-    if (is_node(static_cast<Region>(r)) || static_cast<Region>(r) == Region::checkpoint) continue;  // RT unit's traffic
+    if (is_node(static_cast<Region>(r)) || static_cast<Region>(r) == Region::checkpoint ||
+        static_cast<Region>(r) == Region::stack) {
+      continue;  // RT unit's traffic
+    }
     add("lsu.loads." + region, c.memory.loads[r], "sectors", "sectors loaded from region " + region);
     add("lsu.stores." + region, c.memory.stores[r], "sectors", "sectors stored to region " + region);
   }

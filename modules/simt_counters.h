@@ -19,12 +19,13 @@ enum class WarpActivity : std::uint8_t {
   any_hit,  ///< the same for the any-hit shader
   memory,   ///< any phase: waiting for its loads
   trace,    ///< handed to the RT unit, no any-hit shader running
+  fetch,    ///< fetches nodes for the RT unit (when shaders do): waiting for its issue slot or executing
   drain,    ///< finished but for the acknowledgements of its stores
   count
 };
 inline constexpr std::size_t kWarpActivities = static_cast<std::size_t>(WarpActivity::count);
-inline constexpr std::array<std::string_view, kWarpActivities> kWarpActivityNames = {"raygen", "blend", "any_hit",
-                                                                                     "memory", "trace", "drain"};
+inline constexpr std::array<std::string_view, kWarpActivities> kWarpActivityNames = {
+    "raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"};
 
 struct SimtCounters {
   std::uint64_t warps = 0;                                   ///< warps that ended

@@ -12,6 +12,7 @@ void WarpBuffer::Counters::add(const Counters& other) {
   calls += other.calls;
   occupancy_integral += other.occupancy_integral;
   max_stack_depth = std::max(max_stack_depth, other.max_stack_depth);
+  for (std::size_t w = 0; w < kWarpWaits; ++w) warp_cycles[w] += other.warp_cycles[w];
   warp_latency.merge(other.warp_latency);
 }
 
@@ -19,6 +20,11 @@ void WarpBuffer::Counters::describe(StatisticList& list, const std::string& pref
   list.add(prefix + ".calls", calls, "calls", "traceRay calls that entered the warp buffer");
   list.add(prefix + ".occupancy_integral", occupancy_integral, "warp cycles",
            "warps in the warp buffer, summed over cycles");
+  for (std::size_t w = 0; w < kWarpWaits; ++w) {
+    const std::string wait(kWarpWaitNames[w]);
+    list.add(prefix + ".warp_cycles." + wait, warp_cycles[w], "warp cycles",
+             "warps in the warp buffer by what they waited for, summed over cycles: " + wait);
+  }
   list.add(prefix + ".max_stack_depth", max_stack_depth, "entries", "deepest traversal stack of a lane");
   list.add(prefix + ".warp_latency", warp_latency.mean(), "cycles", "mean time of a traceRay call in the warp buffer");
   list.add(prefix + ".warp_latency_max", warp_latency.max(), "cycles",
@@ -105,6 +111,14 @@ void WarpBuffer::settle(Cycle end) {
   occupancy_from_ = end;
 }
 
+void WarpBuffer::account(Cycle end) {
+  if (end <= waits_from_) return;
+  const Cycle cycles = end - waits_from_;
+  waits_from_ = end;
+  for_each_bit(occupied_,
+               [&](unsigned e) { counters_.warp_cycles[static_cast<std::size_t>(warps_[e].wait())] += cycles; });
+}
+
 Inventory WarpBuffer::inventory() const {
   const std::uint64_t lanes = std::uint64_t{config_.entries} * kMaxLanes;
   Inventory inventory{name(), {}, {}};
@@ -113,7 +127,7 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"hit", StorageKind::ram, lanes * 2 * 32});   // t_hit, primitive id
   storage.push_back({"instance", StorageKind::ram, lanes * 64});  // address of the TLAS leaf the ray is inside
   storage.push_back({"stack", StorageKind::ram, lanes * config_.stack_entries * (64 + 32)});  // address, t
-  storage.push_back({"status", StorageKind::flip_flop, lanes * 4});                           // nine lane states
+  storage.push_back({"status", StorageKind::flip_flop, lanes * 4});                           // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});
   if (checkpoint_) {
     // Paper, "Hardware cost": (1 bit + 2 B + 2 B) a lane, two base addresses and the maximum size of a buffer a unit.

@@ -29,13 +29,30 @@ enum class LaneState : std::uint8_t {
   in_any_hit,                ///< batch sent, waits for AnyHitDone
   waiting_checkpoint_read,   ///< source entry on its way
   waiting_checkpoint_write,  ///< entries or the last sector not yet taken by the checkpoint unit
+  waiting_stack,             ///< stack entries on their way to or from memory
   finished,
   count
 };
 inline constexpr std::size_t kLaneStates = static_cast<std::size_t>(LaneState::count);
 inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
     "idle",       "ready",           "waiting_memory",   "in_unit", "waiting_any_hit",
-    "in_any_hit", "checkpoint_read", "checkpoint_write", "finished"};
+    "in_any_hit", "checkpoint_read", "checkpoint_write", "stack",   "finished"};
+
+/// What a warp of the buffer waits for, judged by the most advanced thing that one of its lanes can do; first that
+/// applies in this order.
+enum class WarpWait : std::uint8_t {
+  ready,       ///< a lane is ready: to be selected by the scheduler
+  memory,      ///< a lane waits for a node
+  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
+  unit,        ///< a lane is queued at or inside an intersection unit
+  any_hit,     ///< all unfinished lanes wait for the any-hit shader
+  retire,      ///< all lanes have finished
+  count
+};
+inline constexpr std::size_t kWarpWaits = static_cast<std::size_t>(WarpWait::count);
+inline constexpr std::array<std::string_view, kWarpWaits> kWarpWaitNames = {"ready", "memory",  "checkpoint", "stack",
+                                                                            "unit",  "any_hit", "retire"};
 
 struct Lane {
   const traces::Event* next = nullptr;  ///< event to handle, or being handled
@@ -43,6 +60,7 @@ struct Lane {
   /// A copy of *next, if next != end: the host has long dropped that line of the trace when a fetch returns.
   traces::Event event;
   std::uint32_t stack_depth = 0;
+  std::uint8_t checkpoints = 0;  ///< entries to hand over once the stack has been settled
   bool replay = false;
 
   /// Moves to the next event; false when there is none.
@@ -66,19 +84,32 @@ struct Warp {
 
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
+  WarpWait wait() const {
+    if (in_state(LaneState::ready) != 0) return WarpWait::ready;
+    if (in_state(LaneState::waiting_memory) != 0) return WarpWait::memory;
+    if ((in_state(LaneState::waiting_checkpoint_read) | in_state(LaneState::waiting_checkpoint_write)) != 0) {
+      return WarpWait::checkpoint;
+    }
+    if (in_state(LaneState::waiting_stack) != 0) return WarpWait::stack;
+    if (in_state(LaneState::in_unit) != 0) return WarpWait::unit;
+    if ((in_state(LaneState::waiting_any_hit) | in_state(LaneState::in_any_hit)) != 0) return WarpWait::any_hit;
+    return WarpWait::retire;
+  }
 };
 
 class WarpBuffer final : public sc_core::sc_module {
  public:
   struct Config {
     unsigned entries = 8;        ///< warps, 1..64 (paper, Table I: 8)
-    unsigned stack_entries = 8;  ///< stack entries a lane, for the inventory; depth itself is not limited
+    unsigned stack_entries = 8;  ///< stack entries a lane that the buffer has a place for
+    bool spill = false;          ///< deeper stacks cost memory traffic (StackUnit); else depth costs nothing
   };
   struct Counters {
     std::uint64_t calls = 0;               ///< traceRay calls accepted
     std::uint64_t occupancy_integral = 0;  ///< warps x cycles
     std::uint64_t max_stack_depth = 0;
-    Distribution warp_latency;  ///< cycles from acceptance to retirement
+    std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< warps x cycles by what they waited for
+    Distribution warp_latency;                            ///< cycles from acceptance to retirement
     void add(const Counters& other);
     void describe(StatisticList& list, const std::string& prefix) const;
   };
@@ -125,6 +156,13 @@ class WarpBuffer final : public sc_core::sc_module {
 
   /// Closes the occupancy integral at `end` (first cycle that does not count).
   void settle(Cycle end);
+  /// The occupancy integral up to `end` without closing it.
+  std::uint64_t occupancy_until(Cycle end) const {
+    const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
+    return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
+  }
+  /// Counts what each warp waited for in the cycles before `end` that were not counted yet: call before states change.
+  void account(Cycle end);
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;
@@ -142,6 +180,7 @@ class WarpBuffer final : public sc_core::sc_module {
   unsigned oldest_ = 0;  ///< entry of the oldest warp, while there is one
   std::uint64_t next_age_ = 0;
   Cycle occupancy_from_ = 0;
+  Cycle waits_from_ = 0;
   Counters counters_;
 };
 

@@ -34,12 +34,16 @@ std::vector<std::string> count_violations(const GpuCounters& c, const modules::D
   equal("traceRay calls accepted", c.rt.warp_buffer.calls, c.simt.shader.warp_rounds);
 
   // Requests and responses, level by level.
-  const std::uint64_t rt_requests = c.rt.memory.node_sectors() + c.rt.checkpoint.sectors_read +
-                                    c.rt.checkpoint.sectors_written + c.rt.prefetch.sectors;
+  const std::uint64_t rt_requests = c.rt.memory.node_sectors() - c.rt.memory.shader_sectors + c.rt.stack.spills +
+                                    c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_written +
+                                    c.rt.prefetch.sectors;
   equal("L1 accesses", c.l1.accesses(), rt_requests + c.simt.memory.sectors());
   equal("L1 responses", c.l1.responses, c.l1.accesses());
   equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);
   equal("checkpoint reads returned", c.rt.checkpoint.returned, c.rt.checkpoint.sectors_read);
+  equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
+  equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);
+  equal("stack entries filled", c.rt.stack.fills, c.rt.stack.spills);
   equal("prefetches answered", c.rt.prefetch.responses, c.rt.prefetch.sectors);
   equal("L1 fills", c.l1.fills, c.l1.sent_reads);
   equal("packets into the request network", c.crossbar.request.packets_in, c.l1.sent_reads + c.l1.sent_writes);
@@ -57,6 +61,10 @@ std::vector<std::string> count_violations(const GpuCounters& c, const modules::D
   // Every cycle of every RT unit is a selection or has one stall reason.
   const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});
   equal("RT unit cycles accounted for", events.selections + stalls, c.rt.units * c.cycles);
+  // And every cycle of every warp in a buffer has one reason.
+  const auto& waits = c.rt.warp_buffer.warp_cycles;
+  equal("warp cycles accounted for", std::accumulate(waits.begin(), waits.end(), std::uint64_t{0}),
+        c.rt.warp_buffer.occupancy_integral);
   return violations;
 }
 

@@ -23,7 +23,7 @@ std::string cell(const std::string& text) {
 
 }  // namespace
 
-SmConfig GpuConfig::sm(unsigned index) const { return {index, resident_warps, simt, rt, l1, sm_links}; }
+SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident_warps, simt, rt, l1, sm_links}; }
 
 modules::Crossbar::Config GpuConfig::crossbar_config() const {
   modules::Crossbar::Config config = crossbar;
@@ -73,6 +73,9 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must hold the replies of an MSHR (l2.mshr_merges)");
   require(config.l2.dram_queue >= config.l2.geometry.sectors(), "l2.dram_queue",
           "must hold the write-back of a line (l2.line_bytes / 32)");
+  require(!config.rt.warp_buffer.spill || config.rt.warp_buffer.stack_entries >= 2, "rt.warp_buffer.stack_entries",
+          "must be at least 2 with rt.warp_buffer.spill");
+  require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
   require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
 }

@@ -27,6 +27,7 @@ struct GpuLinks {
 struct GpuConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
+  unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
   RtUnitConfig rt;

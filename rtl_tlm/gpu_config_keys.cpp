@@ -21,10 +21,12 @@ constexpr double kMaxLatency = 100000;
 constexpr double kMaxEntries = 65536;
 
 void add_gpu(std::vector<ConfigKey>& keys, GpuConfig& c) {
-  keys.insert(keys.end(),
-              {{"gpu.sms", &c.sms, 1, 256, "SMs", "streaming multiprocessors, one RT unit each", kTable1, kPaper},
-               {"gpu.core_mhz", &c.core_mhz, 1, 100000, "MHz", "clock of SMs, crossbar and L2", kTable1, kPaper},
-               {"gpu.resident_warps", &c.resident_warps, 1, 64, "warps", "warp slots of an SM", kVulkanSim, kPublic}});
+  keys.insert(
+      keys.end(),
+      {{"gpu.sms", &c.sms, 1, 256, "SMs", "streaming multiprocessors", kTable1, kPaper},
+       {"gpu.core_mhz", &c.core_mhz, 1, 100000, "MHz", "clock of SMs, crossbar and L2", kTable1, kPaper},
+       {"gpu.resident_warps", &c.resident_warps, 1, 64, "warps", "warp slots of an SM", kVulkanSim, kPublic},
+       {"gpu.rt_units", &c.rt_units, 1, 16, "units", "RT units of an SM; its warp slots take turns", kTable1, kPaper}});
 }
 
 void add_rt(std::vector<ConfigKey>& keys, RtUnitConfig& c) {
@@ -33,7 +35,11 @@ void add_rt(std::vector<ConfigKey>& keys, RtUnitConfig& c) {
       {{"rt.warp_buffer.entries", &c.warp_buffer.entries, 1, 64, "warps", "warp buffer of the RT unit", kTable1,
         kPaper},
        {"rt.warp_buffer.stack_entries", &c.warp_buffer.stack_entries, 1, 1024, "entries",
-        "traversal stack of a lane, for the hardware cost; the simulated depth is not limited", kOurs, kAssumed},
+        "traversal stack of a lane in the warp buffer; deeper ones spill, or cost nothing without spill", kOurs,
+        kAssumed},
+       {"rt.warp_buffer.spill", &c.warp_buffer.spill, 0, 0, "",
+        "stack entries beyond the warp buffer are written to memory and read back",
+        "Vulkan-Sim: the stack costs nothing", kPublic},
        {"rt.scheduler.policy",
         choice(c.scheduler.policy, {{"oldest_first", "oldest_first"},
                                     {"round_robin", "round_robin"},
@@ -44,6 +50,9 @@ void add_rt(std::vector<ConfigKey>& keys, RtUnitConfig& c) {
        {"rt.memory.merge_in_flight", &c.memory.merge_in_flight, 0, 0, "",
         "a fetch also merges with one of its warp that is still under way", "Vulkan-Sim merges within one cycle only",
         kPublic},
+       {"rt.memory.by_shader", &c.memory.by_shader, 0, 0, "",
+        "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)", "GRTX, Section IV: the RT unit does",
+        kPaper},
        {"rt.memory.instance_leaf_bytes", &c.memory.traffic.instance_leaf_bytes, 64, 128, "B",
         "bytes read of an instance leaf, 64 or 128", "Vulkan-Sim reads all 128", kPublic},
        {"rt.memory.blas_header_read", &c.memory.traffic.blas_header_read, 0, 0, "",
@@ -113,6 +122,9 @@ void add_simt(std::vector<ConfigKey>& keys, GpuConfig& config) {
     keys.push_back({std::string("simt.cost.") + cost.name, cost.value, 0, 1e6, "instructions", cost.description,
                     kCounted, kAssumed});
   }
+  keys.push_back({"simt.cost.node_fetch", &costs.node_fetch, 0, 1e6, "instructions",
+                  "a traversal step of a warp, when shaders fetch nodes", "this project: a traversal loop counted",
+                  kAssumed});
 }
 
 void add_l1(std::vector<ConfigKey>& keys, GpuConfig& config) {

@@ -31,8 +31,10 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
 EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
   EndOfRun end;
   for (const auto& sm : gpu.sms()) {
-    sm->rt().settle(gpu.distributor().end_cycle());
-    end.rt_of.push_back(sm->rt().counters());
+    for (const auto& rt : sm->rt_units()) {
+      rt->settle(gpu.distributor().end_cycle());
+      end.rt_of.push_back(rt->counters());
+    }
   }
   for (std::size_t i = 0; i < gpu.slices().size(); ++i) {
     end.dram_of.push_back(dram.channel_counters(static_cast<unsigned>(i)));
@@ -43,10 +45,13 @@ EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
 GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end) {
   GpuCounters c;
   c.cycles = gpu.distributor().end_cycle();
-  for (std::size_t i = 0; i < gpu.sms().size(); ++i) {
-    c.rt_of.push_back(gpu.sms()[i]->rt().counters());
-    c.rt_of[i].scheduler = end.rt_of[i].scheduler;
-    c.rt_of[i].warp_buffer = end.rt_of[i].warp_buffer;
+  for (const auto& sm : gpu.sms()) {
+    for (const auto& rt : sm->rt_units()) {
+      const RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];
+      c.rt_of.push_back(rt->counters());
+      c.rt_of.back().scheduler = at_end.scheduler;
+      c.rt_of.back().warp_buffer = at_end.warp_buffer;
+    }
   }
   c.dram_of = end.dram_of;
   for (const auto& sm : gpu.sms()) {
@@ -76,9 +81,12 @@ void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, S
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
   list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
            "lane visits a node fetch");
-  for (std::size_t i = 0; i < c.rt_of.size(); ++i) {
-    list.add(fmt::format("gpu.sm{}.rt.selections", i), c.rt_of[i].scheduler.selections, "cycles",
-             "cycles in which this RT unit scheduled a warp");
+  const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
+  for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
+    for (std::size_t u = 0; u < units; ++u) {
+      list.add(fmt::format("gpu.sm{}.rt{}.selections", i, u == 0 ? "" : std::to_string(u)),
+               c.rt_of[i * units + u].scheduler.selections, "cycles", "cycles in which this RT unit scheduled a warp");
+    }
     list.add(fmt::format("gpu.sm{}.warps", i), c.simt_of[i].warps, "warps", "warps that ran on this SM");
   }
   describe(c.simt, list, "gpu.simt");

@@ -14,8 +14,8 @@
 namespace grtx::tlm {
 
 struct GpuCounters {
-  Cycle cycles = 0;  ///< core cycles until the last warp had ended
-  std::vector<RtUnitCounters> rt_of;
+  Cycle cycles = 0;                   ///< core cycles until the last warp had ended
+  std::vector<RtUnitCounters> rt_of;  ///< by RT unit, those of an SM one after the other
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;

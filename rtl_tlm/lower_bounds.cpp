@@ -12,17 +12,18 @@ Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 
 
 std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
   Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, transform = 0, rt_port = 0, l1_port = 0;
-  for (std::size_t i = 0; i < c.rt_of.size(); ++i) {
-    const RtUnitCounters& rt = c.rt_of[i];
+  for (const RtUnitCounters& rt : c.rt_of) {
     issue = std::max(issue, rt.scheduler.selections);
-    simt = std::max(simt, divide_up(c.simt_of[i].issue_busy_cycles, config.simt.schedulers));
     box = std::max(box, divide_up(rt.ray_box.busy_cycles, config.rt.ray_box.count));
     triangle = std::max(triangle, divide_up(rt.ray_triangle.busy_cycles, config.rt.ray_triangle.count));
     sphere = std::max(sphere, divide_up(rt.ray_sphere.busy_cycles, config.rt.ray_sphere.count));
     transform = std::max(transform, divide_up(rt.ray_transform.busy_cycles, config.rt.ray_transform.count));
     rt_port = std::max(rt_port, rt.memory.node_sectors());
-    l1_port = std::max(l1_port, divide_up(c.l1_of[i].accesses(), config.l1.banks));
   }
+  for (const modules::SimtCounters& core : c.simt_of) {
+    simt = std::max(simt, divide_up(core.issue_busy_cycles, config.simt.schedulers));
+  }
+  for (const modules::L1Counters& l1 : c.l1_of) l1_port = std::max(l1_port, divide_up(l1.accesses(), config.l1.banks));
   Cycle l1_miss_port = 0, l2_port = 0;
   for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
   for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());

@@ -22,6 +22,7 @@ void RtUnitCounters::add(const RtUnitCounters& other) {
   any_hit.add(other.any_hit);
   checkpoint.add(other.checkpoint);
   prefetch.add(other.prefetch);
+  stack.add(other.stack);
 }
 
 void RtUnitCounters::describe(StatisticList& list, const std::string& prefix, Cycle cycles) const {
@@ -39,6 +40,7 @@ void RtUnitCounters::describe(StatisticList& list, const std::string& prefix, Cy
   any_hit.describe(list, prefix + ".any_hit");
   checkpoint.describe(list, prefix + ".checkpoint");
   prefetch.describe(list, prefix + ".prefetch");
+  stack.describe(list, prefix + ".stack");
 }
 
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
@@ -50,10 +52,14 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       any_hit_done("any_hit_done"),
       node_request("node_request"),
       node_response("node_response"),
+      node_fetch("node_fetch"),
+      node_fetch_done("node_fetch_done"),
       checkpoint_request("checkpoint_request"),
       checkpoint_response("checkpoint_response"),
       prefetch_request("prefetch_request"),
       prefetch_response("prefetch_response"),
+      stack_request("stack_request"),
+      stack_response("stack_response"),
       config_(config),
       domain_(domain),
       alarm_(domain, this, [](void* module) { static_cast<RtUnit*>(module)->tick(); }),
@@ -68,8 +74,11 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
                       ? std::make_unique<SiblingPrefetcher>("sibling_prefetcher", config.prefetcher, memory_.traffic(),
                                                             config.warp_buffer.entries)
                       : nullptr),
+      stack_(config.warp_buffer.spill ? std::make_unique<StackUnit>("stack_unit", config.warp_buffer.stack_entries, map,
+                                                                    config.warp_buffer.entries, sm)
+                                      : nullptr),
       scheduler_("rt_scheduler", config.scheduler, warp_buffer_, memory_, any_hit_, checkpoint_.get(),
-                 prefetcher_.get()) {
+                 prefetcher_.get(), stack_.get()) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   // Only the units that this structure needs exist.
   const unsigned entries = config.warp_buffer.entries;
@@ -98,11 +107,17 @@ void RtUnit::end_of_elaboration() {
   dones_ = trace_done.operator->();
   batches_ = any_hit_batch.operator->();
   shader_dones_ = any_hit_done.operator->();
-  node_requests_ = node_request.operator->();
-  node_responses_ = node_response.operator->();
   calls_->wake(&alarm_);
   shader_dones_->wake(&alarm_);
-  node_responses_->wake(&alarm_);
+  if (fetches_nodes()) {
+    node_requests_ = node_request.operator->();
+    node_responses_ = node_response.operator->();
+    node_responses_->wake(&alarm_);
+  } else {
+    fetch_batches_ = node_fetch.operator->();
+    fetches_done_ = node_fetch_done.operator->();
+    fetches_done_->wake(&alarm_);
+  }
   if (checkpoint_) {
     checkpoint_requests_ = checkpoint_request.operator->();
     checkpoint_responses_ = checkpoint_response.operator->();
@@ -113,13 +128,20 @@ void RtUnit::end_of_elaboration() {
     prefetch_responses_ = prefetch_response.operator->();
     prefetch_responses_->wake(&alarm_);
   }
+  if (stack_) {
+    stack_requests_ = stack_request.operator->();
+    stack_responses_ = stack_response.operator->();
+    stack_responses_->wake(&alarm_);
+  }
 }
 
 // First cycle in which a link shows something to this unit.
 Cycle RtUnit::next_arrival() const {
-  Cycle next = std::min(node_responses_->next_visible(), shader_dones_->next_visible());
+  const Cycle fetched = fetches_nodes() ? node_responses_->next_visible() : fetches_done_->next_visible();
+  Cycle next = std::min(fetched, shader_dones_->next_visible());
   if (checkpoint_) next = std::min(next, checkpoint_responses_->next_visible());
   if (prefetcher_) next = std::min(next, prefetch_responses_->next_visible());
+  if (stack_) next = std::min(next, stack_responses_->next_visible());
   if (warp_buffer_.has_room()) next = std::min(next, calls_->next_visible());
   return next;
 }
@@ -130,6 +152,7 @@ void RtUnit::tick() {
   // Nothing changed in the cycles between: they all had the reason of the present state.
   if (now > accounted_) scheduler_.count_idle(now - accounted_);
   accounted_ = now + 1;
+  warp_buffer_.account(now + 1);
   run_stages(now);
   due_ = next_due(now);
   alarm_.request(std::min(due_, std::max(next_arrival(), now + 1)));
@@ -167,36 +190,53 @@ IntersectionUnit& RtUnit::unit_of(NodeKind kind) {
   throw Error("RT unit", "node", "has an unknown kind");
 }
 
+void RtUnit::take_fetch(Cycle now, const MemoryScheduler::Completed& fetch) {
+  warp_buffer_.move(fetch.entry, fetch.lanes, LaneState::waiting_memory, LaneState::in_unit);
+  IntersectionUnit& unit = unit_of(fetch.kind);
+  const Warp& warp = warp_buffer_.warp(fetch.entry);
+  for_each_bit(fetch.lanes, [&](unsigned i) {
+    const Lane& lane = warp.lane[i];
+    prefetch_for_read(lane.next + 1);  // needed after the test
+    if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[lane.event.node]);
+    unsigned tests = 1;
+    if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {
+      tests = std::max(1u, unsigned{warp.group->nodes[lane.event.node].child_count});
+    }
+    unit.enqueue(now, lane_id(fetch.entry, i), tests);
+  });
+}
+
 void RtUnit::take_responses(Cycle now) {
-  const MemoryScheduler::Completed fetch = memory_.respond(now, *node_responses_);
-  if (fetch.lanes != 0) {
-    warp_buffer_.move(fetch.entry, fetch.lanes, LaneState::waiting_memory, LaneState::in_unit);
-    IntersectionUnit& unit = unit_of(fetch.kind);
-    const Warp& warp = warp_buffer_.warp(fetch.entry);
-    for_each_bit(fetch.lanes, [&](unsigned i) {
-      const Lane& lane = warp.lane[i];
-      prefetch_for_read(lane.next + 1);  // needed after the test
-      if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[lane.event.node]);
-      unsigned tests = 1;
-      if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {
-        tests = std::max(1u, unsigned{warp.group->nodes[lane.event.node].child_count});
-      }
-      unit.enqueue(now, lane_id(fetch.entry, i), tests);
-    });
+  if (fetches_nodes()) {
+    const MemoryScheduler::Completed fetch = memory_.respond(now, *node_responses_);
+    if (fetch.lanes != 0) take_fetch(now, fetch);
+  } else {
+    memory_.respond_batch(now, *fetches_done_,
+                          [&](const MemoryScheduler::Completed& fetch) { take_fetch(now, fetch); });
   }
   if (checkpoint_) {
     if (const auto lane = checkpoint_->respond(now, *checkpoint_responses_)) scheduler_.entry_read(*lane);
   }
   if (prefetcher_) prefetcher_->respond(now, *prefetch_responses_);
+  if (stack_) {
+    if (const auto lane = stack_->respond(now, *stack_responses_)) scheduler_.stack_settled(*lane);
+  }
 }
 
 void RtUnit::issue_requests(Cycle now) {
-  if (memory_.issue(now, *node_requests_)) domain_.request(now + node_requests_->latency());
+  if (fetches_nodes()) {
+    if (memory_.issue(now, *node_requests_)) domain_.request(now + node_requests_->latency());
+  } else if (memory_.issue_batch(now, *fetch_batches_, [&](unsigned e) { return warp_buffer_.warp(e).slot; })) {
+    domain_.request(now + fetch_batches_->latency());
+  }
   if (checkpoint_ && checkpoint_->issue(now, *checkpoint_requests_)) {
     domain_.request(now + checkpoint_requests_->latency());
   }
   if (prefetcher_ && prefetcher_->issue(now, *prefetch_requests_)) {
     domain_.request(now + prefetch_requests_->latency());
+  }
+  if (stack_ && stack_->issue(now, *stack_requests_, [&](LaneId id) { scheduler_.stack_settled(id); })) {
+    domain_.request(now + stack_requests_->latency());
   }
 }
 
@@ -229,7 +269,7 @@ void RtUnit::accept(Cycle now) {
 
 Cycle RtUnit::next_due(Cycle now) const {
   if (warp_buffer_.ready_entries() != 0 || warp_buffer_.finished_entries() != 0 || !memory_.queue_empty() ||
-      (checkpoint_ && checkpoint_->busy()) || (prefetcher_ && prefetcher_->busy())) {
+      (checkpoint_ && checkpoint_->busy()) || (prefetcher_ && prefetcher_->busy()) || (stack_ && stack_->busy())) {
     return now + 1;
   }
   Cycle due = any_hit_.next_due(now);
@@ -240,7 +280,7 @@ Cycle RtUnit::next_due(Cycle now) const {
 
 bool RtUnit::idle() const {
   bool idle = warp_buffer_.empty() && memory_.idle() && (!checkpoint_ || checkpoint_->idle()) &&
-              (!prefetcher_ || prefetcher_->idle());
+              (!prefetcher_ || prefetcher_->idle()) && (!stack_ || stack_->idle());
   for_each_unit([&](const IntersectionUnit& unit) { idle = idle && unit.idle(); });
   return idle;
 }
@@ -255,6 +295,7 @@ std::uint64_t RtUnit::progress() const {
     const auto& c = checkpoint_->counters();
     sum += c.sectors_read + c.sectors_written + c.acknowledged + c.returned;
   }
+  if (stack_) sum += stack_->counters().spills + stack_->counters().fills + stack_->counters().returned;
   return sum;
 }
 
@@ -263,6 +304,7 @@ void RtUnit::settle(Cycle end) {
     scheduler_.count_idle(end - accounted_);
     accounted_ = end;
   }
+  warp_buffer_.account(end);
   warp_buffer_.settle(end);
   settled_ = end;
 }
@@ -280,6 +322,7 @@ RtUnitCounters RtUnit::counters() const {
   c.any_hit = any_hit_.counters();
   if (checkpoint_) c.checkpoint = checkpoint_->counters();
   if (prefetcher_) c.prefetch = prefetcher_->counters();
+  if (stack_) c.stack = stack_->counters();
   return c;
 }
 
@@ -293,6 +336,7 @@ std::vector<Inventory> RtUnit::inventory() const {
   for_each_unit([&](const IntersectionUnit& unit) { all.push_back(unit.inventory()); });
   if (checkpoint_) all.push_back(checkpoint_->inventory());
   if (prefetcher_) all.push_back(prefetcher_->inventory());
+  if (stack_) all.push_back(stack_->inventory());
   return all;
 }
 
@@ -305,6 +349,7 @@ void RtUnit::dump_state(std::ostream& out) const {
   any_hit_.dump_state(out);
   if (checkpoint_) checkpoint_->dump_state(out);
   if (prefetcher_) prefetcher_->dump_state(out);
+  if (stack_) stack_->dump_state(out);
 }
 
 }  // namespace grtx::tlm

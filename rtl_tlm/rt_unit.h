@@ -21,6 +21,7 @@
 #include "modules/memory_scheduler.h"
 #include "modules/rt_scheduler.h"
 #include "modules/sibling_prefetcher.h"
+#include "modules/stack_unit.h"
 #include "modules/statistics.h"
 #include "modules/warp_buffer.h"
 #include "modules/warp_messages.h"
@@ -58,6 +59,7 @@ struct RtUnitCounters {
   modules::AnyHitCollector::Counters any_hit;
   modules::CheckpointUnit::Counters checkpoint;
   modules::SiblingPrefetcher::Counters prefetch;
+  modules::StackUnit::Counters stack;
 
   void add(const RtUnitCounters& other);
   /// cycles: length of the run, for the mean occupancy of a warp buffer.
@@ -72,18 +74,24 @@ class RtUnit final : public sc_core::sc_module {
   template <typename T>
   using OptionalPort = sc_core::sc_port<modules::Link<T>, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
 
-  Port<modules::TraceCall> trace_call;        ///< in, from the SIMT core
-  Port<modules::TraceDone> trace_done;        ///< out
-  Port<modules::AnyHitBatch> any_hit_batch;   ///< out
-  Port<modules::AnyHitDone> any_hit_done;     ///< in
-  Port<modules::MemoryRequest> node_request;  ///< out, L1 client for node fetches
-  Port<modules::MemoryResponse> node_response;
+  Port<modules::TraceCall> trace_call;       ///< in, from the SIMT core
+  Port<modules::TraceDone> trace_done;       ///< out
+  Port<modules::AnyHitBatch> any_hit_batch;  ///< out
+  Port<modules::AnyHitDone> any_hit_done;    ///< in
+  /// L1 client for node fetches, unless the shader cores fetch the nodes (fetches_nodes()).
+  OptionalPort<modules::MemoryRequest> node_request;
+  OptionalPort<modules::MemoryResponse> node_response;
+  OptionalPort<modules::NodeFetchBatch> node_fetch;  ///< out, to the SIMT core; used when the shader cores fetch
+  OptionalPort<modules::NodeFetchDone> node_fetch_done;
   /// L1 client for checkpoint traffic; used when the trace has checkpointing (has_checkpoint()), else may stay unbound.
   OptionalPort<modules::MemoryRequest> checkpoint_request;
   OptionalPort<modules::MemoryResponse> checkpoint_response;
   /// L1 client for prefetches; used with sibling_prefetch (has_prefetcher()), else may stay unbound.
   OptionalPort<modules::MemoryRequest> prefetch_request;
   OptionalPort<modules::MemoryResponse> prefetch_response;
+  /// L1 client for stack entries; used when stacks spill (has_stack()), else may stay unbound.
+  OptionalPort<modules::MemoryRequest> stack_request;
+  OptionalPort<modules::MemoryResponse> stack_response;
 
   /// sm: number of the SM, selects its per-ray buffers in the map. map and domain must outlive the unit.
   RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
@@ -91,6 +99,8 @@ class RtUnit final : public sc_core::sc_module {
 
   bool has_checkpoint() const { return checkpoint_ != nullptr; }
   bool has_prefetcher() const { return prefetcher_ != nullptr; }
+  bool has_stack() const { return stack_ != nullptr; }
+  bool fetches_nodes() const { return !config_.memory.by_shader; }
   /// Nothing inside: no warp, no request, no response due. Links are not looked at.
   bool idle() const;
   /// Grows with all that the unit does; for a watchdog.
@@ -101,6 +111,9 @@ class RtUnit final : public sc_core::sc_module {
   /// when writes or prefetches were still under way.
   Cycle accounted() const { return accounted_; }
   RtUnitCounters counters() const;
+  /// Warps in the warp buffer summed over the cycles before `end`, of a running unit.
+  std::uint64_t warp_cycles_until(Cycle end) const { return warp_buffer_.occupancy_until(end); }
+  std::uint64_t selections() const { return scheduler_.counters().selections; }
   void statistics(modules::StatisticList& list, const std::string& prefix) const;
   /// Of all parts, in block-diagram order.
   std::vector<modules::Inventory> inventory() const;
@@ -111,6 +124,7 @@ class RtUnit final : public sc_core::sc_module {
   void tick();
   void run_stages(Cycle now);
   void take_responses(Cycle now);
+  void take_fetch(Cycle now, const modules::MemoryScheduler::Completed& fetch);
   void issue_requests(Cycle now);
   void invoke_any_hit(Cycle now);
   void retire(Cycle now);
@@ -131,6 +145,7 @@ class RtUnit final : public sc_core::sc_module {
   modules::AnyHitCollector any_hit_;
   std::unique_ptr<modules::CheckpointUnit> checkpoint_;
   std::unique_ptr<modules::SiblingPrefetcher> prefetcher_;
+  std::unique_ptr<modules::StackUnit> stack_;
   modules::RtScheduler scheduler_;
   std::unique_ptr<modules::IntersectionUnit> ray_box_;
   std::unique_ptr<modules::IntersectionUnit> ray_triangle_;
@@ -150,6 +165,10 @@ class RtUnit final : public sc_core::sc_module {
   modules::Link<modules::MemoryResponse>* checkpoint_responses_ = nullptr;
   modules::Link<modules::MemoryRequest>* prefetch_requests_ = nullptr;
   modules::Link<modules::MemoryResponse>* prefetch_responses_ = nullptr;
+  modules::Link<modules::MemoryRequest>* stack_requests_ = nullptr;
+  modules::Link<modules::MemoryResponse>* stack_responses_ = nullptr;
+  modules::Link<modules::NodeFetchBatch>* fetch_batches_ = nullptr;
+  modules::Link<modules::NodeFetchDone>* fetches_done_ = nullptr;
 
   Cycle due_ = modules::kNever;  ///< next cycle in which the unit has something to do of its own
   Cycle accounted_ = 0;          ///< first cycle whose stall reason has not been counted

@@ -17,6 +17,7 @@
 #include "rtl_tlm/gpu_counters.h"
 #include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/measured_source.h"
+#include "rtl_tlm/occupancy_series.h"
 #include "rtl_tlm/statistics_json.h"
 #include "rtl_tlm/trace_source.h"
 #include "traces/io.h"
@@ -82,12 +83,17 @@ class Watchdog {
 };
 
 /// Steps the kernel until the last warp has ended (the GPU pauses it there).
-void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options) {
+void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options,
+                OccupancySeries& series) {
   Watchdog watchdog(gpu, dram, options.watchdog_cycles);
   Progress progress("simulate", groups, "warps", options.quiet);
   const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
+  Cycle at = 0;
   while (!gpu.finished()) {
-    start_for(gpu, step);
+    const Cycle length = std::min(step, series.next() - at);
+    start_for(gpu, length);
+    at += length;
+    if (at == series.next() && !gpu.finished()) series.sample();
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
     if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
@@ -165,6 +171,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   MeasuredSource source(file, header, ChainLatencies(config, header));
 
   SimulationResult result;
+  nlohmann::ordered_json over_time;
   result.inputs = inputs_of(reader, config, options);
   try {
     Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
@@ -175,8 +182,10 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
           std::make_unique<Waveform>("waveform", options.waveform, gpu, memory->dram,
                                      fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
     }
-    run_to_end(gpu, memory->dram, groups.size(), options);
+    OccupancySeries series(gpu, memory->dram);
+    run_to_end(gpu, memory->dram, groups.size(), options, series);
     const EndOfRun end = settle(gpu, memory->dram);
+    over_time = series.json(gpu.distributor().end_cycle());
     drain(gpu, memory->dram, options);
     if (waveform) waveform->finish(gpu.distributor().end_cycle());
 
@@ -197,7 +206,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }
-  result.document = statistics_document(config_json(config), result.inputs, result.statistics, result.host);
+  result.document = statistics_document(config_json(config), result.inputs, result.statistics, result.host, over_time);
   return result;
 }
 

@@ -1,4 +1,4 @@
-// Streaming multiprocessor: SIMT core, RT unit and L1 data cache, and the links between them. Paper: Table I and the
+// Streaming multiprocessor: SIMT core, RT units and L1 data cache, and the links between them. Paper: Table I and the
 // figure of the architecture (one RT unit an SM, behind the SM's L1). Cost: the sum of its parts.
 #pragma once
 
@@ -30,6 +30,7 @@ struct SmLinks {
 
 struct SmConfig {
   unsigned index = 0;
+  unsigned rt_units = 1;
   unsigned resident_warps = 32;
   modules::SimtCoreConfig simt;  ///< sm, resident_warps and l1_client are set here
   RtUnitConfig rt;
@@ -51,10 +52,10 @@ class Sm final : public sc_core::sc_module {
   sc_core::sc_port<modules::Link<modules::MemoryResponse>> from_memory{"from_memory"};
 
   modules::SimtCore& simt() { return *simt_; }
-  RtUnit& rt() { return *rt_; }
   modules::L1Cache& l1() { return *l1_; }
   const modules::SimtCore& simt() const { return *simt_; }
-  const RtUnit& rt() const { return *rt_; }
+  const RtUnit& rt() const { return *rt_.front(); }  ///< the first
+  const std::vector<std::unique_ptr<RtUnit>>& rt_units() const { return rt_; }
   const modules::L1Cache& l1() const { return *l1_; }
 
   /// Nothing inside, links included.
@@ -69,16 +70,25 @@ class Sm final : public sc_core::sc_module {
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
   void run_parts() { processes_.run(); }
+  /// clients: names of the L1's ports.
+  void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
 
   modules::ProcessBundle processes_;  ///< of the three parts
-  LinkPointer<modules::TraceCall> trace_call_;
-  LinkPointer<modules::TraceDone> trace_done_;
-  LinkPointer<modules::AnyHitBatch> any_hit_batch_;
-  LinkPointer<modules::AnyHitDone> any_hit_done_;
+  /// Between the SIMT core and one RT unit; the last two exist when the shader cores fetch the nodes.
+  struct RtLinks {
+    LinkPointer<modules::TraceCall> trace_call;
+    LinkPointer<modules::TraceDone> trace_done;
+    LinkPointer<modules::AnyHitBatch> any_hit_batch;
+    LinkPointer<modules::AnyHitDone> any_hit_done;
+    LinkPointer<modules::NodeFetchBatch> node_fetch;
+    LinkPointer<modules::NodeFetchDone> node_fetch_done;
+  };
+
+  std::vector<RtLinks> rt_links_;                                ///< by RT unit
   std::vector<LinkPointer<modules::MemoryRequest>> requests_;    ///< by client of the L1
   std::vector<LinkPointer<modules::MemoryResponse>> responses_;  ///< by client of the L1
   std::unique_ptr<modules::SimtCore> simt_;
-  std::unique_ptr<RtUnit> rt_;
+  std::vector<std::unique_ptr<RtUnit>> rt_;
   std::unique_ptr<modules::L1Cache> l1_;
 };
 

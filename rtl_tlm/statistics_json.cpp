@@ -25,12 +25,13 @@ nlohmann::ordered_json statistics_object(const modules::StatisticList& list) {
 
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const std::map<std::string, std::string>& inputs,
-                                           const modules::StatisticList& statistics,
-                                           const modules::StatisticList& host) {
+                                           const modules::StatisticList& statistics, const modules::StatisticList& host,
+                                           const nlohmann::ordered_json& over_time) {
   nlohmann::ordered_json document;
   document["schema"] = "grtx.stats/1";
   document["config"] = config;
   document["inputs"] = inputs;
+  if (!over_time.is_null()) document["over_time"] = over_time;
   document["stats"] = statistics_object(statistics);
   const nlohmann::ordered_json last = statistics_object(host);
   for (const auto& [name, entry] : last.items()) document["stats"][name] = entry;

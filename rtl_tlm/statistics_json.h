@@ -17,8 +17,8 @@ nlohmann::ordered_json statistics_object(const modules::StatisticList& list);
 /// the lines before it are byte-identical for the same inputs.
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const std::map<std::string, std::string>& inputs,
-                                           const modules::StatisticList& statistics,
-                                           const modules::StatisticList& host);
+                                           const modules::StatisticList& statistics, const modules::StatisticList& host,
+                                           const nlohmann::ordered_json& over_time = nullptr);
 
 /// Text of such a document with one statistic (and one configuration key) a line.
 std::string statistics_text(const nlohmann::ordered_json& document);

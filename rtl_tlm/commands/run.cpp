@@ -73,8 +73,8 @@ bool trace_designs(const Options& options, bool quiet, std::map<std::string, Tra
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
     // Planned anew for each design: that the plans agree is part of the proof that the images do.
-    const frontend::SecondaryPlan plan = frontend::plan_secondary(scene, gaussians, *accel, camera, tracer, objects,
-                                                                  render.linear_mapping, render.threads);
+    const frontend::SecondaryPlan plan = frontend::plan_secondary(
+        scene, gaussians, *accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
     render.secondary = &plan;
     traces::Header header = trace_header(scene, camera, *accel, tracer, render);
     for (const auto& [name, value] : option_inputs(options.tracer, design.checkpoint, design.accel)) {

@@ -52,8 +52,8 @@ int trace(const Options& options, bool quiet) {
   const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
   const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
-  const frontend::SecondaryPlan plan =
-      frontend::plan_secondary(scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads);
+  const frontend::SecondaryPlan plan = frontend::plan_secondary(
+      scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
   render.secondary = &plan;
 
   std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);

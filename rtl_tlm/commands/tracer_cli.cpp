@@ -35,7 +35,9 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   command->add_option("--instance-bounds", cli.instance_bounds, "World boxes of instances")
       ->check(one_of({"tight", "box_corners"}));
   command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node")->check(CLI::Range(2U, 8U));
-  command->add_option("--mapping", cli.mapping, "How pixels form warps")->check(one_of({"tile8x4", "linear"}));
+  command->add_option("--mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2")
+      ->check(one_of({"tile8x4", "linear"}));
+  command->add_option("--warp-size", cli.warp_size, "Rays of a warp")->check(one_of({"4", "8", "16", "32"}));
   add_secondary_options(command, cli.secondary);
   command
       ->add_option("--tracing", cli.tracing,
@@ -103,6 +105,7 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
   RenderOptions r;
   r.threads = cli.threads;
   r.linear_mapping = cli.mapping == "linear";
+  r.warp_size = cli.warp_size;
   r.quiet = quiet;
   return r;
 }
@@ -125,6 +128,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
                                                {"instance_bounds", cli.instance_bounds},
                                                {"bvh_width", std::to_string(cli.bvh_width)},
                                                {"mapping", cli.mapping},
+                                               {"warp_size", std::to_string(cli.warp_size)},
                                                {"tracing", cli.tracing},
                                                {"triangle_test", cli.triangle_test},
                                                {"box_bits", std::to_string(cli.box_bits)},

@@ -33,6 +33,7 @@ struct TracerCli {
   unsigned box_bits = 8;
   unsigned bvh_width = 6;
   std::string skip = "faithful";
+  unsigned warp_size = 32;
   unsigned threads = 0;
   SecondaryCli secondary;
 };

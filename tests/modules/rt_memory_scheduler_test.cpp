@@ -29,7 +29,7 @@ class RtMemorySchedulerTest : public SystemCTest {
 };
 
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  MemoryScheduler memory("memory", {64, false, {}}, header(), 2);
+  MemoryScheduler memory("memory", {64, false, false, {}}, header(), 2);
   Link<MemoryRequest> requests("requests", 1, 64);
   Link<MemoryResponse> responses("responses", 1, 64);
   memory.begin_warp(5, 0);
@@ -62,7 +62,7 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  MemoryScheduler memory("memory", {64, true, {}}, header(), 1);
+  MemoryScheduler memory("memory", {64, true, false, {}}, header(), 1);
   Link<MemoryRequest> requests("requests", 1, 64);
   Link<MemoryResponse> responses("responses", 1, 64);
   memory.begin_warp(0, 0);
@@ -82,7 +82,7 @@ TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  MemoryScheduler memory("memory", {64, false, {128, true, false}}, header(), 1);
+  MemoryScheduler memory("memory", {64, false, false, {128, true, false}}, header(), 1);
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
   memory.visit(1, NodeKind::instance, 1024, false);
@@ -105,7 +105,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  MemoryScheduler memory("memory", {64, false, {}}, header(), 1);
+  MemoryScheduler memory("memory", {64, false, false, {}}, header(), 1);
   Link<MemoryRequest> requests("requests", 1, 1);
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::internal, 128, false);
@@ -117,8 +117,8 @@ TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
 }
 
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {
-  EXPECT_THROW(MemoryScheduler("a", {31, false, {}}, header(), 1), Error);
-  EXPECT_THROW(MemoryScheduler("b", {32, false, {96, true, false}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("a", {31, false, false, {}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("b", {32, false, false, {96, true, false}}, header(), 1), Error);
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // A second implementation of the RT unit: one file, no SystemC, no skipping, every cycle ticked, lanes kept as plain
 // structs. Written from docs/modules/{rt_scheduler,warp_buffer,memory_scheduler,intersection_units,checkpoint_unit,
-// sibling_prefetcher}.md, so that the pages, the SystemC model and this file check one another to the cycle. It brings
-// the surroundings of RtBench with it: a SIMT core that answers after a fixed time, and memories of fixed latency.
+// sibling_prefetcher,stack_unit}.md, so that the pages, the SystemC model and this file check one another to the cycle.
+// It brings the surroundings of RtBench with it: a SIMT core that answers after a fixed time, and memories of fixed
+// latency.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +45,7 @@ class PlainRtUnit {
   };
   std::vector<Done> dones;
   std::vector<Batch> batches;
-  std::vector<Request> requests[3];  ///< node, checkpoint, prefetch
+  std::vector<Request> requests[4];  ///< node, checkpoint, prefetch, stack
 
   PlainRtUnit(const RtUnitConfig& config, const traces::Header& header, const modules::MemoryMap& map,
               unsigned memory_latency, unsigned any_hit_cycles)
@@ -82,7 +83,7 @@ class PlainRtUnit {
   }
 
  private:
-  enum class State { absent, ready, memory, unit, any_hit_wait, any_hit_run, read, write, finished };
+  enum class State { absent, ready, memory, unit, any_hit_wait, any_hit_run, read, write, stack, finished };
   struct Record {  // of the sibling prefetcher
     std::uint64_t node_address, child_base;
     const traces::NodeDefinition* node;
@@ -101,6 +102,9 @@ class PlainRtUnit {
     std::optional<std::uint64_t> open_sector, held_sector;
     unsigned sectors_due = 0;  // of the entry being read
     std::deque<Record> records;
+    // stack unit
+    std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
+    unsigned held_back = 0;                // checkpoint entries that wait for the stack
   };
   struct Warp {
     bool used = false;
@@ -194,6 +198,8 @@ class PlainRtUnit {
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
     const traces::Event& e = event(lane);
+    if (e.kind() != traces::EventKind::visit_instance) --lane.depth;
+    if (e.kind() == traces::EventKind::visit_internal) lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
     if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
@@ -206,6 +212,36 @@ class PlainRtUnit {
   void finish_event(LaneName name, unsigned entries) {
     Lane& lane = warps_[name.first].lanes[name.second];
     ++lane.next;
+    if (config_.warp_buffer.spill && stack_moves(name)) {
+      lane.held_back = entries;
+      lane.state = State::stack;
+    } else {
+      submit(name, entries);
+    }
+  }
+  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move in pairs.
+  bool stack_moves(LaneName name) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    const std::size_t before = stack_queue_.size();
+    while (lane.depth - lane.spilled > config_.warp_buffer.stack_entries) {
+      stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), true});
+      lane.spilled += 2;
+    }
+    if (lane.depth == lane.spilled && lane.spilled > 0 && lane.next != lane.end) {
+      const auto kind = event(lane).kind();
+      if (kind != traces::EventKind::replay_take && kind != traces::EventKind::replay_forward) {
+        lane.spilled -= 2;
+        stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), false});
+      }
+    }
+    return stack_queue_.size() != before;
+  }
+  std::uint64_t stack_address(LaneName name, std::uint64_t pair) const {
+    return map_.stack_sector(map_.ray_slot(0, warps_[name.first].slot, name.second), pair);
+  }
+  void stack_moved(LaneName name) { submit(name, warps_[name.first].lanes[name.second].held_back); }
+  void submit(LaneName name, unsigned entries) {
+    Lane& lane = warps_[name.first].lanes[name.second];
     lane.to_write = entries;
     const bool last = lane.next == lane.end;
     lane.flush = last && config_.checkpoint.write_combine && (lane.written + entries) * 20 % 32 != 0;
@@ -255,6 +291,11 @@ class PlainRtUnit {
       }
     }
     if (!prefetch_responses_.empty() && prefetch_responses_.front().visible <= now_) prefetch_responses_.pop_front();
+    if (!stack_responses_.empty() && stack_responses_.front().first <= now_) {
+      const std::optional<LaneName> filled = stack_responses_.front().second;
+      stack_responses_.pop_front();
+      if (filled) stack_moved(*filled);
+    }
   }
   void complete(const Fetch& fetch) {
     std::vector<unsigned> lanes = fetch.lanes;
@@ -272,6 +313,7 @@ class PlainRtUnit {
   // The source entry of the event is there: a replay_take pushes it, a replay_forward may submit it.
   void entry_read(LaneName name) {
     Lane& lane = warps_[name.first].lanes[name.second];
+    if (event(lane).kind() == traces::EventKind::replay_take) ++lane.depth;
     finish_event(name, event(lane).checkpoints);
   }
 
@@ -304,6 +346,14 @@ class PlainRtUnit {
       send(2, front.address + 32 * front.sent, false);
       prefetch_responses_.push_back({now_ + memory_latency_, 0});
       if (++front.sent == front.sectors) prefetch_queue_.pop_front();
+    }
+    if (!stack_queue_.empty()) {
+      const StackMove move = stack_queue_.front();
+      stack_queue_.pop_front();
+      send(3, move.address, move.write);
+      stack_responses_.push_back({now_ + memory_latency_, move.write ? std::nullopt : std::optional(move.lane)});
+      const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
+      if (move.write && !more) stack_moved(move.lane);
     }
   }
   void send(unsigned client, std::uint64_t address, bool write) { requests[client].push_back({address, write, now_}); }
@@ -454,6 +504,7 @@ class PlainRtUnit {
         visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
         return;
       case EventKind::cull:
+        --lane.depth;
         finish_event(name, e.checkpoints);
         return;
       default:
@@ -574,6 +625,7 @@ class PlainRtUnit {
         for (unsigned r = 0; r < round; ++r) lane.next += ray.rounds[r].event_count;
         lane.end = lane.next + ray.rounds[round].event_count;
         lane.source = written_before_[{slot, l}];
+        lane.depth = ray.rounds[round].replay ? 0 : 1;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
       return;
@@ -583,7 +635,7 @@ class PlainRtUnit {
   bool idle() const {
     return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
            read_queue_.empty() && write_queue_.empty() && checkpoint_responses_.empty() && prefetch_queue_.empty() &&
-           prefetch_responses_.empty() && done_messages_.empty();
+           prefetch_responses_.empty() && stack_queue_.empty() && stack_responses_.empty() && done_messages_.empty();
   }
 
   RtUnitConfig config_;
@@ -605,6 +657,13 @@ class PlainRtUnit {
   std::deque<std::uint64_t> write_queue_;
   std::deque<LaneName> submitted_;
   std::deque<Prefetch> prefetch_queue_;
+  struct StackMove {
+    LaneName lane;
+    std::uint64_t address;
+    bool write;
+  };
+  std::deque<StackMove> stack_queue_;
+  std::deque<std::pair<std::uint64_t, std::optional<LaneName>>> stack_responses_;
   std::set<std::pair<std::uint64_t, std::uint64_t>> asked_;
   std::uint64_t asked_cycle_ = ~std::uint64_t{0};
   std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round

@@ -1,5 +1,5 @@
 // Bench for the RT unit: a SIMT core that answers any-hit batches after a fixed time and calls the next round, and a
-// memory of fixed latency behind each of the three L1 clients. Also a builder of small ray groups.
+// memory of fixed latency behind each of the four L1 clients. Also a builder of small ray groups.
 #pragma once
 
 #include <algorithm>
@@ -119,7 +119,7 @@ class RtBench {
 
   RtBench(const traces::Header& header, BenchOptions options)
       : options_(std::move(options)),
-        map_(header, {1, static_cast<unsigned>(options_.resident_warps)}),
+        map_(header, {1, static_cast<unsigned>(options_.resident_warps), 0, options_.rt.warp_buffer.spill ? 128u : 0u}),
         clock_("clock", 1000.0, options_.idle_skip) {
     const auto make_rt = [&] { rt_ = std::make_unique<RtUnit>("rt", options_.rt, header, map_, clock_, 0u); };
     const auto make_simt = [&] {
@@ -133,7 +133,7 @@ class RtBench {
     if (options_.construction_order == 2) make_rt();
     make_memory();
     if (options_.construction_order == 0) make_rt();
-    for (unsigned c = 0; c < 3; ++c) {
+    for (unsigned c = 0; c < 4; ++c) {
       requests_.push_back(std::make_unique<Link<modules::MemoryRequest>>("requests", 1, 4));
       responses_.push_back(
           std::make_unique<Link<modules::MemoryResponse>>("responses", options_.memory_latency - 1, 4096));
@@ -151,6 +151,10 @@ class RtBench {
     if (rt_->has_prefetcher()) {
       rt_->prefetch_request(*requests_[2]);
       rt_->prefetch_response(*responses_[2]);
+    }
+    if (rt_->has_stack()) {
+      rt_->stack_request(*requests_[3]);
+      rt_->stack_response(*responses_[3]);
     }
   }
 
@@ -203,7 +207,7 @@ class RtBench {
 
   std::vector<Done> dones;
   std::vector<Batch> batches;
-  std::vector<Request> requests[3];  ///< by client: node, checkpoint, prefetch
+  std::vector<Request> requests[4];  ///< by client: node, checkpoint, prefetch, stack
 
  private:
   static modules::TraceCall call(const traces::RayGroup& group, std::uint16_t slot, std::uint32_t round) {
@@ -243,7 +247,7 @@ class RtBench {
   }
 
   void memory(Cycle now) {
-    for (unsigned c = 0; c < 3; ++c) {
+    for (unsigned c = 0; c < 4; ++c) {
       while (const auto* request = requests_[c]->front(now)) {
         requests[c].push_back({*request, now - 1});
         modules::MemoryResponse response;

@@ -51,10 +51,10 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   std::vector<PlainRtUnit::Batch> batches;
   for (const auto& b : bench.batches) batches.push_back({b.batch.slot, b.batch.round, b.batch.lanes, b.cycle});
   using fmt::format;
-  for (unsigned c = 0; c < 3; ++c) {
+  for (unsigned c = 0; c < 4; ++c) {
     std::vector<PlainRtUnit::Request> requests;
     for (const auto& r : bench.requests[c]) requests.push_back({r.request.address, r.request.write, r.cycle});
-    const char* names[] = {"node request", "checkpoint request", "prefetch request"};
+    const char* names[] = {"node request", "checkpoint request", "prefetch request", "stack request"};
     expect_same(names[c], plain.requests[c], requests, [](const PlainRtUnit::Request& r) {
       return format("cycle {} {} {:#x}", r.cycle, r.write ? "write" : "read", r.address);
     });
@@ -91,6 +91,8 @@ BenchOptions random_configuration(std::mt19937& random) {
   rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0};
   rt.sibling_prefetch = one_of({0, 1, 1}) != 0;
   rt.prefetcher = {one_of({1, 4}), one_of({2, 32})};
+  rt.warp_buffer.spill = one_of({0, 1, 1}) != 0;
+  rt.warp_buffer.stack_entries = one_of({2, 3, 4, 8});
   return options;
 }
 
@@ -141,6 +143,11 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
   for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
   std::filesystem::remove(path);
   expect_agreement(header, groups, {});
+  if (!checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
+  BenchOptions spilling;
+  spilling.rt.warp_buffer.spill = true;
+  spilling.rt.warp_buffer.stack_entries = 4;
+  expect_agreement(header, groups, spilling);
 }
 
 class RtUnitPlainScene : public modules::SystemCTest {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "rtl_tlm/child_process.h"
@@ -148,6 +150,50 @@ TEST_P(SimulationKinds, ConservesAndDoesNotDependOnConstructionOrderOrIdleSkip) 
   }
 }
 
+// The parts that only alternatives build.
+TEST(Simulation, AlternativesDoNotDependOnConstructionOrderOrIdleSkip) {
+  const TemporaryFile file("alternatives");
+  write_random(file.path(), random_options(true, true));
+  const GpuConfig config = load_config(
+      std::string(GRTX_SOURCE_DIR) + "/configs/small.toml",
+      {"gpu.rt_units=2", "rt.memory.by_shader=true", "rt.warp_buffer.spill=true", "rt.warp_buffer.stack_entries=2"});
+  const ordered_json reference = without_host(simulated(file.path(), config));
+  EXPECT_EQ(reference["violations"], ordered_json::array());
+  EXPECT_GT(value(reference, "gpu.rt.stack.spills"), 0U);
+  for (const std::uint64_t order : {1, 2, 3}) {
+    SimulationOptions options;
+    options.build.construction_order = order;
+    options.build.idle_skip = order != 3;
+    EXPECT_EQ(without_host(simulated(file.path(), config, options)).dump(), reference.dump()) << "order " << order;
+  }
+}
+
+// The points of the series are the run cut into pieces: their weighted mean is the mean of the run.
+TEST(Simulation, OccupancyOverTimeAddsUpToTheRun) {
+  const TemporaryFile file("series");
+  write_random(file.path(), random_options(true, true));
+  const ordered_json result = simulated(file.path(), small());
+  const ordered_json& series = result.at("over_time");
+  const auto& ends = series.at("end_of_interval").at("values");
+  ASSERT_GE(ends.size(), 2U);
+  EXPECT_LE(ends.size(), 65U);
+  EXPECT_EQ(ends.back(), value(result, "gpu.cycles"));
+  double warps = 0.0, selections = 0.0;
+  std::uint64_t before = 0;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const auto end = ends[i].get<std::uint64_t>();
+    ASSERT_GT(end, before);
+    const double length = static_cast<double>(end - before);
+    warps += series.at("rt.occupancy").at("values").at(i).get<double>() * length;
+    selections += series.at("rt.selections").at("values").at(i).get<double>() * length;
+    before = end;
+  }
+  const double units = 2.0;  // small.toml: 2 SMs
+  EXPECT_NEAR(warps * units, static_cast<double>(value(result, "gpu.rt.occupancy_integral")), 1e-3);
+  EXPECT_NEAR(selections * units, static_cast<double>(value(result, "gpu.rt.selections")), 1e-3);
+  EXPECT_EQ(series.at("resident_warps").at("values").back(), 0U);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
                          ::testing::Values(Kind{"baseline", false, false}, Kind{"sw", true, false},
                                            Kind{"hw", false, true}, Kind{"grtx", true, true}),
@@ -176,10 +222,20 @@ TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
                                              "rt.warp_buffer.entries=1",
                                              "gpu.resident_warps=1",
                                              "dram.queue=4",
-                                             "simt.message_latency=7"};
+                                             "simt.message_latency=7",
+                                             "gpu.rt_units=2",
+                                             "gpu.rt_units=3",
+                                             "rt.memory.by_shader=true",
+                                             "rt.memory.by_shader=true rt.memory.merge_in_flight=false",
+                                             "rt.memory.by_shader=true gpu.rt_units=2 simt.cost.node_fetch=0",
+                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=2",
+                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=4 gpu.rt_units=2"};
   for (const std::string& setting : settings) {
+    std::vector<std::string> each;
+    std::istringstream words(setting);
+    for (std::string word; words >> word;) each.push_back(word);
     const ordered_json result =
-        simulated(file.path(), load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {setting}));
+        simulated(file.path(), load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", each));
     EXPECT_EQ(result["violations"], ordered_json::array()) << setting;
     for (const char* name : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.rt.checkpoint.entries_written",
                              "gpu.simt.blended", "gpu.simt.ray_rounds"}) {
@@ -224,7 +280,13 @@ TEST(Simulation, NoProgressIsReportedAsADeadlock) {
   });
   const std::string text = child.result();
   EXPECT_NE(text.find("deadlock in core cycle"), std::string::npos) << text;
-  EXPECT_NE(text.find("gpu.sm0.l1d"), std::string::npos) << "the dump names every module: " << text;
+  for (const char* part :
+       {"gpu.distributor", "gpu.sm0.simt", "load-store unit", "gpu.sm0.rt.warp_buffer", "gpu.sm0.rt.memory_scheduler",
+        "gpu.sm0.rt.ray_box", "gpu.sm0.rt.ray_triangle", "gpu.sm0.rt.sibling_prefetcher", "gpu.sm0.l1d: mshr",
+        "miss queue", "gpu.crossbar: requests", "gpu.crossbar: replies", "gpu.l2_slice0: pipe", "dram queue",
+        "dram channel 0", "gpu.sm1.simt"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in the dump: " << text;
+  }
 }
 
 }  // namespace
