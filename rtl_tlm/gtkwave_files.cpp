@@ -74,22 +74,25 @@ void write_trace(std::string& out, const SignalInfo& signal, const std::string& 
   }
 }
 
-/// Units are what one looks at first; links, shader slots and all SMs but the first of the file begin closed.
-bool closed(const Scope& scope, const std::string& path, const Scope* first_sm) {
-  if (scope.name.starts_with("sm") && path == "gpu.") return &scope != first_sm;
-  if (path == "gpu.") return true;
-  static const std::set<std::string, std::less<>> open = {"rt", "rt_scheduler", "warp_buffer", "any_hit_collector",
-                                                          "w0"};
-  return !open.contains(scope.name);
+/// Units are what one looks at first; links, shader slots, all warps but the first and all SMs but the first of the
+/// file begin closed.
+bool closed(const Scope& scope, const Scope& outer, const std::string& path) {
+  static const std::set<std::string, std::less<>> open = {"rt", "rt_scheduler", "warp_buffer", "any_hit_collector"};
+  if (open.contains(scope.name)) return false;
+  const char* first_opens = path == "gpu." ? "sm" : outer.name == "warp_buffer" ? "w" : nullptr;
+  if (first_opens == nullptr || !scope.name.starts_with(first_opens)) return true;
+  for (const auto& sibling : outer.scopes) {
+    if (sibling->name.starts_with(first_opens)) return sibling.get() != &scope;
+  }
+  return true;
 }
 
-void write_scope(std::string& out, const Scope& scope, const std::string& path, const std::string& save_path,
-                 const Scope* first_sm) {
+void write_scope(std::string& out, const Scope& scope, const std::string& path, const std::string& save_path) {
   for (const SignalInfo* signal : scope.signals) write_trace(out, *signal, save_path);
   for (const auto& inner : scope.scopes) {
-    const bool shut = closed(*inner, path, first_sm);
+    const bool shut = closed(*inner, scope, path);
     out += fmt::format("@{:x}\n-{}{}\n", shut ? kClosedBegin : kGroupBegin, path, inner->name);
-    write_scope(out, *inner, path + inner->name + ".", save_path, first_sm);
+    write_scope(out, *inner, path + inner->name + ".", save_path);
     out += fmt::format("@{:x}\n-{}{}\n", shut ? kClosedEnd : kGroupEnd, path, inner->name);
   }
 }
@@ -111,7 +114,8 @@ std::string filter_file_of(const std::string& save_path, const Enumeration& enum
 
 void write_gtkwave_files(const std::string& vcd_path, const std::string& save_path,
                          const std::vector<SignalInfo>& signals, const WaveformSpan& span) {
-  constexpr double kPixels = 1000.0;  // of the wave area in a window of kWidth
+  constexpr double kPixels = 1050.0;  // of the wave area in a window of kWidth
+  constexpr double kFrame = 200.0;    // pixels that GTKWave's zoom exponent is of
   constexpr unsigned kWidth = 1500, kHeight = 950;
   constexpr std::uint64_t kViewCycles = 600;  // at most, so that words fit between transitions
   const std::string vcd = std::filesystem::absolute(vcd_path).string();
@@ -129,25 +133,17 @@ void write_gtkwave_files(const std::string& vcd_path, const std::string& save_pa
       write_file(filter_file_of(save, *signal.enumeration), filter_text(*signal.enumeration, signal.width));
     }
   }
-  const Scope* first_sm = nullptr;
-  for (const auto& gpu : root.scopes) {
-    for (const auto& scope : gpu->scopes) {
-      if (first_sm == nullptr && scope->name.starts_with("sm")) first_sm = scope.get();
-    }
-  }
   const std::uint64_t shown = std::max(span.period, std::min(span.last - span.first, kViewCycles * span.period));
   std::string out = fmt::format("[*]\n[*] GTKWave save file written by grtx {}\n[*]\n", GRTX_VERSION);
   out += fmt::format("[dumpfile] \"{}\"\n[savefile] \"{}\"\n[timestart] {}\n[size] {} {}\n[pos] -1 -1\n", vcd, save,
                      span.first, kWidth, kHeight);
-  out += fmt::format("*{:.6f} {}", -std::log2(static_cast<double>(shown) / kPixels), span.first);
+  out += fmt::format("*{:.6f} {}", -std::log2(static_cast<double>(shown) / kPixels * kFrame), span.first);
   for (int marker = 0; marker < 26; ++marker) out += " -1";
   out += "\n[treeopen] gpu.\n";
-  if (first_sm != nullptr)
-    out += fmt::format("[treeopen] gpu.{}.\n[treeopen] gpu.{}.rt.\n", first_sm->name, first_sm->name);
-  out += "[sst_width] 200\n[signals_width] 330\n[sst_expanded] 1\n[sst_vpaned_height] 400\n";
+  out += "[sst_width] 200\n[signals_width] 370\n[sst_expanded] 1\n[sst_vpaned_height] 400\n";
   for (const auto& top : root.scopes) {
     out += fmt::format("@{:x}\n-{}\n", kGroupBegin, top->name);
-    write_scope(out, *top, top->name + ".", save, first_sm);
+    write_scope(out, *top, top->name + ".", save);
     out += fmt::format("@{:x}\n-{}\n", kGroupEnd, top->name);
   }
   out += "[pattern_trace] 1\n[pattern_trace] 0\n";

@@ -32,6 +32,8 @@ constexpr std::array<std::uint8_t, kGlyphHeight> glyph(char c) {
   switch (c) {
     case '.':
       return {0, 0, 0, 0, 0, 12, 12};
+    case ',':
+      return {0, 0, 0, 0, 12, 4, 8};
     case '\'':
       return {4, 4, 8, 0, 0, 0, 0};
     case '-':
