@@ -52,7 +52,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& r
   ready_ = add("warp_buffer.ready_warps", warps);
   memory_queue_ = add("memory_scheduler.queued", kLevelBits);
   memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
-  fetches_ = add("memory_scheduler.node_sectors", kCounterBits);
+  fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
   for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
     Unit unit;
     unit.unit = part<modules::IntersectionUnit>(rt, name);
@@ -185,8 +185,8 @@ L1Probe::L1Probe(Wires& wires, const std::string& scope, const modules::L1Cache&
   mshr_ = wires.add(scope + ".mshr", kLevelBits);
   misses_ = wires.add(scope + ".misses_queued", kLevelBits);
   writes_ = wires.add(scope + ".writes_pending", kLevelBits);
-  fills_ = wires.add(scope + ".fills", kCounterBits);
-  stalls_ = wires.add(scope + ".stalls", kCounterBits);
+  fills_ = wires.add(scope + ".fills", kCounterBits, WaveLevel::signals);
+  stalls_ = wires.add(scope + ".stalls", kCounterBits, WaveLevel::signals);
   selected_ = wires.selected() != before;
 }
 

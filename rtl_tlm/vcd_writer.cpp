@@ -97,7 +97,7 @@ void VcdWriter::begin(const std::string& comment, std::uint64_t start_fs) {
 
 void VcdWriter::write_value(Signal signal) {
   const std::uint64_t value = values_[signal];
-  char text[80];
+  char text[96];
   char* end = text;
   if (signals_[signal].width == 1) {
     *end++ = (value & 1) != 0 ? '1' : '0';
@@ -108,9 +108,9 @@ void VcdWriter::write_value(Signal signal) {
     }
     *end++ = ' ';
   }
+  for (const char c : ids_[signal]) *end++ = c;
+  *end++ = '\n';
   buffer_.append(text, end);
-  buffer_ += ids_[signal];
-  buffer_ += '\n';
 }
 
 void VcdWriter::flush() {

@@ -41,8 +41,8 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram
     sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });
   }
   gpu.for_each_link([&](const auto& link) { add_link("gpu." + link.name(), link); });
-  crossbar_requests_ = wires_.add("gpu.crossbar.requests", 48);
-  crossbar_replies_ = wires_.add("gpu.crossbar.replies", 48);
+  crossbar_requests_ = wires_.add("gpu.crossbar.requests", 48, WaveLevel::signals);
+  crossbar_replies_ = wires_.add("gpu.crossbar.replies", 48, WaveLevel::signals);
   for (const auto& slice : gpu.slices()) l2_slices_.emplace_back(wires_, slice->name(), *slice);
   for (unsigned i = 0; i < dram.channels(); ++i) {
     dram_outstanding_.push_back(wires_.add(fmt::format("gpu.dram.channel{}.outstanding", i), 16));
