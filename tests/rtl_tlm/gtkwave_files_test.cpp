@@ -38,7 +38,9 @@ TEST(GtkwaveFiles, FollowTheHierarchyOfTheDump) {
       if (analog_row) continue;
       const std::string group = line.substr(1);
       if ((flags & 0x800000) != 0) {
-        if (!groups.empty()) EXPECT_TRUE(group.starts_with(groups.back() + ".")) << group << " in " << groups.back();
+        if (!groups.empty()) {
+          EXPECT_TRUE(group.starts_with(groups.back() + ".")) << group << " in " << groups.back();
+        }
         groups.push_back(group);
       } else {
         ASSERT_NE(flags & 0x1000000, 0U) << line;
