@@ -73,7 +73,7 @@ inline VcdFile read_vcd(const std::string& text) {
       file.comment += until_end();
     } else if (word == "$timescale") {
       file.timescale = until_end();
-    } else if (word == "$version" || word == "$attrbegin") {
+    } else if (word == "$version" || word == "$date" || word == "$attrbegin") {
       until_end();
     } else if (word == "$scope") {
       const std::string scope = until_end();
