@@ -38,6 +38,23 @@ struct Worker {
   std::optional<VisitTracker> tracker;
 };
 
+PixelCost cost_so_far(const TracerCounters& c) {
+  return {static_cast<std::uint32_t>(c.visits()), static_cast<std::uint32_t>(c.rounds),
+          static_cast<std::uint32_t>(c.blended), static_cast<std::uint32_t>(c.checkpoints_written)};
+}
+
+/// Calls trace(), and notes in *cost (if any) what the tracer counted meanwhile. Differences of 32-bit counts are
+/// right even after the sums have wrapped around.
+template <typename F>
+void measure(const RayTracer& tracer, PixelCost* cost, F&& trace) {
+  if (cost == nullptr) return trace();
+  const PixelCost before = cost_so_far(tracer.counters());
+  trace();
+  const PixelCost after = cost_so_far(tracer.counters());
+  *cost += {after.visits - before.visits, after.rounds - before.rounds, after.blended - before.blended,
+            after.checkpoints - before.checkpoints};
+}
+
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
@@ -118,6 +135,8 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
   const SecondaryPlan* plan =
       render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr;
   std::vector<glm::vec3> secondary_colours(plan != nullptr ? plan->rays.size() : 0);
+  if (render.pixel_costs) result.pixel_costs.resize(result.image.pixels.size());
+  std::vector<PixelCost> secondary_costs(render.pixel_costs ? secondary_colours.size() : 0);
   std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
   Progress progress("tracing " + accel_name(accel.options().kind),
                     result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
@@ -134,8 +153,10 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
         if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
         const float limit = render.secondary != nullptr ? render.secondary->primary_limit(origin, glm::vec3(direction))
                                                         : std::numeric_limits<float>::infinity();
-        result.image.pixels[pixel] =
-            worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder, 1.0f, limit).colour;
+        measure(worker.tracer, render.pixel_costs ? &result.pixel_costs[pixel] : nullptr, [&] {
+          result.image.pixels[pixel] =
+              worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder, 1.0f, limit).colour;
+        });
       }
     };
     if (writer != nullptr) {
@@ -163,9 +184,11 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
         if (render.keep_sequences) {
           worker.secondary_tracer.collect_blended(&secondary_sequences[group.first + lane]);
         }
-        secondary_colours[group.first + lane] =
-            worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
-                .colour;
+        measure(worker.secondary_tracer, render.pixel_costs ? &secondary_costs[group.first + lane] : nullptr, [&] {
+          secondary_colours[group.first + lane] =
+              worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
+                  .colour;
+        });
       }
     };
     if (writer != nullptr) {
@@ -202,6 +225,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
   for (std::size_t i = 0; i < secondary_colours.size(); ++i) {
     const std::uint32_t pixel = plan->rays[i].pixel;
     result.image.pixels[pixel] += secondary_colours[i];
+    if (render.pixel_costs) result.pixel_costs[pixel] += secondary_costs[i];
     if (render.keep_sequences) {
       auto& sequence = result.sequences[pixel];
       sequence.insert(sequence.end(), secondary_sequences[i].begin(), secondary_sequences[i].end());

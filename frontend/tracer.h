@@ -24,9 +24,26 @@ struct RenderOptions {
   unsigned warp_size = 32;      ///< rays of a group: 4, 8, 16 or 32
   bool count_unique = false;    ///< visits_unique and footprint (slower)
   bool keep_sequences = false;  ///< per-pixel blended ids, for tests
+  bool pixel_costs = false;     ///< fill RenderResult::pixel_costs
   bool quiet = true;
   const SecondaryPlan* secondary =
       nullptr;  ///< of this view and these options (plan_secondary); null: primary rays only
+};
+
+/// What the rays of a pixel did, secondary ones included.
+struct PixelCost {
+  std::uint32_t visits = 0;       ///< nodes processed
+  std::uint32_t rounds = 0;       ///< traceRay calls
+  std::uint32_t blended = 0;      ///< hits
+  std::uint32_t checkpoints = 0;  ///< checkpoint entries written
+
+  PixelCost& operator+=(const PixelCost& o) {
+    visits += o.visits;
+    rounds += o.rounds;
+    blended += o.blended;
+    checkpoints += o.checkpoints;
+    return *this;
+  }
 };
 
 struct RenderResult {
@@ -35,6 +52,7 @@ struct RenderResult {
   TracerCounters secondary;           ///< of the secondary rays among them
   std::uint64_t footprint_bytes = 0;  ///< distinct node bytes touched by the view; 0 unless count_unique
   double seconds = 0.0;               ///< tracing alone
+  std::vector<PixelCost> pixel_costs;  ///< by pixel, row by row, top row first; empty unless asked for
   std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel, along its path; empty unless keep_sequences
 };
 

@@ -43,6 +43,7 @@ class AnyHitCollector final : public sc_core::sc_module {
   /// Earliest cycle after `now` in which fire() can send something if no lane changes its state.
   Cycle next_due(Cycle now) const { return candidates_ == 0 ? kNever : earliest(now); }
 
+  LaneMask candidates() const { return candidates_; }  ///< entries whose lanes wait and may be sent
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;

@@ -89,6 +89,12 @@ class CheckpointUnit final : public sc_core::sc_module {
   /// Work that needs a tick in the next cycle.
   bool busy() const { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
   bool idle() const { return !busy() && outstanding_ == 0; }
+  std::size_t lanes_submitting() const { return submitted_.size(); }
+  std::size_t lanes_reading() const { return reads_.size(); }                       ///< with sectors to request
+  std::size_t writes_queued() const { return writes_.size(); }                      ///< sectors
+  std::uint64_t outstanding() const { return outstanding_; }                        ///< requests sent, not answered
+  std::uint32_t source_offset(LaneId id) const { return lanes_[id].read; }          ///< entries read in the round
+  std::uint32_t destination_offset(LaneId id) const { return lanes_[id].written; }  ///< entries written in the round
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;

@@ -51,6 +51,8 @@ class Dram final : public sc_core::sc_module {
   DramCounters counters() const;
   const DramChannelCounters& channel_counters(unsigned channel) const { return ports_[channel].channel.counters(); }
   bool idle() const;
+  unsigned channels() const { return static_cast<unsigned>(ports_.size()); }
+  std::uint64_t outstanding(unsigned channel) const { return ports_[channel].outstanding; }  ///< requests inside
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }
 

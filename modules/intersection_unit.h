@@ -62,6 +62,13 @@ class IntersectionUnit final : public sc_core::sc_module {
   /// First cycle in which collect() or start() can do something; from that cycle on call both, in this order.
   Cycle due() const { return due_; }
   bool idle() const { return queue_.empty() && flights_.empty(); }
+  std::size_t queued() const { return queue_.size(); }       ///< lanes waiting for a pipeline
+  std::size_t in_flight() const { return flights_.size(); }  ///< lanes whose result is not due yet
+  /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
+  unsigned busy_pipelines(Cycle now) const {
+    return static_cast<unsigned>(
+        std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
+  }
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;

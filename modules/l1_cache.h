@@ -94,7 +94,10 @@ class L1Cache final : public sc_core::sc_module {
   /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
   L1Counters counters() const;
   bool idle() const;
-  std::size_t mshr_used() const { return mshrs_.used(); }  ///< entries occupied now
+  std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
+  std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
+  std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
+  const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }
 

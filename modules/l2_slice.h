@@ -86,6 +86,10 @@ class L2Slice final : public sc_core::sc_module {
   const L2Counters& counters() const { return counters_; }
   /// Dirty sectors may remain in the cache: they are written back on eviction only.
   bool idle() const;
+  std::size_t mshr_used() const { return mshrs_.used(); }         ///< entries occupied now
+  std::size_t accesses_queued() const { return pipe_.size(); }    ///< on the way to the tags, or waiting there
+  std::size_t replies_queued() const { return replies_.size(); }  ///< waiting for the crossbar
+  std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
   std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }

@@ -61,6 +61,12 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
   /// Cycle at which the oldest item becomes visible; kNever when empty.
   Cycle next_visible() const { return visible_; }
 
+  /// The item that was sent last, if that was in cycle `now`; for observers that look after the cycle.
+  const T* sent(Cycle now) const {
+    const Slot& newest = slots_[tail_ == 0 ? capacity_ - 1 : tail_ - 1];
+    return size_ != 0 && newest.visible == now + latency_ ? &newest.item : nullptr;
+  }
+
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }

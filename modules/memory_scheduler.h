@@ -98,6 +98,8 @@ class MemoryScheduler final : public sc_core::sc_module {
   }
 
   bool queue_empty() const { return queue_.empty(); }
+  std::size_t queued() const { return queue_.size(); }        ///< fetches not fully issued
+  std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   bool idle() const { return queue_.empty() && outstanding_ == 0; }
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;

@@ -87,11 +87,12 @@ class RtScheduler final : public sc_core::sc_module {
 
   /// Adds `cycles` in which nothing happened to the stall reason of the present state.
   void count_idle(Cycle cycles) { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
+  /// Reason of the present state: what a cycle counts in which nothing happens.
+  Stall stall_reason() const;
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
 
  private:
-  Stall stall_reason() const;
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.

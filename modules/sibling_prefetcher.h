@@ -66,6 +66,8 @@ class SiblingPrefetcher final : public sc_core::sc_module {
 
   bool busy() const { return !queue_.empty(); }
   bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
+  std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;

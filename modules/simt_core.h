@@ -57,6 +57,13 @@ class SimtCore final : public sc_core::sc_module {
   /// No warp is resident and nothing waits in any queue.
   bool idle() const;
   unsigned resident() const;
+  unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
+  bool occupied(unsigned slot) const { return slots_[slot].step != Step::free; }
+  /// Of an occupied slot, like group() and round().
+  WarpActivity activity(unsigned slot) const { return slots_[slot].activity; }
+  const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
+  std::uint32_t round(unsigned slot) const { return program_.round(slot); }
+  const LoadStoreUnit& load_store() const { return lsu_; }
   /// Counters up to the domain's present cycle.
   SimtCounters counters() const;
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }

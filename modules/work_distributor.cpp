@@ -86,6 +86,7 @@ void WorkDistributor::collect(Cycle now) {
       sm.free_slots |= bit(end->slot);
       ++free_slots_;
       --running_;
+      if (observer_ != nullptr) observer_->ended(static_cast<unsigned>(&sm - sms_.data()), end->slot, now);
       source_.release(sm.position[end->slot]);
     }
   }
@@ -101,6 +102,7 @@ void WorkDistributor::dispatch(Cycle now) {
     warp.group = ready_ != nullptr ? ready_ : source_.acquire(next_);
     ready_ = nullptr;
     sm.launch->push(now, warp);
+    if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
     domain_.request(now + sm.launch->latency());
     sm.free_slots &= sm.free_slots - 1;
     sm.position[warp.slot] = next_;

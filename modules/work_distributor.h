@@ -29,6 +29,14 @@ class GroupSource {
   virtual void release(std::uint64_t position) = 0;
 };
 
+/// Is told of each warp's start and end; for pictures of where the time went. Called a few times a warp.
+class WarpObserver {
+ public:
+  virtual ~WarpObserver() = default;
+  virtual void launched(unsigned sm, unsigned slot, const traces::RayGroup& group, Cycle now) = 0;
+  virtual void ended(unsigned sm, unsigned slot, Cycle now) = 0;
+};
+
 struct WorkDistributorConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
@@ -47,6 +55,8 @@ class WorkDistributor final : public sc_core::sc_module {
 
   /// Fires in the delta cycle after the one in which the last group's end was seen.
   const sc_core::sc_event& done() const { return done_; }
+  /// Attach before the run; must outlive it. nullptr: none.
+  void observe(WarpObserver* observer) { observer_ = observer; }
   bool finished() const { return finished_; }
   /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
   Cycle end_cycle() const { return end_cycle_; }
@@ -82,6 +92,7 @@ class WorkDistributor final : public sc_core::sc_module {
   Alarm alarm_;
   WorkDistributorConfig config_;
   GroupSource& source_;
+  WarpObserver* observer_ = nullptr;
   sc_core::sc_event done_;
   std::vector<Sm> sms_;
   std::uint64_t groups_;    ///< count of the source

@@ -46,6 +46,20 @@ class Gpu final : public sc_core::sc_module {
   const std::vector<std::unique_ptr<modules::L2Slice>>& slices() const { return slices_; }
   const modules::Crossbar& crossbar() const { return *crossbar_; }
   const modules::WorkDistributor& distributor() const { return *distributor_; }
+  modules::WorkDistributor& distributor() { return *distributor_; }
+  /// Calls f(link) for each link outside the SMs.
+  template <typename F>
+  void for_each_link(F&& f) const {
+    const auto each = [&f](const auto& links) {
+      for (const auto& link : links) f(*link);
+    };
+    each(launches_);
+    each(ends_);
+    each(sm_requests_);
+    each(sm_responses_);
+    each(slice_requests_);
+    each(slice_responses_);
+  }
 
   /// The last warp has ended: the cycle is distributor().end_cycle(), and the kernel was paused there. Prefetches and
   /// write-backs may still be under way.

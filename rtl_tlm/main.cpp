@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
   grtx::tlm::add_trace_dump(app, common);
   grtx::tlm::add_sim(app, common);
   grtx::tlm::add_run(app, common);
+  grtx::tlm::add_stalls(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

@@ -18,6 +18,7 @@
 #include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/measured_source.h"
 #include "rtl_tlm/occupancy_series.h"
+#include "rtl_tlm/pixel_cycles.h"
 #include "rtl_tlm/statistics_json.h"
 #include "rtl_tlm/trace_source.h"
 #include "traces/io.h"
@@ -179,15 +180,31 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     std::unique_ptr<Waveform> waveform;
     if (!options.waveform.path.empty()) {
       waveform =
-          std::make_unique<Waveform>("waveform", options.waveform, gpu, memory->dram,
+          std::make_unique<Waveform>(options.waveform, gpu, memory->dram, header,
                                      fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
+    }
+    std::unique_ptr<Timeline> timeline;
+    if (!options.timeline.path.empty()) {
+      timeline =
+          std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
+    }
+    std::unique_ptr<PixelCycles> pixel_cycles;
+    if (options.pixel_cycles) {
+      pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
+      gpu.distributor().observe(pixel_cycles.get());
     }
     OccupancySeries series(gpu, memory->dram);
     run_to_end(gpu, memory->dram, groups.size(), options, series);
     const EndOfRun end = settle(gpu, memory->dram);
     over_time = series.json(gpu.distributor().end_cycle());
     drain(gpu, memory->dram, options);
-    if (waveform) waveform->finish(gpu.distributor().end_cycle());
+    if (waveform) waveform->finish();
+    if (timeline) timeline->finish();
+    if (pixel_cycles) {
+      result.width = header.width;
+      result.height = header.height;
+      result.pixel_cycles = pixel_cycles->cycles();
+    }
 
     const GpuCounters counters = collect_counters(gpu, end);
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);

@@ -11,6 +11,7 @@
 #include "modules/statistics.h"
 #include "rtl_tlm/gpu.h"
 #include "rtl_tlm/gpu_config.h"
+#include "rtl_tlm/timeline.h"
 #include "rtl_tlm/waveform.h"
 
 namespace grtx::tlm {
@@ -20,6 +21,8 @@ struct SimulationOptions {
   Cycle watchdog_cycles = 2'000'000;  ///< no progress for this many cycles is a deadlock
   std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
   WaveformOptions waveform;           ///< off when its path is empty
+  TimelineOptions timeline;           ///< off when its path is empty
+  bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   BuildOptions build;
 };
 
@@ -31,6 +34,8 @@ struct SimulationResult {
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
   std::string binding_bound;                  ///< name of the largest lower bound
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
+  unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
+  std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
 /// Simulates the trace. SystemC elaborates once a process: call it once, or each time in a ChildProcess. Throws Error

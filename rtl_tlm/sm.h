@@ -58,6 +58,16 @@ class Sm final : public sc_core::sc_module {
   const std::vector<std::unique_ptr<RtUnit>>& rt_units() const { return rt_; }
   const modules::L1Cache& l1() const { return *l1_; }
 
+  /// Calls f(link) for each link inside the SM, whatever it carries.
+  template <typename F>
+  void for_each_link(F&& f) const {
+    f(*trace_call_);
+    f(*trace_done_);
+    f(*any_hit_batch_);
+    f(*any_hit_done_);
+    for (const auto& request : requests_) f(*request);
+    for (const auto& response : responses_) f(*response);
+  }
   /// Nothing inside, links included.
   bool idle() const;
   /// Grows with all that the SM does; for a watchdog.

@@ -35,29 +35,30 @@ std::vector<std::string_view> parts(std::string_view name) {
 
 }  // namespace
 
-VcdWriter::Signal VcdWriter::declare(const std::string& name, unsigned width,
-                                     const std::vector<std::string>& enumeration) {
+VcdWriter::Signal VcdWriter::declare(const std::string& name, unsigned width, const Enumeration* enumeration) {
   assert(!begun_ && width >= 1 && width <= 64);
-  signals_.push_back({name, width, enumeration, identifier(signals_.size()), 0});
+  ids_.push_back(identifier(signals_.size()));
+  signals_.push_back({name, width, enumeration});
+  values_.push_back(0);
   return signals_.size() - 1;
 }
 
 void VcdWriter::write_scopes() {
   // Signals of one scope must be neighbours: sort by scope, keeping the order of declaration inside one.
-  std::vector<const Declared*> order;
-  for (const Declared& signal : signals_) order.push_back(&signal);
-  const auto scope_of = [](const Declared* signal) {
+  std::vector<const SignalInfo*> order;
+  for (const SignalInfo& signal : signals_) order.push_back(&signal);
+  const auto scope_of = [](const SignalInfo* signal) {
     auto scope = parts(signal->name);
     scope.pop_back();
     return scope;
   };
   std::stable_sort(order.begin(), order.end(),
-                   [&](const Declared* a, const Declared* b) { return scope_of(a) < scope_of(b); });
+                   [&](const SignalInfo* a, const SignalInfo* b) { return scope_of(a) < scope_of(b); });
   std::vector<std::string_view> open;
   const auto close_to = [&](std::size_t depth) {
     for (; open.size() > depth; open.pop_back()) buffer_ += "$upscope $end\n";
   };
-  for (const Declared* signal : order) {
+  for (const SignalInfo* signal : order) {
     const auto scope = scope_of(signal);
     std::size_t common = 0;
     while (common < open.size() && common < scope.size() && open[common] == scope[common]) ++common;
@@ -67,16 +68,18 @@ void VcdWriter::write_scopes() {
       open.push_back(scope[common]);
     }
     const std::string_view leaf = parts(signal->name).back();
-    if (!signal->enumeration.empty()) {
+    const auto index = static_cast<std::size_t>(signal - signals_.data());
+    if (signal->enumeration != nullptr) {
       // Enumeration table in the form that GTKWave's FST tools and wellen (Surfer) read; other viewers skip it.
-      std::string table = fmt::format("{}_values {}", leaf, signal->enumeration.size());
-      for (const std::string& value : signal->enumeration) table += " " + value;
-      for (std::size_t i = 0; i < signal->enumeration.size(); ++i) table += fmt::format(" {:0{}b}", i, signal->width);
-      buffer_ += fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table,
-                             signal - signals_.data() + 1, signal - signals_.data() + 1);
+      const std::vector<std::string>& values = signal->enumeration->values;
+      std::string table = fmt::format("{} {}", signal->enumeration->name, values.size());
+      for (const std::string& value : values) table += " " + value;
+      for (std::size_t i = 0; i < values.size(); ++i) table += fmt::format(" {:0{}b}", i, signal->width);
+      buffer_ +=
+          fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table, index + 1, index + 1);
     }
     const std::string range = signal->width == 1 ? "" : fmt::format(" [{}:0]", signal->width - 1);
-    buffer_ += fmt::format("$var wire {} {} {}{} $end\n", signal->width, signal->id, leaf, range);
+    buffer_ += fmt::format("$var wire {} {} {}{} $end\n", signal->width, ids_[index], leaf, range);
   }
   close_to(0);
 }
@@ -87,23 +90,27 @@ void VcdWriter::begin(const std::string& comment, std::uint64_t start_fs) {
   buffer_ += fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION);
   write_scopes();
   buffer_ += fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs);
-  for (const Declared& signal : signals_) write_value(signal);
+  for (Signal signal = 0; signal < signals_.size(); ++signal) write_value(signal);
   buffer_ += "$end\n";
   time_ = written_time_ = start_fs;
 }
 
-void VcdWriter::write_value(const Declared& signal) {
-  if (signal.width == 1) {
-    buffer_ += (signal.value & 1) != 0 ? '1' : '0';
+void VcdWriter::write_value(Signal signal) {
+  const std::uint64_t value = values_[signal];
+  char text[96];
+  char* end = text;
+  if (signals_[signal].width == 1) {
+    *end++ = (value & 1) != 0 ? '1' : '0';
   } else {
-    buffer_ += 'b';
-    for (int bit = std::max(1, static_cast<int>(std::bit_width(signal.value))); bit-- > 0;) {
-      buffer_ += (signal.value >> bit & 1) != 0 ? '1' : '0';
+    *end++ = 'b';
+    for (int bit = std::max(1, static_cast<int>(std::bit_width(value))); bit-- > 0;) {
+      *end++ = static_cast<char>('0' + (value >> bit & 1));
     }
-    buffer_ += ' ';
+    *end++ = ' ';
   }
-  buffer_ += signal.id;
-  buffer_ += '\n';
+  for (const char c : ids_[signal]) *end++ = c;
+  *end++ = '\n';
+  buffer_.append(text, end);
 }
 
 void VcdWriter::flush() {
@@ -112,16 +119,16 @@ void VcdWriter::flush() {
 }
 
 void VcdWriter::change(Signal signal, std::uint64_t value) {
-  Declared& changed = signals_[signal];
-  assert(changed.width == 64 || value >> changed.width == 0);
-  changed.value = value;
+  assert(signals_[signal].width == 64 || value >> signals_[signal].width == 0);
+  values_[signal] = value;
   if (!begun_) return;
   if (time_ != written_time_) {
     assert(time_ > written_time_);
     buffer_ += '#' + std::to_string(time_) + '\n';
     written_time_ = time_;
   }
-  write_value(changed);
+  write_value(signal);
+  ++changes_;
   if (buffer_.size() > kFlushBytes) flush();
 }
 

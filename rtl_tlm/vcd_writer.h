@@ -9,6 +9,20 @@
 
 namespace grtx::tlm {
 
+/// Names of the values 0, 1, ... of a signal.
+struct Enumeration {
+  std::string name;                  ///< of the type, e.g. warp_state
+  std::vector<std::string> values;   ///< without spaces
+  std::vector<std::string> colours;  ///< X11 names for viewers, by value; may be empty
+};
+
+/// What a viewer is told about a signal.
+struct SignalInfo {
+  std::string name;                          ///< full hierarchical name, dots between scopes
+  unsigned width = 1;                        ///< bits, 1..64
+  const Enumeration* enumeration = nullptr;  ///< null for plain numbers; must outlive the writer
+};
+
 /// Declare all signals, then begin(), then alternate advance() and set(), then finish(). Times never go back.
 class VcdWriter {
  public:
@@ -16,40 +30,39 @@ class VcdWriter {
 
   explicit VcdWriter(const std::string& path) : file_(path) {}
 
-  /// name: full hierarchical name, dots between scopes (gpu.sm0.rt.warps). width: bits, 1..64. enumeration: names of
-  /// the values 0, 1, ..., kept as an attribute table that viewers may show; empty for plain numbers.
-  Signal declare(const std::string& name, unsigned width, const std::vector<std::string>& enumeration = {});
-  std::size_t signals() const { return signals_.size(); }
+  /// An enumeration becomes an attribute table that viewers may show.
+  Signal declare(const std::string& name, unsigned width, const Enumeration* enumeration = nullptr);
+  /// In order of declaration.
+  const std::vector<SignalInfo>& signals() const { return signals_; }
 
   /// Writes the header. comment: lines of text; time unit is 1 fs. `start_fs`: time of the initial values, which are
   /// those given by set() before this call (else 0).
   void begin(const std::string& comment, std::uint64_t start_fs);
+  bool begun() const { return begun_; }
   /// Time of the following set() calls. Nothing is written unless a value changes.
   void advance(std::uint64_t time_fs) { time_ = time_fs; }
   void set(Signal signal, std::uint64_t value) {
-    if (signals_[signal].value != value) change(signal, value);
+    if (values_[signal] != value) change(signal, value);
   }
+  std::uint64_t value(Signal signal) const { return values_[signal]; }
+  std::uint64_t changes() const { return changes_; }  ///< written, initial values not counted
   /// Writes the end time and gives the file its final name.
   void finish(std::uint64_t end_fs);
 
  private:
-  struct Declared {
-    std::string name;
-    unsigned width = 1;
-    std::vector<std::string> enumeration;
-    std::string id;
-    std::uint64_t value = 0;
-  };
   void change(Signal signal, std::uint64_t value);
-  void write_value(const Declared& signal);
+  void write_value(Signal signal);
   void write_scopes();
   void flush();
 
   AtomicFile file_;
   std::string buffer_;
-  std::vector<Declared> signals_;
+  std::vector<SignalInfo> signals_;
+  std::vector<std::string> ids_;  ///< by signal: short identifier, with what follows it
+  std::vector<std::uint64_t> values_;
   std::uint64_t time_ = 0;
   std::uint64_t written_time_ = 0;
+  std::uint64_t changes_ = 0;
   bool begun_ = false;
 };
 

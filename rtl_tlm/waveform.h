@@ -1,4 +1,5 @@
-// Samples the GPU's state into a value change dump, once a tick. Exists only when a waveform was asked for.
+// Writes the GPU's state into a value change dump, after each cycle of a window. Exists only when a waveform was asked
+// for. docs/waveforms.md lists the signals.
 #pragma once
 
 #include <cstdint>
@@ -8,49 +9,52 @@
 #include <vector>
 
 #include "rtl_tlm/gpu.h"
+#include "rtl_tlm/observation.h"
+#include "rtl_tlm/unit_probes.h"
 #include "rtl_tlm/vcd_writer.h"
+#include "rtl_tlm/wires.h"
 
 namespace grtx::tlm {
 
 struct WaveformOptions {
   std::string path;         ///< empty: no waveform
-  std::string scope = "*";  ///< only signals whose name or enclosing scope matches this shell pattern
-  Cycle first = 0;          ///< window in core cycles, both ends included
-  Cycle last = modules::kNever;
+  std::string scope = "*";  ///< only signals whose name or enclosing scope matches (Wires)
+  CycleWindow window;
+  WaveLevel level = WaveLevel::signals;
 };
 
-/// Parses "A:B", "A:" or ":B". Throws Error{"--vcd-window", ...}.
-void parse_window(const std::string& text, WaveformOptions& options);
+/// The save file that GTKWave opens beside the waveform: F.vcd has F.gtkw.
+std::string save_file_of(const std::string& vcd_path);
 
-class Waveform final : public sc_core::sc_module {
+class Waveform final : private CycleObserver {
  public:
-  SC_HAS_PROCESS(Waveform);
   /// Build after the GPU. comment: lines for the header of the file. Throws Error when the scope matches no signal.
-  Waveform(const sc_core::sc_module_name& name, const WaveformOptions& options, const Gpu& gpu,
-           const modules::Dram& dram, const std::string& comment);
+  Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram& dram, const traces::Header& header,
+           const std::string& comment);
 
-  /// Writes the end and gives the file its final name. `end`: last core cycle of the run.
-  void finish(Cycle end);
+  /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
+  void finish();
+  std::uint64_t changes() const { return writer_.changes(); }
 
  private:
-  using Sample = std::function<std::uint64_t()>;
-  struct Probe {
-    VcdWriter::Signal signal = 0;
-    Sample sample;
-  };
-
-  void probe(const std::string& name, unsigned width, Sample sample, const std::vector<std::string>& enumeration = {});
-  void probe_rt_unit(const std::string& scope, const Sm& sm);
-  void on_tick();
-  void sample();
+  void sample(Cycle now) override;
 
   WaveformOptions options_;
-  const Gpu& gpu_;
-  VcdWriter writer_;
+  Gpu& gpu_;
+  const modules::Dram& dram_;
   std::string comment_;
-  std::vector<Probe> probes_;
-  sc_core::sc_event settled_;  ///< a delta cycle after the tick: every module has done its cycle
-  bool begun_ = false;
+  VcdWriter writer_;
+  Wires wires_;
+  Wire cycle_, launched_, running_, crossbar_requests_, crossbar_replies_;
+  std::vector<RtUnitProbe> rt_units_;
+  std::vector<SimtProbe> simt_cores_;
+  std::vector<L1Probe> l1_caches_;
+  std::vector<L2Probe> l2_slices_;
+  std::vector<Wire> dram_outstanding_;             ///< by channel
+  std::vector<std::function<void(Cycle)>> links_;  ///< those with a selected signal
+  Cycle first_ = 0;                                ///< cycle of the first sample that was written
+  Cycle last_ = 0;                                 ///< cycle of the last sample
+  Observation observation_;
 };
 
 }  // namespace grtx::tlm

@@ -22,5 +22,6 @@ void add_trace_check(CLI::App& app, CommonOptions& common);
 void add_trace_dump(CLI::App& app, CommonOptions& common);
 void add_sim(CLI::App& app, CommonOptions& common);
 void add_run(CLI::App& app, CommonOptions& common);
+void add_stalls(CLI::App& app, CommonOptions& common);
 
 }  // namespace grtx::tlm

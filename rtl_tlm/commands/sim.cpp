@@ -8,6 +8,7 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/heatmap.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/gpu_config.h"
 #include "rtl_tlm/statistics_json.h"
@@ -22,6 +23,9 @@ struct Options {
   std::string statistics;
   std::string mode = "cycle";
   std::string window;
+  std::string level = "signals";
+  std::string timeline_window;
+  std::vector<std::string> heatmaps;
   bool list_config = false;
   bool no_idle_skip = false;
   SimulationOptions simulation;
@@ -51,11 +55,24 @@ int run_simulation(Options options, bool quiet) {
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const GpuConfig config = load_config(options.config, options.settings);
-  if (!options.window.empty()) parse_window(options.window, options.simulation.waveform);
+  if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
+  options.simulation.waveform.level = options.level == "units" ? WaveLevel::units : WaveLevel::signals;
+  if (!options.timeline_window.empty()) {
+    options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
+  }
+  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
+  options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = quiet;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const SimulationResult result = simulate(options.trace, config, options.simulation);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
+  for (const HeatmapRequest& heatmap : heatmaps) {
+    write_heatmap(heatmap.path, {heatmap.name,
+                                 "of a ray's warp",
+                                 result.width,
+                                 result.height,
+                                 {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
+  }
   if (!quiet) print_summary(result);
   for (const std::string& violation : result.violations) {
     fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
@@ -78,9 +95,16 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
   command->add_option("--mode", options->mode, "How time is modelled")->check(one_of({"cycle"}));
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)");
-  command->add_option("--vcd-scope", options->simulation.waveform.scope,
-                      "Shell pattern of the signals or scopes in the waveform, e.g. gpu.sm0.rt");
+  command->add_option(
+      "--vcd-scope", options->simulation.waveform.scope,
+      "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
   command->add_option("--vcd-window", options->window, "Core cycles A:B in the waveform (default: all)");
+  command->add_option("--vcd-level", options->level, "units: their state and levels; signals: also warps, slots, links")
+      ->check(one_of({"units", "signals"}));
+  command->add_option("--timeline", options->simulation.timeline.path,
+                      "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)");
+  command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
+  add_heatmap_option(command, options->heatmaps, {"cycles"});
   command
       ->add_option("--watchdog", options->simulation.watchdog_cycles, "Cycles without progress that count as deadlock")
       ->check(CLI::PositiveNumber);

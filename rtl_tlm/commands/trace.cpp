@@ -1,6 +1,7 @@
 // grtx trace: the functional tracer. Image, counters and trace of one view.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -9,6 +10,7 @@
 #include "frontend/image.h"
 #include "frontend/scene_io.h"
 #include "rtl_tlm/commands/commands.h"
+#include "rtl_tlm/commands/heatmap.h"
 #include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
 #include "rtl_tlm/commands/tracer_cli.h"
@@ -27,8 +29,27 @@ struct Options {
   std::string output;
   std::string image;
   std::string statistics;
+  std::vector<std::string> heatmaps;
   bool no_trace = false;
 };
+
+const std::vector<std::string>& heatmap_names() {
+  static const std::vector<std::string> names = {"visits", "rounds", "blended", "checkpoint_entries"};
+  return names;
+}
+
+void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend::Camera& camera,
+                    const std::vector<frontend::PixelCost>& costs) {
+  for (const HeatmapRequest& heatmap : heatmaps) {
+    Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
+    for (const frontend::PixelCost& cost : costs) {
+      const std::uint32_t values[] = {cost.visits, cost.rounds, cost.blended, cost.checkpoints};
+      const auto index = std::find(heatmap_names().begin(), heatmap_names().end(), heatmap.name);
+      map.values.push_back(values[index - heatmap_names().begin()]);
+    }
+    write_heatmap(heatmap.path, map);
+  }
+}
 
 int trace(const Options& options, bool quiet) {
   if (options.output.empty() && !options.no_trace) {
@@ -42,9 +63,12 @@ int trace(const Options& options, bool quiet) {
   }
   frontend::RenderOptions render = render_options(options.tracer, quiet);
   render.count_unique = !options.statistics.empty();
+  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
+  render.pixel_costs = !heatmaps.empty();
   const frontend::Camera camera = select_camera(options.view);
   if (frontend::is_object_list(options.scene)) {
     if (!options.no_trace) refuse_objects(options.scene, "trace -o");
+    if (!heatmaps.empty()) refuse_objects(options.scene, "trace --heatmap");
     return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
                               options.statistics, quiet);
   }
@@ -67,6 +91,7 @@ int trace(const Options& options, bool quiet) {
       frontend::render(scene, gaussians, accel, camera, tracer, render, writer ? &*writer : nullptr);
   if (writer) writer->finish();
   if (!options.image.empty()) frontend::write_image(options.image, result.image);
+  write_heatmaps(heatmaps, camera, result.pixel_costs);
 
   modules::StatisticList statistics = tracer_statistics(scene, accel, result);
   add_secondary_statistics(statistics, plan, result);
@@ -108,6 +133,7 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
   command->add_option("--image", options->image, "Image to write: .png, .exr or .pfm (default: none)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  add_heatmap_option(command, options->heatmaps, heatmap_names());
   command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
 }
 

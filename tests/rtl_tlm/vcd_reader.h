@@ -1,6 +1,7 @@
 // A small reader of value change dumps, for tests: scopes, variables and all changes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <sstream>
@@ -20,7 +21,28 @@ struct VcdFile {
   std::string timescale;
   std::map<std::string, unsigned> width;               ///< by full name
   std::map<std::string, std::vector<Change>> changes;  ///< by full name, the initial value first
-  std::uint64_t end = 0;
+  std::uint64_t begin = 0;                             ///< first time
+  std::uint64_t end = 0;                               ///< last time
+
+  /// Value at `time`: that of the last change not after it.
+  std::uint64_t at(const std::string& name, std::uint64_t time) const {
+    std::uint64_t value = 0;
+    for (const Change& change : changes.at(name)) {
+      if (change.time > time) break;
+      value = change.value;
+    }
+    return value;
+  }
+  /// Calls f(value, duration) for each stretch of time between `from` and `to` in which the signal does not change.
+  template <typename F>
+  void for_each_stretch(const std::string& name, std::uint64_t from, std::uint64_t to, F&& f) const {
+    const std::vector<Change>& all = changes.at(name);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const std::uint64_t start = std::max(from, all[i].time);
+      const std::uint64_t stop = std::min(to, i + 1 < all.size() ? all[i + 1].time : to);
+      if (start < stop) f(all[i].value, stop - start);
+    }
+  }
 };
 
 /// Throws std::runtime_error on anything that a value change dump may not contain.
@@ -51,7 +73,7 @@ inline VcdFile read_vcd(const std::string& text) {
       file.comment += until_end();
     } else if (word == "$timescale") {
       file.timescale = until_end();
-    } else if (word == "$version" || word == "$attrbegin") {
+    } else if (word == "$version" || word == "$date" || word == "$attrbegin") {
       until_end();
     } else if (word == "$scope") {
       const std::string scope = until_end();
@@ -78,6 +100,7 @@ inline VcdFile read_vcd(const std::string& text) {
     } else if (word[0] == '#') {
       const std::uint64_t next = std::stoull(word.substr(1));
       if (next < time) throw std::runtime_error("time goes back");
+      if (file.changes.empty()) file.begin = next;
       time = file.end = next;
     } else if (word[0] == 'b') {
       std::string id;

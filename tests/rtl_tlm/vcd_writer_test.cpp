@@ -76,7 +76,8 @@ TEST(VcdWriter, GtkwavesConverterReadsIt) {
   if (std::system("command -v vcd2fst > /dev/null") != 0) GTEST_SKIP() << "vcd2fst (package gtkwave) is not installed";
   const std::string path = test_path("gtkwave.vcd");
   VcdWriter writer(path);
-  const auto state = writer.declare("gpu.sm0.rt.w0.state", 2, {"free", "active", "any_hit"});
+  const Enumeration states{"state", {"free", "active", "any_hit"}, {}};
+  const auto state = writer.declare("gpu.sm0.rt.w0.state", 2, &states);
   writer.begin("trace abc\nconfig def", 0);
   writer.advance(732601);
   writer.set(state, 2);
