@@ -74,7 +74,7 @@ Inventory AnyHitCollector::inventory() const {
   unsigned bits = 1;
   while (bits < 32 && (config_.timeout >> bits) != 0) ++bits;
   inventory.storage.push_back({"timers", StorageKind::flip_flop, std::uint64_t{buffer_.entries()} * bits});
-  inventory.operators.push_back({"compare", bits, buffer_.entries()});
+  inventory.operators.push_back({"int_compare", bits, buffer_.entries()});
   return inventory;
 }
 

@@ -195,18 +195,21 @@ Inventory CheckpointUnit::inventory() const {
   Inventory inventory{name(), {}, {}};
   auto& storage = inventory.storage;
   const std::uint64_t sector_bits = kSectorBytes * 8;
-  storage.push_back({"write_queue", StorageKind::ram, config_.write_queue * (sector_bits + kSectorBytes + 48)});
-  storage.push_back({"submitted", StorageKind::ram, lanes_.size() * 8});
-  storage.push_back({"reads", StorageKind::ram, lanes_.size() * 8});
+  storage.push_back({"write_queue", StorageKind::ram, config_.write_queue * (sector_bits + kSectorBytes + 48), 1, 1,
+                     false, static_cast<unsigned>(sector_bits) + kSectorBytes + 48});
+  storage.push_back({"submitted", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
+  storage.push_back({"reads", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
   // Not in the paper's table: it does not say how 20 B entries become memory requests.
-  if (config_.write_combine) storage.push_back({"open_sectors", StorageKind::ram, lanes_.size() * sector_bits});
-  if (config_.read_buffer) storage.push_back({"read_sectors", StorageKind::ram, lanes_.size() * sector_bits});
+  if (config_.write_combine)
+    storage.push_back({"open_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, 160});
+  if (config_.read_buffer)
+    storage.push_back({"read_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, 160});
   auto& operators = inventory.operators;
-  operators.push_back({"compare", 32, 2ull * config_.lanes});       // t-value validation: t_hit against t_min, t_max
+  operators.push_back({"fp_compare", 32, 2ull * config_.lanes});    // t-value validation: t_hit against t_min, t_max
   operators.push_back({"mul_constant", 16, 2ull * config_.lanes});  // offset x 20
-  operators.push_back({"add", 64, 2ull * config_.lanes});           // base + slot offset + entry offset
+  operators.push_back({"int_add", 64, 2ull * config_.lanes});       // base + slot offset + entry offset
   operators.push_back({"increment", 16, 2ull * config_.lanes});     // source and destination offset
-  operators.push_back({"compare", 16, 2ull * config_.lanes});       // against the maximum size
+  operators.push_back({"int_compare", 16, 2ull * config_.lanes});   // against the maximum size
   return inventory;
 }
 

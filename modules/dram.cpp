@@ -206,9 +206,9 @@ Inventory Dram::inventory() const {
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {
-      {"queues", StorageKind::ram, ports_.size() * config_.channel.queue * entry_bits, 1, 1, false},
+      {"queues", StorageKind::ram, ports_.size() * config_.channel.queue * entry_bits, 1, 1, false, entry_bits},
       {"bank_state", StorageKind::flip_flop, ports_.size() * config_.channel.banks * (16 + 1 + 4 * 8), 1, 1, false}};
-  inventory.operators = {{"compare", 16, ports_.size() * config_.channel.queue}};
+  inventory.operators = {{"match", 16, ports_.size() * config_.channel.queue}};
   return inventory;
 }
 

@@ -25,10 +25,10 @@ void IntersectionUnit::Counters::describe(StatisticList& list, const std::string
 }
 
 IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
-                                   std::vector<Operators> operators)
+                                   DataPath path)
     : sc_module(name),
       config_(config),
-      operators_(std::move(operators)),
+      path_(std::move(path)),
       free_from_(config.count),
       lanes_(std::size_t{entries} * kMaxLanes) {
   if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
@@ -66,11 +66,17 @@ void IntersectionUnit::start_queued(Cycle now) {
 
 Inventory IntersectionUnit::inventory() const {
   Inventory inventory{name(), {}, {}};
-  for (Operators o : operators_) {
-    o.count *= config_.count;
+  // A pipeline that starts a test every `interval` cycles uses each operator that often for one test.
+  for (Operators o : path_.operators) {
+    o.count = (o.count + config_.interval - 1) / config_.interval * config_.count;
     inventory.operators.push_back(std::move(o));
   }
-  inventory.storage.push_back({"queue", StorageKind::ram, lanes_ * 8});  // lane numbers
+  inventory.storage.push_back({"queue", StorageKind::ram, lanes_ * 8, 1, 1, false, 8});  // lane numbers
+  // Registers between stages: as many bits a stage as the operators work on, one stage a cycle of latency, one test in
+  // each `interval` stages.
+  const std::uint64_t stages = (config_.latency + config_.interval - 1) / config_.interval;
+  inventory.storage.push_back(
+      {"pipeline_registers", StorageKind::flip_flop, config_.count * stages * path_.stage_bits});
   return inventory;
 }
 
@@ -81,25 +87,33 @@ void IntersectionUnit::dump_state(std::ostream& out) const {
 }
 
 // Counts: slab box 6 add, 6 mul, 10 min/max/compare; six children are ordered by the 12-exchange network (5 for four).
-std::vector<Operators> ray_box_operators(unsigned boxes) {
+// Register bits of a stage: 1,089 in 6 stages a box and 216 for the sort of six, 2,496 in 6 stages the triangle, 788 in
+// 5 the sphere, 1,248 in 3 the transform (Yosys, a register after each operator).
+DataPath ray_box_path(unsigned boxes) {
   // Optimal sorting networks for 1..8 inputs (Knuth, The Art of Computer Programming 3, 5.3.4).
   constexpr std::uint64_t kExchanges[9] = {0, 0, 1, 3, 5, 9, 12, 16, 19};
   const std::uint64_t n = boxes;
-  return {{"add", 32, 6 * n},
-          {"mul", 32, 6 * n},
-          {"compare", 32, 10 * n},
-          {"exchange", 36, kExchanges[std::min(boxes, 8u)]}};
+  return {{{"fp_add", 32, 6 * n},
+           {"fp_mul", 32, 6 * n},
+           {"fp_compare", 32, 10 * n},
+           {"exchange", 36, kExchanges[std::min(boxes, 8u)]}},
+          182 * boxes};
 }
 
 // Moeller-Trumbore without a divider: edges and origin 9 add, two cross products 12 mul 6 add, four dot products 12 mul
 // 8 add.
-std::vector<Operators> ray_triangle_operators() { return {{"add", 32, 23}, {"mul", 32, 24}, {"compare", 32, 4}}; }
+DataPath ray_triangle_path() { return {{{"fp_add", 32, 23}, {"fp_mul", 32, 24}, {"fp_compare", 32, 4}}, 416}; }
 
 // a = d.d, b = o.d, c = o.o - 1, b^2 - a c; the entry distance needs one square root and one reciprocal.
-std::vector<Operators> ray_sphere_operators() {
-  return {{"add", 32, 8}, {"mul", 32, 11}, {"compare", 32, 3}, {"square_root", 32, 1}, {"reciprocal", 32, 1}};
+DataPath ray_sphere_path() {
+  return {{{"fp_add", 32, 8},
+           {"fp_mul", 32, 11},
+           {"fp_compare", 32, 3},
+           {"fp_square_root", 32, 1},
+           {"fp_reciprocal", 32, 1}},
+          158};
 }
 
-std::vector<Operators> ray_transform_operators() { return {{"add", 32, 15}, {"mul", 32, 18}, {"reciprocal", 32, 3}}; }
+DataPath ray_transform_path() { return {{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416}; }
 
 }  // namespace grtx::modules

@@ -17,6 +17,12 @@
 
 namespace grtx::modules {
 
+/// What one pipeline is made of.
+struct DataPath {
+  std::vector<Operators> operators;  ///< of a test a cycle
+  unsigned stage_bits = 0;           ///< register bits between two stages, mean
+};
+
 class IntersectionUnit final : public sc_core::sc_module {
  public:
   struct Config {
@@ -34,9 +40,8 @@ class IntersectionUnit final : public sc_core::sc_module {
     void describe(StatisticList& list, const std::string& prefix) const;
   };
 
-  /// entries: warps of the warp buffer. operators: of one pipeline.
-  IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
-                   std::vector<Operators> operators);
+  /// entries: warps of the warp buffer. path: of one pipeline.
+  IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, DataPath path);
 
   /// Lane `id` asks for `tests` (>= 1) tests one after the other in one pipeline. At most one request a lane.
   void enqueue(Cycle now, LaneId id, unsigned tests) {
@@ -86,7 +91,7 @@ class IntersectionUnit final : public sc_core::sc_module {
   void start_queued(Cycle now);
 
   Config config_;
-  std::vector<Operators> operators_;
+  DataPath path_;
   RingQueue<Request> queue_;      ///< at most one a lane of the warp buffer
   RingQueue<Flight> flights_;     ///< ascending due cycle
   std::vector<Cycle> free_from_;  ///< by pipeline
@@ -96,10 +101,10 @@ class IntersectionUnit final : public sc_core::sc_module {
   Counters counters_;
 };
 
-/// Operators of one pipeline, from the counts of published data paths.
-std::vector<Operators> ray_box_operators(unsigned boxes);  ///< slab tests of all children and their sort by t
-std::vector<Operators> ray_triangle_operators();           ///< Moeller-Trumbore
-std::vector<Operators> ray_sphere_operators();             ///< unit sphere at the origin
-std::vector<Operators> ray_transform_operators();          ///< affine transform of origin and direction
+/// From the counts of published data paths; registers as synthesised with one cut after each operator.
+DataPath ray_box_path(unsigned boxes);  ///< slab tests of all children and their sort by t
+DataPath ray_triangle_path();           ///< Moeller-Trumbore
+DataPath ray_sphere_path();             ///< unit sphere at the origin
+DataPath ray_transform_path();          ///< affine transform of origin and direction
 
 }  // namespace grtx::modules

@@ -8,7 +8,12 @@
 
 namespace grtx::modules {
 
-enum class StorageKind : std::uint8_t { flip_flop, ram, cache };
+enum class StorageKind : std::uint8_t {
+  flip_flop,
+  ram,
+  cache,      ///< data array of a cache; cost models of such arrays include their tags
+  cache_tags  ///< those tags, stated for their bits
+};
 
 struct Storage {
   std::string name;
@@ -17,11 +22,12 @@ struct Storage {
   unsigned read_ports = 1;
   unsigned write_ports = 1;
   bool added_by_grtx = false;  ///< part of the paper's hardware-cost table
+  unsigned word_bits = 32;     ///< of one access
 };
 
 struct Operators {
-  std::string name;      ///< add, mul, fma, compare, reciprocal, adder_64, ...
-  unsigned width = 32;   ///< bits
+  std::string name;     ///< a name of rtl_tlm/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
+  unsigned width = 32;  ///< bits
   std::uint64_t count = 0;
 };
 

@@ -325,15 +325,17 @@ Inventory L1Cache::inventory() const {
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {
-      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false},
-      {"tags", StorageKind::cache, tags_.tag_bits(kAddressBits, false), config_.banks, 1, false},
+      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false, 256},
+      // Hundreds of ways are searched at once, by comparators beside each tag.
+      {"tags", config_.geometry.ways > 16 ? StorageKind::flip_flop : StorageKind::cache_tags,
+       tags_.tag_bits(kAddressBits, false), 1, 1, false},
       {"mshr", StorageKind::flip_flop,
        std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
        false},
       {"miss_queue", StorageKind::ram, std::uint64_t{config_.miss_queue} * miss_bits, 1, 1, false}};
   inventory.operators = {
-      {"compare", kAddressBits - 7, std::uint64_t{config_.geometry.ways} * config_.banks},  // tag comparators
-      {"compare", kAddressBits - 5, config_.mshr_entries}};
+      {"match", kAddressBits - 7, std::uint64_t{config_.geometry.ways} * config_.banks},  // tag comparators
+      {"match", kAddressBits - 5, config_.mshr_entries}};
   return inventory;
 }
 

@@ -256,8 +256,8 @@ Inventory L2Slice::inventory() const {
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {
-      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, 1, 1, false},
-      {"tags", StorageKind::cache, tags_.tag_bits(kAddressBits, true), 1, 1, false},
+      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, 1, 1, false, 256},
+      {"tags", StorageKind::cache_tags, tags_.tag_bits(kAddressBits, true), 1, 1, false},
       {"mshr", StorageKind::flip_flop,
        std::uint64_t{config_.mshr_entries} * (kAddressBits - 5 + 1 + std::uint64_t{config_.mshr_merges} * waiter_bits),
        1, 1, false},
@@ -265,8 +265,8 @@ Inventory L2Slice::inventory() const {
       {"reply_queue", StorageKind::ram, std::uint64_t{config_.reply_queue} * (request_bits + sector_bits), 1, 1, false},
       {"dram_queue", StorageKind::ram, std::uint64_t{config_.dram_queue} * (kAddressBits - 5 + 9 + sector_bits), 1, 1,
        false}};
-  inventory.operators = {{"compare", kAddressBits - 7, config_.geometry.ways},
-                         {"compare", kAddressBits - 5, config_.mshr_entries}};
+  inventory.operators = {{"match", kAddressBits - 7, config_.geometry.ways},
+                         {"match", kAddressBits - 5, config_.mshr_entries}};
   return inventory;
 }
 

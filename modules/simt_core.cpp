@@ -394,12 +394,12 @@ Inventory SimtCore::inventory() const {
   const std::uint64_t lanes = static_cast<std::uint64_t>(config_.schedulers) * kMaxLanes;
   Inventory inventory;
   inventory.module = name();
-  inventory.storage.push_back({"register_file", StorageKind::ram, config_.registers * 32, 3, 1, false});
+  inventory.storage.push_back({"register_file", StorageKind::ram, config_.registers * 32, 3, 1, false, 32 * kMaxLanes});
   inventory.storage.push_back(
       {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
-  inventory.operators.push_back({"fma", 32, lanes});
-  inventory.operators.push_back({"add", 32, lanes});
-  inventory.operators.push_back({"compare", 32, lanes});
+  inventory.operators.push_back({"fp_fma", 32, lanes});
+  inventory.operators.push_back({"int_add", 32, lanes});
+  inventory.operators.push_back({"fp_compare", 32, lanes});
   return inventory;
 }
 

@@ -145,7 +145,7 @@ Inventory WorkDistributor::inventory() const {
   inventory.storage.push_back({"free_slots", StorageKind::flip_flop,
                                static_cast<std::uint64_t>(config_.sms) * config_.resident_warps, 1, 1, false});
   inventory.storage.push_back({"next_group", StorageKind::flip_flop, 32, 1, 1, false});
-  inventory.operators.push_back({"add", 32, 1});
+  inventory.operators.push_back({"int_add", 32, 1});
   return inventory;
 }
 

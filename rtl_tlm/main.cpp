@@ -58,6 +58,7 @@ int run(int argc, char** argv) {
   grtx::tlm::add_trace_check(app, common);
   grtx::tlm::add_trace_dump(app, common);
   grtx::tlm::add_sim(app, common);
+  grtx::tlm::add_cost(app, common);
   grtx::tlm::add_run(app, common);
   grtx::tlm::add_stalls(app, common);
   try {

@@ -83,16 +83,16 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
   // Only the units that this structure needs exist.
   const unsigned entries = config.warp_buffer.entries;
   const unsigned boxes = config.box_op_per_child ? 1 : header.bvh_width;
-  ray_box_ = std::make_unique<IntersectionUnit>("ray_box", config.ray_box, entries, ray_box_operators(boxes));
+  ray_box_ = std::make_unique<IntersectionUnit>("ray_box", config.ray_box, entries, ray_box_path(boxes));
   if (memory_.traffic().leaf_kind() == NodeKind::triangle) {
     ray_triangle_ =
-        std::make_unique<IntersectionUnit>("ray_triangle", config.ray_triangle, entries, ray_triangle_operators());
+        std::make_unique<IntersectionUnit>("ray_triangle", config.ray_triangle, entries, ray_triangle_path());
   } else {
-    ray_sphere_ = std::make_unique<IntersectionUnit>("ray_sphere", config.ray_sphere, entries, ray_sphere_operators());
+    ray_sphere_ = std::make_unique<IntersectionUnit>("ray_sphere", config.ray_sphere, entries, ray_sphere_path());
   }
   if (header.two_level) {
     ray_transform_ =
-        std::make_unique<IntersectionUnit>("ray_transform", config.ray_transform, entries, ray_transform_operators());
+        std::make_unique<IntersectionUnit>("ray_transform", config.ray_transform, entries, ray_transform_path());
   }
   for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_transform_}) {
     if (*unit != nullptr) units_.push_back(unit->get());

@@ -1,7 +1,12 @@
 #include "rtl_tlm/statistics_json.h"
 
+#include <fmt/format.h>
+
 #include <cassert>
 #include <cmath>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
 
 namespace grtx::tlm {
 
@@ -58,6 +63,25 @@ std::string statistics_text(const nlohmann::ordered_json& document) {
     text += last ? "  }\n" : "  },\n";
   }
   return text + "}\n";
+}
+
+nlohmann::ordered_json read_statistics(const std::string& path) {
+  nlohmann::ordered_json document;
+  try {
+    document = nlohmann::ordered_json::parse(read_file(path));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
+  }
+  if (!document.is_object() || !document.contains("schema") || document.at("schema") != "grtx.stats/1") {
+    throw Error(path, "schema", "must be grtx.stats/1");
+  }
+  for (const char* part : {"config", "inputs", "stats"}) {
+    if (!document.contains(part) || !document.at(part).is_object()) throw Error(path, part, "must be an object");
+  }
+  for (const auto& [name, statistic] : document.at("stats").items()) {
+    if (!statistic.is_object() || !statistic.contains("value")) throw Error(path, name, "must have a value");
+  }
+  return document;
 }
 
 }  // namespace grtx::tlm

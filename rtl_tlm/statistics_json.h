@@ -20,6 +20,9 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const modules::StatisticList& statistics, const modules::StatisticList& host,
                                            const nlohmann::ordered_json& over_time = nullptr);
 
+/// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts.
+nlohmann::ordered_json read_statistics(const std::string& path);
+
 /// Text of such a document with one statistic (and one configuration key) a line.
 std::string statistics_text(const nlohmann::ordered_json& document);
 

@@ -32,7 +32,7 @@ TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
   unsigned number = 0;
   for (const auto& c : cases) {
     SCOPED_TRACE(c.what);
-    IntersectionUnit unit(("unit" + std::to_string(number++)).c_str(), c.config, 1, ray_triangle_operators());
+    IntersectionUnit unit(("unit" + std::to_string(number++)).c_str(), c.config, 1, ray_triangle_path());
     for (std::size_t i = 0; i < c.tests.size(); ++i) unit.enqueue(0, static_cast<LaneId>(i), c.tests[i]);
     std::vector<std::pair<Cycle, LaneId>> results;
     for (Cycle now = 1; !unit.idle() && now < 100;) {
@@ -52,7 +52,7 @@ TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
 }
 
 TEST_F(RtIntersectionUnitTest, OperatorsScaleWithPipelines) {
-  const IntersectionUnit unit("unit", {4, 13, 1}, 8, ray_box_operators(6));
+  const IntersectionUnit unit("unit", {4, 13, 1}, 8, ray_box_path(6));
   const auto operators = unit.inventory().operators;
   ASSERT_EQ(operators.size(), 4u);
   EXPECT_EQ(operators[0].count, 4u * 36u);  // six slab tests of six additions

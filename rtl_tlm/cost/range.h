@@ -1,0 +1,27 @@
+// A coefficient or a result as low, central and high. Sums add ends: parts that are off are taken to be off together.
+#pragma once
+
+namespace grtx::tlm {
+
+struct Range {
+  double low = 0.0, central = 0.0, high = 0.0;
+
+  static constexpr Range exactly(double value) { return {value, value, value}; }
+  constexpr Range& operator+=(const Range& o) {
+    low += o.low;
+    central += o.central;
+    high += o.high;
+    return *this;
+  }
+  friend constexpr Range operator+(Range a, const Range& b) { return a += b; }
+  /// Of two independent factors, both >= 0.
+  friend constexpr Range operator*(const Range& a, const Range& b) {
+    return {a.low * b.low, a.central * b.central, a.high * b.high};
+  }
+  friend constexpr Range operator*(const Range& a, double factor) {
+    return {a.low * factor, a.central * factor, a.high * factor};
+  }
+  bool operator==(const Range&) const = default;
+};
+
+}  // namespace grtx::tlm
