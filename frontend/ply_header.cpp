@@ -28,7 +28,7 @@ constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypeNames{{{"cha
                                                                            {"float64", PlyType::f64}}};
 
 // Words as they appear in a message: short, printable.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string out = "\"";
   for (const char c : text.substr(0, 40)) out += (c >= 0x20 && c < 0x7f) ? c : '?';
   return out + (text.size() > 40 ? "...\"" : "\"");
@@ -67,13 +67,13 @@ class HeaderParser {
       } else if (keyword == "end_header") {
         break;
       } else if (!format_known) {
-        fail("must be the format line, not " + quoted(line));
+        fail("must be the format line, not " + in_quotes(line));
       } else if (keyword == "element") {
         read_element(words);
       } else if (keyword == "property") {
         read_property(words);
       } else {
-        fail("has an unknown keyword: " + quoted(keyword));
+        fail("has an unknown keyword: " + in_quotes(keyword));
       }
     }
     if (!format_known) fail("ends the header without a format line");
@@ -99,7 +99,7 @@ class HeaderParser {
     for (const auto& [name, type] : kTypeNames) {
       if (name == word) return type;
     }
-    fail("has an unknown type: " + quoted(word));
+    fail("has an unknown type: " + in_quotes(word));
   }
 
   void read_format(const std::vector<std::string_view>& words) {
@@ -111,7 +111,7 @@ class HeaderParser {
     } else if (words[1] == "binary_big_endian") {
       header_.format = PlyFormat::binary_big_endian;
     } else {
-      fail("has an unknown format: " + quoted(words[1]));
+      fail("has an unknown format: " + in_quotes(words[1]));
     }
   }
 
@@ -121,9 +121,9 @@ class HeaderParser {
     element.name = words[1];
     const auto [end, error] = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.rows);
     if (error != std::errc() || end != words[2].data() + words[2].size()) {
-      fail("has a count that is no whole number from 0 to 2^64 - 1: " + quoted(words[2]));
+      fail("has a count that is no whole number from 0 to 2^64 - 1: " + in_quotes(words[2]));
     }
-    if (header_.find(element.name)) fail("names the element " + quoted(element.name) + " a second time");
+    if (header_.find(element.name)) fail("names the element " + in_quotes(element.name) + " a second time");
     header_.elements.push_back(std::move(element));
   }
 
@@ -141,7 +141,7 @@ class HeaderParser {
     }
     property.name = words.back();
     PlyElement& element = header_.elements.back();
-    if (element.find(property.name)) fail("names the property " + quoted(property.name) + " a second time");
+    if (element.find(property.name)) fail("names the property " + in_quotes(property.name) + " a second time");
     element.properties.push_back(std::move(property));
   }
 

@@ -61,10 +61,14 @@ class Sm final : public sc_core::sc_module {
   /// Calls f(link) for each link inside the SM, whatever it carries.
   template <typename F>
   void for_each_link(F&& f) const {
-    f(*trace_call_);
-    f(*trace_done_);
-    f(*any_hit_batch_);
-    f(*any_hit_done_);
+    for (const RtLinks& links : rt_links_) {
+      f(*links.trace_call);
+      f(*links.trace_done);
+      f(*links.any_hit_batch);
+      f(*links.any_hit_done);
+      if (links.node_fetch) f(*links.node_fetch);
+      if (links.node_fetch_done) f(*links.node_fetch_done);
+    }
     for (const auto& request : requests_) f(*request);
     for (const auto& response : responses_) f(*response);
   }

@@ -34,14 +34,20 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram
   for (const auto& sm : gpu.sms()) {
     SmTracks& tracks = sms_.emplace_back();
     tracks.process = writer_.process(sm->name());
-    tracks.scheduler = part<modules::RtScheduler>(sm->rt(), "rt_scheduler");
-    tracks.buffer = part<modules::WarpBuffer>(sm->rt(), "warp_buffer");
-    tracks.scheduler_track.track = writer_.track(tracks.process, "rt_scheduler");
-    for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
-      const auto* unit = part<modules::IntersectionUnit>(sm->rt(), name);
-      if (unit == nullptr) continue;
-      tracks.units.push_back(unit);
-      tracks.unit_tracks.push_back({writer_.track(tracks.process, name), kNothing, ""});
+    for (const auto& rt : sm->rt_units()) {
+      RtTracks& unit_of = tracks.rt_units.emplace_back();
+      // The parts of the first RT unit carry no number: most SMs have one.
+      const std::string prefix = tracks.rt_units.size() == 1 ? "" : std::string(rt->basename()) + ".";
+      unit_of.rt = rt.get();
+      unit_of.scheduler = part<modules::RtScheduler>(*rt, "rt_scheduler");
+      unit_of.buffer = part<modules::WarpBuffer>(*rt, "warp_buffer");
+      unit_of.scheduler_track.track = writer_.track(tracks.process, prefix + "rt_scheduler");
+      for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
+        const auto* unit = part<modules::IntersectionUnit>(*rt, name);
+        if (unit == nullptr) continue;
+        unit_of.units.push_back(unit);
+        unit_of.unit_tracks.push_back({writer_.track(tracks.process, prefix + name), kNothing, ""});
+      }
     }
     tracks.l1.track = writer_.track(tracks.process, "l1d");
     for (unsigned i = 0; i < sm->simt().slots(); ++i) {
@@ -95,20 +101,23 @@ void Timeline::sample(Cycle now) {
   for (std::size_t i = 0; i < sms_.size(); ++i) {
     SmTracks& tracks = sms_[i];
     const Sm& sm = *gpu_.sms()[i];
-    const unsigned stall = tracks.stalls.look(now, sm.rt().accounted(), *tracks.scheduler);
-    if (!shown) continue;
-    // Cycles in which a warp is scheduled are one slice; an empty unit is a gap.
-    constexpr unsigned kEmpty = 1 + static_cast<unsigned>(modules::Stall::empty);
-    show(tracks.scheduler_track, stall == kEmpty ? kNothing : stall,
-         stall == 0 ? "issue" : modules::kStallNames[stall - 1], now);
-    for (std::size_t u = 0; u < tracks.units.size(); ++u) {
-      const bool busy = !tracks.units[u]->idle() || tracks.units[u]->busy_pipelines(now) != 0;
-      show(tracks.unit_tracks[u], busy ? 0 : kNothing, "busy", now);
+    for (RtTracks& rt : tracks.rt_units) {
+      const unsigned stall = rt.stalls.look(now, rt.rt->accounted(), *rt.scheduler);
+      if (!shown) continue;
+      // Cycles in which a warp is scheduled are one slice; an empty unit is a gap.
+      constexpr unsigned kEmpty = 1 + static_cast<unsigned>(modules::Stall::empty);
+      show(rt.scheduler_track, stall == kEmpty ? kNothing : stall,
+           stall == 0 ? "issue" : modules::kStallNames[stall - 1], now);
+      for (std::size_t u = 0; u < rt.units.size(); ++u) {
+        const bool busy = !rt.units[u]->idle() || rt.units[u]->busy_pipelines(now) != 0;
+        show(rt.unit_tracks[u], busy ? 0 : kNothing, "busy", now);
+      }
+      tracks.occupancy += static_cast<unsigned>(std::popcount(rt.buffer->occupied()));
     }
+    if (!shown) continue;
     const bool misses = sm.l1().mshr_used() != 0;
     show(tracks.l1, misses ? 1 : sm.l1().idle() ? kNothing : 0, misses ? "misses" : "busy", now);
     for (unsigned s = 0; s < tracks.slots.size(); ++s) show_slot(tracks.slots[s], sm.simt(), s, now);
-    tracks.occupancy += static_cast<unsigned>(std::popcount(tracks.buffer->occupied()));
   }
   last_ = now;
   if (!shown) {

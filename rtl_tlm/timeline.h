@@ -44,15 +44,19 @@ class Timeline final : private CycleObserver {
     unsigned state = kNothing;
     std::string name;
   };
-  struct SmTracks {
-    unsigned process = 0;
-    std::vector<Slot> slots;
+  struct RtTracks {
+    const RtUnit* rt = nullptr;
     StallFollower stalls;
     const modules::RtScheduler* scheduler = nullptr;
     const modules::WarpBuffer* buffer = nullptr;
     Unit scheduler_track;
     std::vector<const modules::IntersectionUnit*> units;
     std::vector<Unit> unit_tracks;
+  };
+  struct SmTracks {
+    unsigned process = 0;
+    std::vector<Slot> slots;
+    std::vector<RtTracks> rt_units;
     Unit l1;
     modules::L1Counters::ByRegion nodes;  ///< at the last value of the counters
     std::uint64_t occupancy = 0;          ///< warps x cycles since then

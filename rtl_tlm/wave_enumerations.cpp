@@ -16,6 +16,7 @@ WarpState state_of(const modules::Warp& warp) {
   if ((warp.in_state(LaneState::waiting_checkpoint_read) | warp.in_state(LaneState::waiting_checkpoint_write)) != 0) {
     return WarpState::checkpoint;
   }
+  if (warp.in_state(LaneState::waiting_stack) != 0) return WarpState::stack;
   if ((warp.in_state(LaneState::waiting_any_hit) | warp.in_state(LaneState::in_any_hit)) != 0)
     return WarpState::any_hit;
   return WarpState::finished;
@@ -24,8 +25,8 @@ WarpState state_of(const modules::Warp& warp) {
 const Enumeration& warp_states() {
   static const Enumeration states{
       "warp_state",
-      {"free", "ready", "memory", "unit", "checkpoint", "any_hit", "finished"},
-      {"gray25", "forest green", "royal blue", "dark goldenrod", "purple", "firebrick", "gray50"}};
+      {"free", "ready", "memory", "unit", "checkpoint", "stack", "any_hit", "finished"},
+      {"gray25", "forest green", "royal blue", "dark goldenrod", "purple", "maroon", "firebrick", "gray50"}};
   return states;
 }
 

@@ -7,7 +7,7 @@
 namespace grtx::tlm {
 
 /// What a warp of the warp buffer waits for: the most advanced thing that any of its lanes can do.
-enum class WarpState : std::uint8_t { free, ready, memory, unit, checkpoint, any_hit, finished };
+enum class WarpState : std::uint8_t { free, ready, memory, unit, checkpoint, stack, any_hit, finished };
 WarpState state_of(const modules::Warp& warp);
 
 const Enumeration& warp_states();

@@ -35,7 +35,7 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram
   running_ = wires_.add("gpu.distributor.running", 16);
   for (const auto& sm : gpu.sms()) {
     const std::string scope = sm->name();
-    rt_units_.emplace_back(wires_, scope + ".rt", sm->rt(), header);
+    for (const auto& rt : sm->rt_units()) rt_units_.emplace_back(wires_, rt->name(), *rt, header);
     simt_cores_.emplace_back(wires_, scope + ".simt", sm->simt());
     l1_caches_.emplace_back(wires_, scope + ".l1d", sm->l1());
     sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });

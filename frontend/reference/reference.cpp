@@ -44,7 +44,7 @@ struct Gaussian {
 };
 
 /// Rotation matrix of a quaternion that is normalised again in double.
-glm::dmat3 rotation_matrix(const glm::quat& q) {
+glm::dmat3 rotation_of(const glm::quat& q) {
   const double norm = std::sqrt(static_cast<double>(q.w) * q.w + static_cast<double>(q.x) * q.x +
                                 static_cast<double>(q.y) * q.y + static_cast<double>(q.z) * q.z);
   const double w = q.w / norm;
@@ -65,7 +65,7 @@ std::vector<Gaussian> prepare(const Scene& scene, const ReferenceOptions& option
     Gaussian& g = gaussians[i];
     g.mean = glm::dvec3(scene.mean[i]);
     const glm::dvec3 scale(scene.scale[i]);
-    const glm::dmat3 r = rotation_matrix(scene.rotation[i]);
+    const glm::dmat3 r = rotation_of(scene.rotation[i]);
     for (int axis = 0; axis < 3; ++axis) {
       for (int k = 0; k < 3; ++k) g.to_local[k][axis] = r[axis][k] / scale[axis];  // row `axis` of S^-1 R^T
     }

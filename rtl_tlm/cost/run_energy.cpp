@@ -97,14 +97,14 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
       "warp instructions, 32 lanes");
   const double l1_reads = value("gpu.l1.all.reads");
   const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
-  add("l1.reads", l1_reads, prices.access(".l1", "data", false), "sectors");
-  add("l1.writes", l1_writes, prices.access(".l1", "data", true), "sectors written and filled");
+  add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");
+  add("l1.writes", l1_writes, prices.access(".l1d", "data", true), "sectors written and filled");
   const double packets = value("gpu.crossbar.request.packets") + value("gpu.crossbar.reply.packets");
   const double wire_pj = energy.wire_fj_per_bit_mm_40nm * 1e-3 * 8 * (32 + 8) / 2 * energy.wire_mm *
                          std::sqrt(options.nm / 40.0);  // 240 at 40 nm, 115 at 10 nm: the square root of the node
   add("crossbar", packets, {0.5 * wire_pj, wire_pj, 2.0 * wire_pj}, "packets; half of them carry a sector");
-  add("l2.reads", value("gpu.l2.all.reads"), prices.access("l2_0", "data", false), "sectors");
-  add("l2.writes", value("gpu.l2.all.writes") + value("gpu.dram.reads"), prices.access("l2_0", "data", true),
+  add("l2.reads", value("gpu.l2.all.reads"), prices.access("l2_slice0", "data", false), "sectors");
+  add("l2.writes", value("gpu.l2.all.writes") + value("gpu.dram.reads"), prices.access("l2_slice0", "data", true),
       "sectors written and filled");
   const double dram_pj = 8.0 * energy.dram_pj_per_bit;
   add("dram", value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj}, "bytes; HBM2E to GDDR5");

@@ -76,9 +76,9 @@ TEST(MachineCost, MoreOfAPartCostsMoreOfIt) {
                {"rt.checkpoint.write_queue=64", "sm0.rt.checkpoint_unit"},
                {"rt.memory.queue=256", "sm0.rt.memory_scheduler"},
                {"rt.prefetch.records=8", "sm0.rt.sibling_prefetcher"},
-               {"l1.bytes=262144", "sm0.l1"},
-               {"l1.mshr_entries=512", "sm0.l1"},
-               {"l2.bytes=8388608", "l2_0"},
+               {"l1.bytes=262144", "sm0.l1d"},
+               {"l1.mshr_entries=512", "sm0.l1d"},
+               {"l2.bytes=8388608", "l2_slice0"},
                {"gpu.sms=16", ""}};
   for (const auto& c : cases) {
     const auto more = cost_of({c.setting});
