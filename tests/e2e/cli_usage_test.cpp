@@ -11,8 +11,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::vector<std::string> kCommands = {"synth",       "info",       "trace", "reference", "compare",
-                                            "trace-check", "trace-dump", "sim",   "run"};
+const std::vector<std::string> kCommands = {"synth",      "info", "trace",  "reference", "compare", "trace-check",
+                                            "trace-dump", "sim",  "stalls", "cost",      "run"};
 
 TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
   const Folder folder;
