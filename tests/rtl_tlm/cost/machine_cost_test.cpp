@@ -73,7 +73,7 @@ TEST(MachineCost, MoreOfAPartCostsMoreOfIt) {
                {"rt.warp_buffer.entries=16", "sm0.rt.warp_buffer"},
                {"rt.warp_buffer.stack_entries=16", "sm0.rt.warp_buffer"},
                {"rt.checkpoint.lanes=32", "sm0.rt.checkpoint_unit"},
-               {"rt.checkpoint.write_queue=64", "sm0.rt.checkpoint_unit"},
+               {"rt.checkpoint.write_queue=32", "sm0.rt.checkpoint_unit"},
                {"rt.memory.queue=256", "sm0.rt.memory_scheduler"},
                {"rt.prefetch.records=8", "sm0.rt.sibling_prefetcher"},
                {"l1.bytes=262144", "sm0.l1d"},
@@ -86,6 +86,18 @@ TEST(MachineCost, MoreOfAPartCostsMoreOfIt) {
     EXPECT_GT(area(more, ""), area(base, "")) << c.setting;
   }
   EXPECT_LT(area(cost_of({"rt.box.interval=2"}), "sm0.rt.ray_box"), area(base, "sm0.rt.ray_box"));
+}
+
+TEST(MachineCost, FromSixtyFourRowsOnAMemoryIsAnSram) {
+  const auto kind = [](const char* setting) {
+    const auto cost = cost_of({setting});
+    for (const auto& item : node(cost["tree"], "sm0.rt.checkpoint_unit")["items"]) {
+      if (item["name"] == "write_queue") return item["kind"].get<std::string>();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(kind("rt.checkpoint.write_queue=63"), "flip-flops");
+  EXPECT_EQ(kind("rt.checkpoint.write_queue=64"), "SRAM");
 }
 
 TEST(MachineCost, WhatADesignDoesNotUseIsNotThere) {
