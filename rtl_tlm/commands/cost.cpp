@@ -31,9 +31,20 @@ struct Options {
   bool coefficients = false;
 };
 
+// The units that a run had: those that its trace needs.
+MachineUse machine_of(const std::string& statistics) {
+  const nlohmann::ordered_json inputs = read_statistics(statistics).at("inputs");
+  const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
+  if (accel.empty() || checkpoint.empty()) throw Error(statistics, "inputs", "must name accel and checkpoint");
+  const bool two_level = accel.starts_with("tlas-");
+  MachineUse use;
+  use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+  return use;
+}
+
 // The energy of a run of the configured machine.
-void print_energy(const Options& options, const GpuConfig& config,
-                  const std::vector<modules::Inventory>& inventories) {
+void print_energy(const Options& options, const GpuConfig& config, const std::vector<modules::Inventory>& inventories) {
   const nlohmann::ordered_json document = read_statistics(options.statistics);
   if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
     throw Error(options.statistics, "inputs.config_hash", "is of another configuration than --config and --set give");
@@ -63,8 +74,9 @@ int cost(const Options& options) {
   }
   technology(options.cost.nm);  // before anything is built
   const GpuConfig config = load_config(options.config, options.settings);
-  const std::vector<modules::Inventory> inventories = machine_inventory(config, options.use);
-  MachineCost cost = machine_cost(config, options.use.design, inventories, options.cost);
+  const MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
+  const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
+  MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
   cost.buffers.eviction_entries = options.buffers.eviction_entries;
   cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;

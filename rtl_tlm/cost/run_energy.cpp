@@ -27,16 +27,16 @@ class Prices {
   Prices(const std::vector<Inventory>& inventories, const CostOptions& options)
       : inventories_(inventories), options_(options), technology_(technology(options.nm)) {}
 
-  /// All operators of one pipeline of a unit once, and a register at every stage. units: pipelines that the inventory
-  /// sums up.
-  Range test(const std::string& module, unsigned units) const {
+  /// All operators of one pipeline of a unit once, and a register at every stage. The inventory sums up the pipelines,
+  /// each of which uses its operators and registers `interval` times for a test.
+  Range test(const std::string& module, const modules::IntersectionUnit::Config& unit) const {
     const Inventory* inventory = module_of(inventories_, module);
     if (inventory == nullptr) return {};
     Range pj;
     for (const CostItem& item : price(*inventory, options_)) {
-      if (item.kind == "logic") pj += item.operation_pj * (item.count / static_cast<double>(units));
+      if (item.kind == "logic") pj += item.operation_pj * (item.count / unit.count * unit.interval);
       if (item.name == "pipeline_registers") {
-        pj += kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / static_cast<double>(units));
+        pj += kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / unit.count * unit.interval);
       }
     }
     return pj;
@@ -54,7 +54,6 @@ class Prices {
   Range operation(const std::string& name, unsigned width) const {
     return operator_cost(name, width).energy_pj * technology_.energy;
   }
-  const Technology& node() const { return technology_; }
 
  private:
   const std::vector<Inventory>& inventories_;
@@ -72,13 +71,14 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
   const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {
     parts.push_back({name, actions, pj * (actions * 1e-3), basis});
   };
-  add("rt.ray_box", value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box.count), "node tests, sort included");
-  add("rt.ray_triangle", value("gpu.rt.ray_triangle.tests"),
-      prices.test(".ray_triangle", config.rt.ray_triangle.count), "triangle tests");
-  add("rt.ray_sphere", value("gpu.rt.ray_sphere.tests"),
-      prices.test(".ray_sphere", config.rt.ray_sphere.count), "sphere tests");
-  add("rt.ray_transform", value("gpu.rt.ray_transform.tests"),
-      prices.test(".ray_transform", config.rt.ray_transform.count), "transforms");
+  add("rt.ray_box", value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
+      "node tests, sort included");
+  add("rt.ray_triangle", value("gpu.rt.ray_triangle.tests"), prices.test(".ray_triangle", config.rt.ray_triangle),
+      "triangle tests");
+  add("rt.ray_sphere", value("gpu.rt.ray_sphere.tests"), prices.test(".ray_sphere", config.rt.ray_sphere),
+      "sphere tests");
+  add("rt.ray_transform", value("gpu.rt.ray_transform.tests"), prices.test(".ray_transform", config.rt.ray_transform),
+      "transforms");
   const double events = value("gpu.rt.lanes_handled");
   add("rt.warp_buffer", events,
       prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
