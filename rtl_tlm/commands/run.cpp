@@ -21,6 +21,7 @@
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
 #include "rtl_tlm/gpu_config.h"
+#include "rtl_tlm/report/report.h"
 #include "rtl_tlm/simulation.h"
 #include "rtl_tlm/statistics_json.h"
 
@@ -213,6 +214,9 @@ int run(const Options& options, bool quiet) {
   results["images_identical"] = identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
+  ReportOptions report;
+  report.inputs = {options.output + "/results.json"};
+  write_file(options.output + "/report.html", report_page(report));
 
   print_table(results["designs"]);
   for (const char* kind : {"primary", "secondary"}) {
@@ -241,7 +245,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command->add_option(
       "--jobs", options->jobs,
       "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");
-  command->add_option("-o,--output", options->output, "Folder for results.json, image.png and the traces (no default)")
+  command->add_option("-o,--output", options->output, "Folder for results.json, report.html, image.png and the traces (no default)")
       ->required();
 }
 

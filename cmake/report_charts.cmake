@@ -1,0 +1,41 @@
+# What `grtx report` puts into its page, linked into the program as grtx_report_assets: style, script, the paper's
+# figures and, unless GRTX_REPORT_CHARTS=OFF, the chart library. npm fetches that once a build folder; a page needs no
+# network.
+option(GRTX_REPORT_CHARTS "Charts in the reports of grtx (needs npm when building); OFF leaves their tables" ON)
+
+set(web ${PROJECT_SOURCE_DIR}/rtl_tlm/report/web)
+set(GRTX_CHARTS_FOLDER ${PROJECT_BINARY_DIR}/charts)
+set(bundle ${GRTX_CHARTS_FOLDER}/charts.js)
+file(MAKE_DIRECTORY ${GRTX_CHARTS_FOLDER})
+if(GRTX_REPORT_CHARTS)
+  find_program(NPM_PROGRAM npm)
+  if(NOT NPM_PROGRAM)
+    message(FATAL_ERROR "The charts of grtx report need npm (Debian: apt-get install npm, or "
+                        "scripts/install_dependencies.sh). With -DGRTX_REPORT_CHARTS=OFF reports have tables only.")
+  endif()
+  add_custom_command(
+    OUTPUT ${bundle}
+    COMMAND ${CMAKE_COMMAND} -DNPM=${NPM_PROGRAM} -DWEB=${web} -DFOLDER=${GRTX_CHARTS_FOLDER} -DOUTPUT=${bundle}
+            -P ${PROJECT_SOURCE_DIR}/cmake/bundle_charts.cmake
+    DEPENDS ${web}/package.json ${web}/package-lock.json ${PROJECT_SOURCE_DIR}/cmake/bundle_charts.cmake
+    COMMENT "Fetching the chart library with npm"
+    VERBATIM)
+else()
+  file(GENERATE OUTPUT ${bundle} CONTENT "")
+endif()
+
+set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
+set(GRTX_ASSETS "")
+foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
+              "paper=${PROJECT_SOURCE_DIR}/rtl_tlm/report/paper_targets.toml")
+  string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})
+  string(APPEND GRTX_ASSETS
+         ".global grtx_asset_${CMAKE_MATCH_1}\n.global grtx_asset_${CMAKE_MATCH_1}_end\n"
+         "grtx_asset_${CMAKE_MATCH_1}:\n.incbin \"${CMAKE_MATCH_2}\"\ngrtx_asset_${CMAKE_MATCH_1}_end:\n.byte 0\n")
+  list(APPEND asset_files ${CMAKE_MATCH_2})
+endforeach()
+file(CONFIGURE OUTPUT ${assets_source} @ONLY
+     CONTENT ".section .rodata\n@GRTX_ASSETS@.section .note.GNU-stack,\"\",%progbits\n")
+set_source_files_properties(${assets_source} PROPERTIES OBJECT_DEPENDS "${asset_files}")
+add_library(grtx_report_assets STATIC ${assets_source})
+set_target_properties(grtx_report_assets PROPERTIES UNITY_BUILD OFF LINKER_LANGUAGE CXX)

@@ -1,0 +1,37 @@
+// Vega-Lite specifications of a report's charts. Colours are the page's (CSS variables), so that a chart follows the
+// light and the dark scheme and prints.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace grtx::tlm {
+
+/// A field of the rows in a tooltip or an axis: its name in the data and what people read.
+struct ChartField {
+  std::string field;
+  std::string title;
+};
+
+/// Points of one cost against time, with their Pareto front as a step line, hover and an interval selection `brush`.
+/// rows: {id, time, cost, front, group, ...}; a front is drawn for each group. The script sets the parameters `picked`
+/// (null or a list of ids that are drawn in full) and `colour_by` (a field).
+nlohmann::ordered_json pareto_chart(const nlohmann::ordered_json& rows, const ChartField& time, const ChartField& cost,
+                                    const std::vector<ChartField>& tooltip, const std::string& colour_by);
+
+/// One stacked bar a label. rows: {id, label, order, part, value, share}; labels are sorted by `order`; parts: in the
+/// order of the stack. With `linked`, only bars with `front` are drawn until the script sets `picked`.
+nlohmann::ordered_json stacked_bars(const nlohmann::ordered_json& rows, const std::vector<std::string>& parts,
+                                    const std::string& value_title, const std::string& part_title, bool linked);
+
+/// Bars of a ratio by label and series, and a tick where the paper's figure is. rows: {label, series, value};
+/// paper: {label, value}.
+nlohmann::ordered_json ratio_bars(const nlohmann::ordered_json& rows, const nlohmann::ordered_json& paper,
+                                  const std::vector<std::string>& labels, const std::vector<std::string>& series,
+                                  const std::string& value_title);
+
+/// Lines over time. rows: {cycle, series, value}.
+nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,18 @@
+// grtx report: one HTML file that holds everything it shows. The same inputs give the same bytes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace grtx::tlm {
+
+struct ReportOptions {
+  std::vector<std::string> inputs;  ///< sweep databases, results.json of grtx run, statistics of grtx sim
+  std::vector<std::string> images;  ///< pictures to show: PNG, JPEG, GIF or WebP
+  std::string title = "GRTX-TLM report";
+};
+
+/// The page. Throws Error for inputs that are none of these.
+std::string report_page(const ReportOptions& options);
+
+}  // namespace grtx::tlm

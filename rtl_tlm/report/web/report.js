@@ -1,0 +1,122 @@
+// Draws the page's charts and links those of a sweep: a box drawn in one chooses points in all, and in the table.
+'use strict';
+
+(() => {
+  const font = getComputedStyle(document.body).fontFamily;
+  const ink = 'var(--ink)', muted = 'var(--muted)', line = 'var(--line)';
+  const text = { labelFont: font, titleFont: font, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 500 };
+  const config = (width) => ({
+    background: null,
+    font,
+    view: { stroke: line },
+    axis: { ...text, labelColor: muted, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelLimit: 150 },
+    legend: {
+      ...text, labelColor: ink, titleColor: ink, symbolType: 'circle', symbolStrokeWidth: 0, labelLimit: 130,
+      columns: Math.max(2, Math.floor(width / 150)),
+    },
+    text: { color: ink },
+  });
+
+  // Charts that were drawn, by the id of their figure.
+  const views = new Map();
+
+  const draw = async (figure) => {
+    const place = figure.querySelector('.drawing');
+    const spec = JSON.parse(figure.querySelector('.spec').textContent);
+    spec.$schema = 'https://vega.github.io/schema/vega-lite/v6.json';  // names the language; nothing is loaded
+    const result = await vegaEmbed(place, spec, {
+      mode: 'vega-lite', renderer: 'svg', actions: false, config: config(place.clientWidth),
+      tooltip: { theme: 'custom' },
+    });
+    views.set(figure.id, { figure, spec, view: result.view });
+  };
+
+  // Charts of a group share one set of chosen points; null: all.
+  const choose = (group, ids, except) => {
+    for (const { figure, view } of views.values()) {
+      if (figure.dataset.group === group) view.signal('picked', ids).runAsync();
+      if (figure.dataset.group === group && figure.dataset.role === 'pareto' && figure !== except && view.data('brush_store').length > 0) {
+        view.data('brush_store', []).runAsync();
+      }
+    }
+    const table = document.getElementById(group + '_points');
+    if (!table) return;
+    let shown = 0, all = 0;
+    for (const row of table.tBodies[0].rows) {
+      row.hidden = ids !== null && !ids.includes(Number(row.dataset.id));
+      all += 1;
+      shown += row.hidden ? 0 : 1;
+    }
+    const status = document.querySelector(`.controls[data-group="${group}"] .chosen`);
+    if (status) status.textContent = ids === null ? `${all} points` : `${shown} of ${all} points chosen`;
+  };
+
+  const link = (group) => {
+    const charts = [...views.values()].filter(({ figure }) => figure.dataset.group === group && figure.dataset.role === 'pareto');
+    for (const { figure, spec, view } of charts) {
+      view.addSignalListener('brush', (name, box) => {
+        if (!box || !box.time || !box.cost) {
+          // Cleared by a click: all points again, unless another chart holds the box.
+          if (charts.every((c) => !c.view.signal('brush') || !c.view.signal('brush').time)) choose(group, null, figure);
+          return;
+        }
+        const [left, right] = [Math.min(...box.time), Math.max(...box.time)];
+        const [low, high] = [Math.min(...box.cost), Math.max(...box.cost)];
+        choose(group, spec.data.values.filter((p) => p.time >= left && p.time <= right && p.cost >= low && p.cost <= high).map((p) => p.id), figure);
+      });
+    }
+    const controls = document.querySelector(`.controls[data-group="${group}"]`);
+    if (!controls) return;
+    controls.hidden = false;
+    controls.querySelector('.colour').addEventListener('change', (event) => {
+      for (const { view } of charts) view.signal('colour_by', event.target.value).runAsync();
+    });
+    controls.querySelector('.all').addEventListener('click', () => choose(group, null, null));
+    choose(group, null, null);
+  };
+
+  // A click on a column's title sorts by it.
+  const sortable = (table) => {
+    const titles = [...table.tHead.rows[0].cells];
+    const key = (row, column) => {
+      const words = row.cells[column].textContent.trim();
+      const value = Number(words.replace(/[,#×%]/g, ''));
+      return words === '' ? null : Number.isNaN(value) ? words : value;
+    };
+    titles.forEach((title, column) => {
+      const button = document.createElement('button');
+      button.type = 'button';
+      button.textContent = title.textContent;
+      title.replaceChildren(button);
+      button.addEventListener('click', () => {
+        const down = title.getAttribute('aria-sort') === 'ascending' ? -1 : 1;
+        titles.forEach((other) => other.removeAttribute('aria-sort'));
+        title.setAttribute('aria-sort', down === 1 ? 'ascending' : 'descending');
+        const body = table.tBodies[0];
+        const compare = (a, b) => {
+          if (a === null || b === null) return a === b ? 0 : a === null ? 1 : -1;  // empty cells last
+          if (typeof a === typeof b) return down * (a < b ? -1 : a > b ? 1 : 0);
+          return typeof a === 'number' ? -1 : 1;
+        };
+        body.append(...[...body.rows].sort((a, b) => compare(key(a, column), key(b, column))));
+      });
+    });
+  };
+
+  const begin = async () => {
+    document.querySelectorAll('section.sweep table').forEach(sortable);
+    if (typeof vegaEmbed === 'function') {
+      await Promise.all([...document.querySelectorAll('figure.chart')].map(draw));
+      new Set([...document.querySelectorAll('.controls')].map((c) => c.dataset.group)).forEach(link);
+    }
+    document.documentElement.dataset.ready = 'yes';  // for tests and screenshots
+  };
+  // Tables that are closed on the screen are printed too.
+  let opened = [];
+  window.addEventListener('beforeprint', () => {
+    opened = [...document.querySelectorAll('details:not([open])')].filter((d) => d.dataset.print !== 'no');
+    opened.forEach((d) => { d.open = true; });
+  });
+  window.addEventListener('afterprint', () => opened.forEach((d) => { d.open = false; }));
+  begin();
+})();
