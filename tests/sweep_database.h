@@ -1,5 +1,5 @@
-// Makes a small sweep database (schema grtx.sweep/1, docs/sweep.md) with SQLite itself. Times, areas and energies follow
-// from the coordinates by the formulas below, so that a test knows them.
+// Makes a small sweep database (schema grtx.sweep/1, docs/sweep.md) with SQLite itself. Times, areas and energies
+// follow from the coordinates by the formulas below, so that a test knows them.
 #pragma once
 
 #include <sqlite3.h>
@@ -40,8 +40,9 @@ INSERT INTO meta VALUES ('schema', 'grtx.sweep/1'), ('plan', '[sweep]' || char(1
 )";
 
 /// 60 points: warp buffer 4, 8, 12, 16, 20 x checkpoint lanes 1, 4, 16 x L1 64 or 128 KiB x k 4 or 8; #7 failed and #31
-/// timed out, 58 are done. config: resolved configuration of all points, as JSON text (warp buffer, lanes and L1 are set in it).
-/// For warps w, lanes l, L1 b KiB and k: time = 1000 + 6000 / w + 300 / l + 20000 / b + 40 |k - 8| us, area = 10 + 0.2 w
+/// timed out, 58 are done. config: resolved configuration of all points, as JSON text (warp buffer, lanes and L1 are
+/// set in it). For warps w, lanes l, L1 b KiB and k: time = 1000 + 6000 / w + 300 / l + 20000 / b + 40 |k - 8| us, area
+/// = 10 + 0.2 w
 /// + 0.05 l + 0.02 b mm2, energy = 50 + time / 40 nJ a ray.
 inline void make_grid(const std::string& path, const std::string& config) {
   execute(path, std::string(kSchema) + R"(
@@ -56,7 +57,8 @@ SELECT row_number() OVER (ORDER BY w, l, b, k) AS id, w, l, b, k, 1000 + 6000.0 
 FROM warps, lanes, bytes, buffers;
 INSERT INTO point SELECT id, printf('key%02d', id), 't' || k, 'cycle', 'pizza', 'grtx',
   json_object('rt.warp_buffer.entries', w, 'rt.checkpoint.lanes', l, 'l1.bytes', b * 1024, 'k', k),
-  json_set()" + quoted(config) + R"(, '$."rt.warp_buffer.entries"', w, '$."rt.checkpoint.lanes"', l, '$."l1.bytes"', b * 1024),
+  json_set()" + quoted(config) +
+                    R"(, '$."rt.warp_buffer.entries"', w, '$."rt.checkpoint.lanes"', l, '$."l1.bytes"', b * 1024),
   CASE id WHEN 7 THEN 'failed' WHEN 31 THEN 'timeout' ELSE 'done' END,
   CASE id WHEN 7 THEN 'watchdog: <no progress>' WHEN 31 THEN 'longer than 20 s' END, 1.5, '{}' FROM grid;
 INSERT INTO value SELECT id, 'gpu.time_us', time FROM grid WHERE id NOT IN (7, 31);
@@ -81,8 +83,8 @@ inline void make_points(const std::string& path, const nlohmann::json& points) {
   std::string sql = std::string(kSchema) + "BEGIN;\n";
   for (const nlohmann::json& p : points) {
     const std::string id = std::to_string(p.at("id").get<int>());
-    sql += "INSERT INTO point VALUES (" + id + ", 'key" + id + "', 't', 'cycle', " +
-           quoted(p.value("scene", "room")) + ", " + quoted(p.value("design", "grtx")) + ", " +
+    sql += "INSERT INTO point VALUES (" + id + ", 'key" + id + "', 't', 'cycle', " + quoted(p.value("scene", "room")) +
+           ", " + quoted(p.value("design", "grtx")) + ", " +
            quoted(p.value("coordinates", nlohmann::json::object()).dump()) + ", '{}', " +
            quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
     for (const auto& [name, value] : p.value("values", nlohmann::json::object()).items()) {

@@ -19,11 +19,11 @@ struct Options {
 
 void add_report(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file",
-                                   [options] {
-                                     write_file(options->output, report_page(options->report));
-                                     return 0;
-                                   });
+  CLI::App* command =
+      make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options] {
+        write_file(options->output, report_page(options->report));
+        return 0;
+      });
   command
       ->add_option("INPUT", options->report.inputs,
                    "Sweep databases, results.json of grtx run, statistics of grtx sim (no default)")

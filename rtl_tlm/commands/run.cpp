@@ -245,7 +245,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command->add_option(
       "--jobs", options->jobs,
       "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");
-  command->add_option("-o,--output", options->output, "Folder for results.json, report.html, image.png and the traces (no default)")
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder for results.json, report.html, image.png and the traces (no default)")
       ->required();
 }
 

@@ -1,5 +1,8 @@
 #include "rtl_tlm/report/charts.h"
 
+#include <algorithm>
+#include <set>
+
 namespace grtx::tlm {
 namespace {
 
@@ -7,6 +10,7 @@ using nlohmann::ordered_json;
 
 // As many colours as report.css defines; more values use them again.
 constexpr unsigned kColours = 12;
+constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; report.js knows it too
 
 ordered_json palette() {
   ordered_json range = ordered_json::array();
@@ -15,9 +19,8 @@ ordered_json palette() {
 }
 
 ordered_json base(const ordered_json& rows) {
-  return {{"width", "container"},
-          {"autosize", {{"type", "fit-x"}, {"contains", "padding"}}},
-          {"data", {{"values", rows}}}};
+  return {
+      {"width", "container"}, {"autosize", {{"type", "fit-x"}, {"contains", "padding"}}}, {"data", {{"values", rows}}}};
 }
 
 ordered_json quantity(const std::string& field, const std::string& title) {
@@ -56,11 +59,7 @@ ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, cons
         {"type", "ordinal"},
         {"scale", {{"range", palette()}}},
         {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
-      {"size",
-       {{"field", "front"},
-        {"type", "nominal"},
-        {"scale", {{"domain", {false, true}}, {"range", {50, 130}}}},
-        {"legend", nullptr}}},
+      {"size", {{"condition", {{"test", "datum.front"}, {"value", 130}}}, {"value", 50}}},
       {"opacity",
        {{"condition", {{"test", "picked === null || indexof(picked, datum.id) >= 0"}, {"value", 0.9}}},
         {"value", 0.12}}},
@@ -77,7 +76,11 @@ ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, cons
 ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::string>& parts,
                           const std::string& value_title, const std::string& part_title, bool linked) {
   ordered_json spec = base(rows);
-  spec["height"] = {{"step", 20}};
+  std::set<std::string> bars;  // drawn at first
+  for (const ordered_json& row : rows) {
+    if (!linked || row.at("front").get<bool>()) bars.insert(row.at("label").get<std::string>());
+  }
+  spec["height"] = kBarPixels * std::max<std::size_t>(1, bars.size());
   ordered_json transform = ordered_json::array();
   if (linked) {
     spec["params"] = {{{"name", "picked"}, {"value", nullptr}}};
@@ -91,11 +94,7 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
   x["axis"] = {{"format", "~s"}};
   spec["encoding"] = {
       {"y",
-       {{"field", "label"},
-        {"type", "nominal"},
-        {"title", nullptr},
-        {"sort", {{"field", "order"}, {"op", "min"}}},
-        {"axis", {{"labelLimit", 110}}}}},
+       {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
       {"x", x},
       {"color",
        {{"field", "part"},
@@ -114,8 +113,12 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
 ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, const std::vector<std::string>& labels,
                         const std::vector<std::string>& series, const std::string& value_title) {
   ordered_json spec = base(rows);
-  spec["height"] = {{"step", series.size() > 1 ? 16 : 28}};
-  const ordered_json y = {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", labels}};
+  spec["height"] = labels.size() * (14 + 14 * series.size());
+  const ordered_json y = {{"field", "label"},
+                          {"type", "nominal"},
+                          {"title", nullptr},
+                          {"sort", labels},
+                          {"axis", {{"labelExpr", "split(datum.label, ', ')"}}}};
   ordered_json bars;
   bars["mark"] = {{"type", "bar"}};
   bars["encoding"] = {{"y", y},
@@ -124,11 +127,11 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
                        {{{"field", "label"}, {"title", "figure"}},
                         {{"field", "series"}, {"title", "run"}},
                         {{"field", "value"}, {"type", "quantitative"}, {"title", "model"}, {"format", ".2f"}}}}};
-  bars["encoding"]["color"] = {{"field", "series"},
-                               {"type", "nominal"},
-                               {"scale", {{"domain", series}, {"range", palette()}}},
-                               {"legend", series.size() > 1 ? ordered_json{{"title", nullptr}, {"orient", "bottom"}}
-                                                            : ordered_json(nullptr)}};
+  bars["encoding"]["color"] = {
+      {"field", "series"},
+      {"type", "nominal"},
+      {"scale", {{"domain", series}, {"range", palette()}}},
+      {"legend", series.size() > 1 ? ordered_json{{"title", nullptr}, {"orient", "bottom"}} : ordered_json(nullptr)}};
   if (series.size() > 1) bars["encoding"]["yOffset"] = {{"field", "series"}, {"sort", series}};
   ordered_json ticks;
   ticks["data"] = {{"values", paper}};
@@ -148,17 +151,14 @@ ordered_json series_lines(const ordered_json& rows, const std::string& value_tit
   spec["mark"] = {{"type", "line"}, {"interpolate", "step-before"}};
   ordered_json x = quantity("cycle", "core cycle");
   x["axis"] = {{"format", "~s"}};
-  spec["encoding"] = {{"x", x},
-                      {"y", quantity("value", value_title)},
-                      {"color",
-                       {{"field", "series"},
-                        {"type", "nominal"},
-                        {"scale", {{"range", palette()}}},
-                        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
-                      {"tooltip",
-                       {{{"field", "series"}},
-                        {{"field", "cycle"}, {"type", "quantitative"}},
-                        {{"field", "value"}, {"type", "quantitative"}}}}};
+  spec["encoding"] = {
+      {"x", x},
+      {"y", quantity("value", value_title)},
+      {"color", {{"field", "series"}, {"type", "nominal"}, {"scale", {{"range", palette()}}}, {"legend", nullptr}}},
+      {"tooltip",
+       {{{"field", "series"}},
+        {{"field", "cycle"}, {"type", "quantitative"}},
+        {{"field", "value"}, {"type", "quantitative"}}}}};
   return spec;
 }
 

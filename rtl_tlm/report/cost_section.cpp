@@ -18,15 +18,16 @@ std::string with_bar(const std::string& text, double share) {
                      text);
 }
 
-std::string mm2(const ordered_json& range, const char* end) { return fmt::format("{:.4f}", range.at(end).get<double>()); }
+std::string mm2(const ordered_json& range, const char* end) {
+  return fmt::format("{:.4f}", range.at(end).get<double>());
+}
 
 void node_rows(Table& table, const ordered_json& node, unsigned level, double copies, double whole) {
   const double own = copies * node.at("copies").get<double>();
   const ordered_json& area = node.at("area_mm2");
-  const std::string name = escape(node.at("name").get<std::string>()) +
-                           (node.at("copies").get<unsigned>() == 1
-                                ? ""
-                                : fmt::format(" ×{}", node.at("copies").get<unsigned>()));
+  const std::string name =
+      escape(node.at("name").get<std::string>()) +
+      (node.at("copies").get<unsigned>() == 1 ? "" : fmt::format(" ×{}", node.at("copies").get<unsigned>()));
   const double all = own * area.at("central").get<double>();
   table.row({fmt::format("<span style=\"padding-left:{}em\">{}</span>", level, name),
              number(node.at("flip_flop_bits").get<double>()), number(node.at("memory_bits").get<double>()),
@@ -40,8 +41,9 @@ void node_rows(Table& table, const ordered_json& node, unsigned level, double co
 void item_rows(Table& table, const ordered_json& node, const std::string& path) {
   for (const ordered_json& item : node.at("items")) {
     const bool logic = item.at("kind") == "logic";
-    table.row({escape(path), escape(item.at("name").get<std::string>()) +
-                                 (item.at("added_by_grtx").get<bool>() ? " <strong>[GRTX]</strong>" : ""),
+    table.row({escape(path),
+               escape(item.at("name").get<std::string>()) +
+                   (item.at("added_by_grtx").get<bool>() ? " <strong>[GRTX]</strong>" : ""),
                escape(item.at("kind").get<std::string>()),
                logic ? number(item.at("count").get<double>()) : number(item.at("bits").get<double>()),
                number(item.at("area_mm2").at("central").get<double>() * 1e6),
@@ -54,12 +56,8 @@ void item_rows(Table& table, const ordered_json& node, const std::string& path) 
 
 std::string energy_table(const MachineFigures& machine, const std::string& title) {
   if (machine.energy.empty()) return "";
-  Table table(title + ": energy by part", {{"part", false},
-                                           {"actions"},
-                                           {"µJ low"},
-                                           {"central"},
-                                           {"high"},
-                                           {"an action is", false}});
+  Table table(title + ": energy by part",
+              {{"part", false}, {"actions"}, {"µJ low"}, {"central"}, {"high"}, {"an action is", false}});
   for (const ordered_json& part : machine.energy) {
     const ordered_json& nj = part.at("nanojoules");
     table.row({escape(part.at("name").get<std::string>()), number(std::round(part.at("actions").get<double>())),
@@ -100,8 +98,8 @@ std::string configuration_table(const std::string& caption, const std::vector<st
 
 std::string cost_section(const MachineFigures& machine, const std::string& title) {
   if (machine.cost.is_null()) {
-    return "<p class=\"note\">" + escape(title) + ": the cost model cannot price this machine: " +
-           escape(machine.problem) + "</p>\n";
+    return "<p class=\"note\">" + escape(title) +
+           ": the cost model cannot price this machine: " + escape(machine.problem) + "</p>\n";
   }
   const ordered_json& cost = machine.cost;
   const std::string caption = fmt::format("{}: design {}, {} nm", title, cost.at("design").get<std::string>(),

@@ -34,12 +34,23 @@ std::string escape(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
     switch (c) {
-      case '&': escaped += "&amp;"; break;
-      case '<': escaped += "&lt;"; break;
-      case '>': escaped += "&gt;"; break;
-      case '"': escaped += "&quot;"; break;
-      case '\'': escaped += "&#39;"; break;
-      default: escaped += c;
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      case '\'':
+        escaped += "&#39;";
+        break;
+      default:
+        escaped += c;
     }
   }
   return escaped;
@@ -61,7 +72,8 @@ std::string script_json(const nlohmann::ordered_json& json) {
 
 std::string number(double value) {
   if (!std::isfinite(value)) return "";
-  if (value != std::floor(value) || std::fabs(value) >= 1e15) return fmt::format("{:.4g}", value);
+  if (std::fabs(value) >= 1e15) return fmt::format("{:.4g}", value);
+  if (value != std::floor(value) && std::fabs(value) < 1000.0) return fmt::format("{:.4g}", value);
   std::string digits = fmt::format("{:.0f}", std::fabs(value));
   for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, ",");
   return (value < 0.0 ? "-" : "") + digits;
@@ -79,11 +91,11 @@ std::string cell(const nlohmann::ordered_json& value) {
 std::string picture_uri(const std::string& path) {
   const std::string bytes = read_file(path);
   const std::string_view view = bytes;
-  const char* type = view.starts_with("\x89PNG\r\n\x1a\n")                              ? "png"
-                     : view.starts_with("\xff\xd8\xff")                                 ? "jpeg"
-                     : view.starts_with("GIF8")                                         ? "gif"
-                     : view.starts_with("RIFF") && view.substr(8).starts_with("WEBP")   ? "webp"
-                                                                                        : nullptr;
+  const char* type = view.starts_with("\x89PNG\r\n\x1a\n")                            ? "png"
+                     : view.starts_with("\xff\xd8\xff")                               ? "jpeg"
+                     : view.starts_with("GIF8")                                       ? "gif"
+                     : view.starts_with("RIFF") && view.substr(8).starts_with("WEBP") ? "webp"
+                                                                                      : nullptr;
   if (type == nullptr) throw Error(path, "byte 0", "must be a PNG, JPEG, GIF or WebP picture");
   return fmt::format("data:image/{};base64,{}", type, base64(bytes));
 }
@@ -113,7 +125,8 @@ std::string Table::html() const {
     head += fmt::format("<th scope=\"col\"{}>{}</th>", column.numeric ? " class=\"n\"" : "", escape(column.title));
   }
   return fmt::format(
-      "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\"><table{}>\n<caption>{}</caption>\n"
+      "<div class=\"scroll\" role=\"region\" tabindex=\"0\" "
+      "aria-label=\"{}\"><table{}>\n<caption><span>{}</span></caption>\n"
       "<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
       escape(caption_), id_.empty() ? "" : fmt::format(" id=\"{}\"", id_), escape(caption_), head, body_);
 }

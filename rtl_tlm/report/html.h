@@ -14,7 +14,7 @@ std::string escape(std::string_view text);
 /// JSON for the inside of a script element: no '<' is left that could end it. Bytes that are no UTF-8 are replaced.
 std::string script_json(const nlohmann::ordered_json& json);
 
-/// For people: whole numbers with separators, others with four significant digits; "" when not finite.
+/// For people: four significant digits, whole from 1,000 on and then with separators; "" when not finite.
 std::string number(double value);
 /// "1.75x"
 std::string times(double value);

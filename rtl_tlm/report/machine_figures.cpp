@@ -31,13 +31,12 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
   ordered_json energy = ordered_json::array();
   for (const EnergyPart& part : run_energy(value, config, inventories, CostOptions(), EnergyOptions())) {
     if (part.actions == 0.0) continue;
-    energy.push_back({{"name", part.name},
-                      {"actions", part.actions},
-                      {"basis", part.basis},
-                      {"nanojoules",
-                       {{"low", part.nanojoules.low},
-                        {"central", part.nanojoules.central},
-                        {"high", part.nanojoules.high}}}});
+    energy.push_back(
+        {{"name", part.name},
+         {"actions", part.actions},
+         {"basis", part.basis},
+         {"nanojoules",
+          {{"low", part.nanojoules.low}, {"central", part.nanojoules.central}, {"high", part.nanojoules.high}}}});
   }
   return energy;
 }

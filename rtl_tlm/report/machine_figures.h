@@ -1,5 +1,5 @@
-// The cost model's figures of the machine that a run used, and the run's energy. A machine elaborates once a process, so
-// each is asked in a child.
+// The cost model's figures of the machine that a run used, and the run's energy. A machine elaborates once a process,
+// so each is asked in a child.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ struct MachineFigures {
 
 /// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel: of the trace, decides on sphere units.
 /// statistics: of the run; empty: no energy.
-MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design, const std::string& accel,
-                               const nlohmann::ordered_json& statistics);
+MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
+                               const std::string& accel, const nlohmann::ordered_json& statistics);
 
 }  // namespace grtx::tlm

@@ -1,8 +1,8 @@
 #include "rtl_tlm/report/paper_targets.h"
 
+#include <toml++/toml.h>
 #include <limits>
 #include <stdexcept>
-#include <toml++/toml.h>
 
 #include "rtl_tlm/report/assets.h"
 

@@ -90,8 +90,9 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
   }
   for (std::size_t r = 0; r < inputs.runs.size(); ++r) {
     ReportRun& run = inputs.runs[r];
-    run.name = inputs.runs.size() == 1 ? "Run" : r < 26 ? fmt::format("Run {}", static_cast<char>('A' + r))
-                                                        : fmt::format("Run {}", r + 1);
+    run.name = inputs.runs.size() == 1 ? "Run"
+               : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
+                                       : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
       run.machines.push_back(
           machine_figures(run.results.config, design.name, input(design, "accel"), design.statistics));
@@ -101,13 +102,13 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
 }
 
 std::string machines_section(const Inputs& inputs) {
-  std::string out = "<section id=\"cost\"><h2>Storage and area</h2>\n"
-                    "<p>The paper gives no area and no energy: these figures are this model's own (docs/cost.md).</p>\n";
+  std::string out =
+      "<section id=\"cost\"><h2>Storage and area</h2>\n"
+      "<p>The paper gives no area and no energy: these figures are this model's own (docs/cost.md).</p>\n";
   for (const ReportRun& run : inputs.runs) {
     for (std::size_t i = 0; i < run.machines.size(); ++i) {
       const std::string title = run.bar_label(i);
-      out += details("Machine of " + escape(title), cost_section(run.machines[i], title),
-                     i + 1 == run.machines.size());
+      out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
     }
   }
   for (const ReportSweep& sweep : inputs.sweeps) {

@@ -78,8 +78,7 @@ std::vector<std::string> join_small_parts(std::vector<Bar>& bars, std::size_t mo
   }
   std::vector<double> sizes;
   for (const Part& s : sums) sizes.push_back(s.value);
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(most) - 1, sizes.end(),
-                   std::greater<>());
+  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(most) - 1, sizes.end(), std::greater<>());
   const double least = sizes[most - 1];
   for (const Part& s : sums) {
     if (s.value > least) names.push_back(s.name);
@@ -319,13 +318,14 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n"
          "<p>The paper's means are over six scenes of which no trained copies are public, so its ratios are compared "
          "with those on other scenes; a quotient of 1 is not to be expected.</p>\n" +
-         (labels.empty() ? "" : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
+         (labels.empty() ? ""
+                         : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
          table.html() + "</section>\n";
 }
 
 std::string run_section(const ReportRun& run, std::size_t index) {
-  std::string out = fmt::format("<section id=\"run{}\"><h2>{}: {}</h2>\n", index, escape(run.name),
-                                escape(run.results.label));
+  std::string out =
+      fmt::format("<section id=\"run{}\"><h2>{}: {}</h2>\n", index, escape(run.name), escape(run.results.label));
   out += designs_table(run);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";

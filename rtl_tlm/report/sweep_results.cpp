@@ -77,7 +77,7 @@ double SweepPoint::value(const std::string& name) const {
   return found == values.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
 }
 
-bool SweepResults::several(std::string SweepPoint::* field) const {
+bool SweepResults::several(std::string SweepPoint::*field) const {
   return std::any_of(points.begin(), points.end(),
                      [&](const SweepPoint& p) { return p.*field != points.front().*field; });
 }

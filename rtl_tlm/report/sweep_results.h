@@ -40,7 +40,7 @@ struct SweepResults {
   std::vector<std::string> coordinates;     ///< names of all coordinates, in order of appearance
 
   /// More than one scene, design, or mode among the points.
-  bool several(std::string SweepPoint::* field) const;
+  bool several(std::string SweepPoint::*field) const;
 };
 
 /// Whether the file begins like an SQLite database.

@@ -78,8 +78,8 @@ std::vector<Describing> describing(const SweepResults& sweep) {
   return list;
 }
 
-std::string pareto_html(const ReportSweep& sweep, const Fronts& front, const std::vector<Describing>& columns,
-                        const ChartField& cost, const std::vector<bool>& on_front, const std::string& what) {
+std::string pareto_html(const ReportSweep& sweep, const std::vector<Describing>& columns, const ChartField& cost,
+                        const std::vector<bool>& on_front, const std::string& what) {
   ordered_json rows = ordered_json::array();
   std::vector<ChartField> tooltip = {{"label", "point"}};
   std::size_t without = 0;
@@ -113,15 +113,14 @@ std::string pareto_html(const ReportSweep& sweep, const Fronts& front, const std
       "box to choose points, double-click to choose all.",
       what, rows.size(), std::count(on_front.begin(), on_front.end(), true));
   if (without != 0) caption += fmt::format(" {} points have no such figure.", without);
-  (void)front;
   return chart(sweep.id + "_" + (cost.field == kArea ? "area" : "energy"), what + " against time, one mark a point",
-               caption, pareto_chart(rows, {"time", "time, µs"}, {"cost", cost.title}, tooltip,
-                                     columns.empty() ? "none" : "c0"),
+               caption,
+               pareto_chart(rows, {"time", "time, µs"}, {"cost", cost.title}, tooltip, columns.empty() ? "none" : "c0"),
                "pareto", sweep.id);
 }
 
-std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::string& prefix,
-                      const std::string& id, const std::string& value_title, const std::string& caption) {
+std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::string& prefix, const std::string& id,
+                      const std::string& value_title, const std::string& caption) {
   ordered_json rows = ordered_json::array();
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
@@ -149,8 +148,8 @@ std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::
     }
   }
   if (rows.empty()) return "";
-  return chart(sweep.id + "_" + id, caption, caption, stacked_bars(rows, parts, value_title, "part", true), "bars",
-               sweep.id);
+  return chart(sweep.id + "_" + id + "_bars", caption, caption, stacked_bars(rows, parts, value_title, "part", true),
+               "bars", sweep.id);
 }
 
 std::string points_table(const ReportSweep& sweep, const Fronts& front, const std::vector<Describing>& columns) {
@@ -319,10 +318,10 @@ std::string sweep_section(const ReportSweep& sweep) {
   const SweepResults& results = sweep.results;
   const Fronts front = fronts(results);
   const std::vector<Describing> columns = describing(results);
-  std::string out = fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n", sweep.id,
-                                escape(results.file));
-  const std::string area = pareto_html(sweep, front, columns, {kArea, "mm²"}, front.area, "Area");
-  const std::string energy = pareto_html(sweep, front, columns, {kEnergy, "nJ a ray"}, front.energy, "Energy of a ray");
+  std::string out =
+      fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n", sweep.id, escape(results.file));
+  const std::string area = pareto_html(sweep, columns, {kArea, "mm²"}, front.area, "Area");
+  const std::string energy = pareto_html(sweep, columns, {kEnergy, "nJ a ray"}, front.energy, "Energy of a ray");
   if (!area.empty() || !energy.empty()) out += colour_choice(sweep, columns);
   out += "<div class=\"pair\">" + area + energy + "</div>\n";
   out += points_table(sweep, front, columns);

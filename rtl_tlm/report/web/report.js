@@ -4,18 +4,20 @@
 (() => {
   const font = getComputedStyle(document.body).fontFamily;
   const ink = 'var(--ink)', muted = 'var(--muted)', line = 'var(--line)';
-  const text = { labelFont: font, titleFont: font, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 500 };
+  const text = { labelFont: font, titleFont: font, titleFontSize: 12, titleFontWeight: 500 };
   const config = (width) => ({
     background: null,
     font,
     view: { stroke: line },
-    axis: { ...text, labelColor: muted, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelLimit: 150 },
+    axis: { ...text, labelFontSize: width < 600 ? 11 : 12, labelColor: muted, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelLimit: width < 600 ? 165 : 260 },
     legend: {
-      ...text, labelColor: ink, titleColor: ink, symbolType: 'circle', symbolStrokeWidth: 0, labelLimit: 130,
+      ...text, labelFontSize: 12, labelColor: ink, titleColor: ink, symbolType: 'circle', symbolStrokeWidth: 0, labelLimit: 130,
       columns: Math.max(2, Math.floor(width / 150)),
     },
     text: { color: ink },
   });
+
+  const kBarPixels = 20;  // as in charts.cpp
 
   // Charts that were drawn, by the id of their figure.
   const views = new Map();
@@ -31,13 +33,18 @@
     views.set(figure.id, { figure, spec, view: result.view });
   };
 
-  // Charts of a group share one set of chosen points; null: all.
-  const choose = (group, ids, except) => {
-    for (const { figure, view } of views.values()) {
-      if (figure.dataset.group === group) view.signal('picked', ids).runAsync();
-      if (figure.dataset.group === group && figure.dataset.role === 'pareto' && figure !== except && view.data('brush_store').length > 0) {
-        view.data('brush_store', []).runAsync();
+  // Charts of a group share one set of chosen points (null: all), chosen by a box in one of them, its holder.
+  const choose = (group, ids, holder) => {
+    for (const { figure, spec, view } of views.values()) {
+      if (figure.dataset.group !== group) continue;
+      if (figure.dataset.role === 'bars') {
+        const drawn = spec.data.values.filter((bar) => (ids === null ? bar.front : ids.includes(bar.id)));
+        if (drawn.length === 0) continue;  // an empty box leaves the bars: without any they have no axis
+        view.height(kBarPixels * Math.max(1, new Set(drawn.map((bar) => bar.id)).size));
+      } else if (figure !== holder) {
+        view.signal('brush_x', [0, 0]).signal('brush_y', [0, 0]);  // its own box goes
       }
+      view.signal('picked', ids).runAsync();
     }
     const table = document.getElementById(group + '_points');
     if (!table) return;
@@ -53,16 +60,25 @@
 
   const link = (group) => {
     const charts = [...views.values()].filter(({ figure }) => figure.dataset.group === group && figure.dataset.role === 'pareto');
+    let holder = null;
     for (const { figure, spec, view } of charts) {
+      // A listener runs inside the chart's own update: the choice waits for the next frame, and only the last is made.
+      let waiting = 0;
       view.addSignalListener('brush', (name, box) => {
-        if (!box || !box.time || !box.cost) {
-          // Cleared by a click: all points again, unless another chart holds the box.
-          if (charts.every((c) => !c.view.signal('brush') || !c.view.signal('brush').time)) choose(group, null, figure);
-          return;
-        }
-        const [left, right] = [Math.min(...box.time), Math.max(...box.time)];
-        const [low, high] = [Math.min(...box.cost), Math.max(...box.cost)];
-        choose(group, spec.data.values.filter((p) => p.time >= left && p.time <= right && p.cost >= low && p.cost <= high).map((p) => p.id), figure);
+        cancelAnimationFrame(waiting);
+        waiting = requestAnimationFrame(() => {
+          if (!box || !box.time || !box.cost) {
+            if (holder !== figure) return;  // another chart's box took this one's place
+            holder = null;
+            choose(group, null, null);
+            return;
+          }
+          holder = figure;
+          const [left, right] = [Math.min(...box.time), Math.max(...box.time)];
+          const [low, high] = [Math.min(...box.cost), Math.max(...box.cost)];
+          const inside = (p) => p.time >= left && p.time <= right && p.cost >= low && p.cost <= high;
+          choose(group, spec.data.values.filter(inside).map((p) => p.id), figure);
+        });
       });
     }
     const controls = document.querySelector(`.controls[data-group="${group}"]`);
@@ -71,7 +87,10 @@
     controls.querySelector('.colour').addEventListener('change', (event) => {
       for (const { view } of charts) view.signal('colour_by', event.target.value).runAsync();
     });
-    controls.querySelector('.all').addEventListener('click', () => choose(group, null, null));
+    controls.querySelector('.all').addEventListener('click', () => {
+      holder = null;
+      choose(group, null, null);
+    });
     choose(group, null, null);
   };
 

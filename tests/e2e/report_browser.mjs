@@ -1,0 +1,174 @@
+// Opens a report in Chromium without a screen and prints, as JSON, what a reader would find: drawn marks, the tooltip,
+// what a box chooses, messages, requests, overflow. The test that runs it says what must hold.
+//   node report_browser.mjs PAGE FOLDER_WITH_NODE_MODULES CHROMIUM [SCREENSHOT_PREFIX]
+import { createRequire } from 'node:module';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+const [page_file, folder, chromium_path, prefix] = process.argv.slice(2);
+const { chromium } = createRequire(join(folder, 'package.json'))('playwright-core');
+const profile = mkdtempSync(join(tmpdir(), 'grtx_chromium_'));
+const found = { messages: [], requests: [], overflow: {} };
+
+const visit = async (context) => {
+  const page = await context.newPage();
+  page.on('console', (message) => found.messages.push(`${message.type()}: ${message.text()}`));
+  page.on('pageerror', (error) => found.messages.push(`error: ${error.message}`));
+  page.on('request', (request) => {
+    const url = request.url();
+    if (!url.startsWith('data:') && url !== pathToFileURL(page_file).href) found.requests.push(url);
+  });
+  await page.goto(pathToFileURL(page_file).href);
+  return page;
+};
+const ready = (page) => page.waitForSelector('html[data-ready]', { timeout: 60000 });
+const ids_of = (page, figure) => page.evaluate((id) =>
+  [...document.querySelectorAll(`#${id} g.points_marks path`)].map((mark) => mark.__data__.datum.id), figure);
+const shown_rows = (page) => page.evaluate(() =>
+  [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).map((row) => Number(row.dataset.id)));
+const bar_labels = (page, figure) => page.evaluate((id) =>
+  [...new Set([...document.querySelectorAll(`#${id} g.mark-rect.role-mark path`)].map((mark) => mark.__data__.datum.label))], figure);
+
+const look_at_sweep = async (page) => {
+  found.area_points = await ids_of(page, 'sweep1_area');
+  found.energy_points = await ids_of(page, 'sweep1_energy');
+  found.colours = await page.evaluate(() =>
+    new Set([...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size);
+  found.front_bars = await bar_labels(page, 'sweep1_stalls_bars');
+  found.front_rows = await page.evaluate(() => [...document.querySelectorAll('#sweep1_points tr.front')].map((row) => Number(row.dataset.id)));
+
+  // Hover over a point that no other covers.
+  await page.locator('#sweep1_area').scrollIntoViewIfNeeded();
+  const over = await page.evaluate(() => {
+    for (const mark of document.querySelectorAll('#sweep1_area g.points_marks path')) {
+      const box = mark.getBoundingClientRect();
+      const at = { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+      if (document.elementFromPoint(at.x, at.y) === mark) return { ...at, id: mark.__data__.datum.id };
+    }
+    return null;
+  });
+  await page.mouse.move(over.x - 3, over.y - 3);
+  await page.mouse.move(over.x, over.y);
+  await page.waitForSelector('#vg-tooltip-element.visible');
+  found.hover = { id: over.id, text: await page.locator('#vg-tooltip-element').innerText() };
+  if (prefix) await page.screenshot({ path: `${prefix}_hover.png` });
+
+  // A box around the left half of the first chart.
+  const half = await page.evaluate(() => {
+    const marks = [...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => {
+      const box = mark.getBoundingClientRect();
+      return { id: mark.__data__.datum.id, x: box.x + box.width / 2, y: box.y + box.height / 2 };
+    });
+    const xs = marks.map((m) => m.x).sort((a, b) => a - b);
+    // Between two marks, so that none lies on the edge.
+    const split = Math.floor(xs.length / 2);
+    let edge = split;
+    for (let i = split - 5; i < split + 5; i += 1) if (xs[i + 1] - xs[i] > xs[edge + 1] - xs[edge]) edge = i;
+    const right = (xs[edge] + xs[edge + 1]) / 2;
+    const ys = marks.map((m) => m.y);
+    return { left: xs[0] - 8, right, top: Math.min(...ys) - 8, bottom: Math.max(...ys) + 8, inside: marks.filter((m) => m.x < right).map((m) => m.id) };
+  });
+  await page.mouse.move(half.left, half.top);
+  await page.mouse.down();
+  await page.mouse.move((half.left + half.right) / 2, (half.top + half.bottom) / 2, { steps: 4 });
+  await page.mouse.move(half.right, half.bottom, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForFunction((count) =>
+    [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).length === count, half.inside.length, { timeout: 10000 }).catch(() => {});
+  await page.waitForTimeout(300);
+  found.box = {
+    inside: half.inside, rows: await shown_rows(page), bars: await bar_labels(page, 'sweep1_stalls_bars'),
+    status: await page.locator('.controls .chosen').innerText(),
+    full_elsewhere: await page.evaluate(() => [...document.querySelectorAll('#sweep1_energy g.points_marks path')].filter((mark) => Number(mark.getAttribute('opacity')) > 0.5).map((mark) => mark.__data__.datum.id)),
+  };
+  if (prefix) await page.screenshot({ path: `${prefix}_box.png` });
+  // The box of one chart ends that of another; the button ends all.
+  const energy = await page.locator('#sweep1_energy g.points_marks path').first().boundingBox();
+  await page.mouse.move(energy.x + energy.width / 2 - 6, energy.y + energy.height / 2 - 6);
+  await page.mouse.down();
+  await page.mouse.move(energy.x + energy.width / 2 + 6, energy.y + energy.height / 2 + 6, { steps: 3 });
+  await page.mouse.up();
+  await page.waitForTimeout(400);
+  found.second_box = {
+    rows: await shown_rows(page),
+    first_box: await page.evaluate(() => {
+      const mark = document.querySelector('#sweep1_area .brush_brush path');
+      return mark === null ? 0 : mark.getBoundingClientRect().width;
+    }),
+  };
+  await page.locator('.controls .all').click();
+  await page.waitForTimeout(300);
+  found.after_all = { rows: await shown_rows(page), bars: await bar_labels(page, 'sweep1_stalls_bars') };
+
+  await page.locator('.controls .colour').selectOption({ label: 'k' });
+  await page.waitForTimeout(300);
+  found.colours_by_k = await page.evaluate(() =>
+    new Set([...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size);
+
+  await page.locator('#sweep1_points thead button', { hasText: 'cycles' }).click();
+  found.sorted = await page.evaluate(() => {
+    const table = document.getElementById('sweep1_points');
+    const column = [...table.tHead.rows[0].cells].findIndex((c) => c.textContent === 'cycles');
+    return [...table.tBodies[0].rows].map((row) => Number(row.cells[column].textContent.replaceAll(',', '')));
+  });
+};
+
+// A new, empty profile; nothing that reaches for a network on its own.
+const context = await chromium.launchPersistentContext(profile, {
+  executablePath: chromium_path, headless: true, viewport: { width: 1280, height: 900 }, colorScheme: 'light',
+  args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+    '--disable-component-update', '--disable-sync'],
+});
+try {
+  const page = await visit(context);
+  await ready(page);
+  found.charts = await page.locator('figure.chart').count();
+  found.drawings = await page.locator('figure.chart svg').count();
+  found.labelled = await page.evaluate(() => [...document.querySelectorAll('figure.chart .drawing')].every((d) => d.getAttribute('aria-label')));
+  found.repeated_ids = await page.evaluate(() => {
+    const ids = [...document.querySelectorAll('[id]')].map((e) => e.id);
+    return ids.filter((id, i) => ids.indexOf(id) !== i);
+  });
+  found.tables = await page.locator('table').count();
+  found.described_tables = await page.evaluate(() => [...document.querySelectorAll('table')].filter((t) =>
+    t.caption && t.caption.textContent && [...t.querySelectorAll('th')].every((th) => th.hasAttribute('scope'))).length);
+  if (await page.locator('#sweep1_area').count() === 1) await look_at_sweep(page);
+  if (prefix) await page.screenshot({ path: `${prefix}_1280.png`, fullPage: true });
+  found.overflow[1280] = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+
+  const pdf = await page.pdf({ format: 'A4' });
+  found.pdf = { begin: pdf.subarray(0, 5).toString('latin1'), bytes: pdf.length };
+
+  const small = await visit(context);
+  await small.setViewportSize({ width: 390, height: 844 });
+  await small.reload();
+  await ready(small);
+  found.overflow[390] = await small.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  found.wide_drawings = await small.evaluate(() => [...document.querySelectorAll('figure.chart')].filter((f) => {
+    const svg = f.querySelector('svg').getBoundingClientRect();
+    return svg.right > f.getBoundingClientRect().right + 1;
+  }).map((f) => f.id));
+  if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
+
+  const background = () => small.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  found.light = await background();
+  await small.emulateMedia({ colorScheme: 'dark' });
+  found.dark = await background();
+  if (prefix) await small.screenshot({ path: `${prefix}_390_dark.png`, fullPage: true });
+
+  const plain_context = await context.browser()?.newContext({ javaScriptEnabled: false });
+  if (plain_context) {
+    const plain = await visit(plain_context);
+    found.plain = {
+      tables: await plain.locator('table').count(), rows: await plain.locator('#sweep1_points tbody tr').count(),
+      notes: await plain.locator('figure.chart noscript').count(), svgs: await plain.locator('figure.chart svg').count(),
+      text: (await plain.locator('main').innerText()).length,
+    };
+  }
+} finally {
+  await context.close();
+  rmSync(profile, { recursive: true, force: true });
+}
+process.stdout.write(JSON.stringify(found));
