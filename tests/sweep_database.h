@@ -87,7 +87,8 @@ inline void make_points(const std::string& path, const nlohmann::json& points) {
            ", " + quoted(p.value("design", "grtx")) + ", " +
            quoted(p.value("coordinates", nlohmann::json::object()).dump()) + ", '{}', " +
            quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
-    for (const auto& [name, value] : p.value("values", nlohmann::json::object()).items()) {
+    const nlohmann::json values = p.value("values", nlohmann::json::object());
+    for (const auto& [name, value] : values.items()) {
       sql += "INSERT INTO value VALUES (" + id + ", " + quoted(name) + ", " + value.dump() + ");\n";
     }
   }

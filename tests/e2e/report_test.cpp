@@ -56,12 +56,14 @@ TEST(Report, NothingOfAPageComesFromElsewhere) {
   const Folder folder;
   make_grid(folder, "grid.sqlite");
   ASSERT_EQ(folder.run("report grid.sqlite -o r.html").code, 0);
-  const std::string page = folder.read("r.html");
+  const std::string whole = folder.read("r.html");
+  EXPECT_THAT(whole, Not(HasSubstr("sourceMappingURL")));
+  const std::string page = whole.substr(0, whole.find("</footer>"));  // the chart library's own text comes behind
   EXPECT_EQ(count(page, " src="), count(page, " src=\"data:"));
   EXPECT_EQ(count(page, "<link"), 1u);
   EXPECT_THAT(page, HasSubstr("<link rel=\"icon\" href=\"data:,\">"));
   EXPECT_THAT(page, Not(HasSubstr("@import")));
-  EXPECT_THAT(page, Not(HasSubstr("sourceMappingURL")));
+  EXPECT_THAT(page, Not(HasSubstr("url(")));
 }
 
 TEST(Report, InputIsTextAndNeverMarkup) {
@@ -136,7 +138,7 @@ TEST(Report, BadInputIsOneLine) {
   testing_sweep::execute(folder.path("foreign.sqlite"), "CREATE TABLE t(a)");
   testing_sweep::execute(folder.path("old.sqlite"),
                          "CREATE TABLE meta(key, value); INSERT INTO meta VALUES ('schema', 'grtx.sweep/0')");
-  testing_sweep::make_points(folder.path("json.sqlite"), {{{"id", 1}}});
+  testing_sweep::make_points(folder.path("json.sqlite"), nlohmann::json::parse(R"([{"id": 1}])"));
   testing_sweep::execute(folder.path("json.sqlite"), "UPDATE point SET coordinates = '[1'");
   for (const char* arguments :
        {"missing.json", "empty", "garbage.json", "other.json", "half.json", "hollow.json", "torn.sqlite",
