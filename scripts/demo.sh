@@ -16,4 +16,4 @@ view=(--scene "$out/indoor.ply" --cameras "$out/indoor.cameras.json" --view 0)
 "$grtx" run "${view[@]}" --width 64 --height 64 -o "$out/run"
 echo
 echo "Pictures: $PWD/$out/room.png (256x256), $PWD/$out/run/image.png (as simulated, 64x64)"
-echo "Results:   $PWD/$out/run/results.json"
+echo "Results:   $PWD/$out/run/results.json; charts and tables: $PWD/$out/run/report.html"

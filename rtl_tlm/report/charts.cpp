@@ -29,7 +29,10 @@ ordered_json quantity(const std::string& field, const std::string& title) {
 
 ordered_json tooltips(const std::vector<ChartField>& fields) {
   ordered_json list = ordered_json::array();
-  for (const ChartField& f : fields) list.push_back({{"field", f.field}, {"title", f.title}});
+  for (const ChartField& f : fields) {
+    list.push_back({{"field", f.field}, {"title", f.title}});
+    if (f.measured) list.back().update({{"type", "quantitative"}, {"format", ",.5~r"}});
+  }
   return list;
 }
 
@@ -118,7 +121,9 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
                           {"type", "nominal"},
                           {"title", nullptr},
                           {"sort", labels},
-                          {"axis", {{"labelExpr", "split(datum.label, ', ')"}}}};
+                          {"axis",
+                           {{"labelExpr", "width < 420 ? split(datum.label, ', ') : datum.label"},
+                            {"labelOffset", {{"expr", "width < 420 ? -7 : 0"}}}}}};
   ordered_json bars;
   bars["mark"] = {{"type", "bar"}};
   bars["encoding"] = {{"y", y},

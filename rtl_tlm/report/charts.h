@@ -12,6 +12,7 @@ namespace grtx::tlm {
 struct ChartField {
   std::string field;
   std::string title;
+  bool measured = false;  ///< a quantity: five digits in a tooltip
 };
 
 /// Points of one cost against time, with their Pareto front as a step line, hover and an interval selection `brush`.

@@ -106,8 +106,8 @@ std::string pareto_html(const ReportSweep& sweep, const std::vector<Describing>&
   }
   if (rows.empty()) return "";
   for (std::size_t c = 0; c < columns.size(); ++c) tooltip.push_back({fmt::format("c{}", c), columns[c].title});
-  tooltip.push_back({"time", "time, µs"});
-  tooltip.push_back({"cost", cost.title});
+  tooltip.push_back({"time", "time, µs", true});
+  tooltip.push_back({"cost", cost.title, true});
   std::string caption = fmt::format(
       "{} against simulated time: {} points, {} on the front (large, dashed line). Hover for the configuration; drag a "
       "box to choose points, double-click to choose all.",

@@ -97,7 +97,7 @@ TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
   EXPECT_EQ(set_of(found.at("energy_points")), done);
   EXPECT_EQ(found.at("plain").at("rows"), 58);
   EXPECT_EQ(found.at("colours"), 5);       // warp buffers of 4, 8, 12, 16, 20
-  EXPECT_EQ(found.at("colours_by_k"), 2);  // 4 and 8
+  EXPECT_EQ(found.at("colours_by_last"), 2);  // k of 4 and 8
 
   // Point number id of the grid: 12 points a warp buffer, 4 a lane count, 2 an L1 size.
   const int id = found.at("hover").at("id").get<int>();
