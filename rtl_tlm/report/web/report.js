@@ -9,7 +9,7 @@
     background: null,
     font,
     view: { stroke: line },
-    axis: { ...text, labelFontSize: width < 600 ? 11 : 12, labelColor: muted, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelLimit: width < 600 ? 165 : 260 },
+    axis: { ...text, labelFontSize: width < 600 ? 11 : 12, labelColor: muted, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelLimit: width < 600 ? 165 : 320 },
     legend: {
       ...text, labelFontSize: 12, labelColor: ink, titleColor: ink, symbolType: 'circle', symbolStrokeWidth: 0, labelLimit: 130,
       columns: Math.max(2, Math.floor(width / 150)),
