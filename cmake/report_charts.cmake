@@ -21,6 +21,7 @@ if(GRTX_REPORT_CHARTS)
     COMMENT "Fetching the chart library with npm"
     VERBATIM)
 else()
+  set(bundle ${GRTX_CHARTS_FOLDER}/none.js)  # not the other's name: the option may be turned on again
   file(GENERATE OUTPUT ${bundle} CONTENT "")
 endif()
 
