@@ -10,12 +10,14 @@ namespace grtx::modules {
 void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::SC_FS); }
 
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
-    : sc_module(name), period_fs_(static_cast<std::uint64_t>(std::llround(1e9 / mhz))), idle_skip_(idle_skip) {
+    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
   assert(mhz > 0.0);
   SC_METHOD(on_tick);
   sensitive << wake_;
   dont_initialize();
 }
+
+std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint64_t>(std::llround(1e9 / mhz)); }
 
 Cycle ClockDomain::edge_at_or_after_now() const {
   const std::uint64_t now = sc_core::sc_time_stamp().value();
@@ -83,10 +85,13 @@ void ProcessBundle::run() {
     const auto [run, module] = list_.calls[i];
     run(module);
   }
-  // What ran has asked for its next cycle; this is for what did not.
+  whole_.request(next());  // what ran has asked for its next cycle; this is for what did not
+}
+
+Cycle ProcessBundle::next() const {
   Cycle next = kNever;
   for (const Cycle cycle : list_.cycles) next = std::min(next, cycle);
-  whole_.request(next);
+  return next;
 }
 
 }  // namespace grtx::modules

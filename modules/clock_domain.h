@@ -36,6 +36,8 @@ class ClockDomain final : public sc_core::sc_module {
   /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
   std::uint64_t period_fs() const { return period_fs_; }
+  /// Of a clock of that frequency, as every domain rounds it.
+  static std::uint64_t period_fs(double mhz);
   /// Asks for a tick() at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
   /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.
   /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
@@ -54,6 +56,13 @@ class ClockDomain final : public sc_core::sc_module {
     return (sc_core::sc_time_stamp().value() + delay_fs) / period_fs_ + 1;
   }
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
+  /// Takes the domain from the kernel: the present cycle is what the caller says, ascending, and nothing is scheduled.
+  /// For models that keep their own time and run ProcessBundles by hand.
+  void set_cycle(Cycle cycle) {
+    cycle_ = cycle;
+    next_ = 0;
+    ticks_ = 1;
+  }
 
  private:
   // Booked cycles within kWheel of the present one are bits of a wheel; the few farther ones are in a set.
@@ -152,6 +161,8 @@ class ProcessBundle {
   const sc_core::sc_event& event() const { return whole_.event(); }
   /// Runs the modules whose alarm is due.
   void run();
+  /// Earliest cycle in which a module's alarm is due.
+  Cycle next() const;
 
  private:
   ClockDomain& domain_;

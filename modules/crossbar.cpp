@@ -130,14 +130,16 @@ void Crossbar::tick_replies() {
 
 bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }
 
-void Crossbar::statistics(StatisticList& list, const std::string& prefix) const {
-  const auto describe = [&](const std::string& p, const CrossbarCounters::Network& n) {
+void Crossbar::statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
+
+void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix) {
+  const auto add = [&](const std::string& p, const CrossbarCounters::Network& n) {
     list.add(p + ".packets", n.packets_out, "packets", "packets delivered");
     list.add(p + ".conflict_cycles", n.conflict_cycles, "packet-cycles", "a head packet lost the arbitration");
     list.add(p + ".blocked_cycles", n.blocked_cycles, "packet-cycles", "a head packet's output buffer was full");
   };
-  describe(prefix + ".request", requests_.counters());
-  describe(prefix + ".reply", replies_.counters());
+  add(prefix + ".request", counters.request);
+  add(prefix + ".reply", counters.reply);
 }
 
 Inventory Crossbar::inventory() const {

@@ -30,6 +30,9 @@ struct CrossbarCounters {
   Network reply;
 };
 
+/// Adds the counts as prefix + ".name".
+void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix);
+
 /// One direction: input-queued (the links are the queues), a round-robin arbiter per output, a delay of `latency`
 /// cycles and a finite output buffer. Plain C++; the module drives one for requests and one for replies.
 template <typename Packet>

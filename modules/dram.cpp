@@ -167,8 +167,18 @@ DramCounters Dram::counters() const {
   return sum;
 }
 
+std::vector<DramChannelCounters> Dram::all_channel_counters() const {
+  std::vector<DramChannelCounters> all;
+  for (const Port& port : ports_) all.push_back(port.channel.counters());
+  return all;
+}
+
 void Dram::statistics(StatisticList& list, const std::string& prefix) const {
-  const DramCounters c = counters();
+  describe(counters(), all_channel_counters(), list, prefix);
+}
+
+void describe(const DramCounters& c, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix) {
   const std::uint64_t requests = c.channel.reads + c.channel.writes;
   const auto mean = [&](std::uint64_t sum) {
     return requests == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(requests);
@@ -189,9 +199,8 @@ void Dram::statistics(StatisticList& list, const std::string& prefix) const {
   list.add(prefix + ".access_latency", mean(c.channel.latency_clocks), "clocks",
            "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");
   list.add(prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time");
-  for (std::size_t i = 0; i < ports_.size(); ++i) {
-    const DramChannelCounters& channel = ports_[i].channel.counters();
-    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channel.bytes, "B", "bytes read and written");
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written");
   }
 }
 

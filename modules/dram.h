@@ -29,6 +29,10 @@ struct DramCounters {
   double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
 };
 
+/// Adds the counts as prefix + ".name". channels: counts of each.
+void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix);
+
 class Dram final : public sc_core::sc_module {
  public:
   struct Config {
@@ -49,6 +53,7 @@ class Dram final : public sc_core::sc_module {
   Inventory inventory() const;
   void statistics(StatisticList& list, const std::string& prefix) const;
   DramCounters counters() const;
+  std::vector<DramChannelCounters> all_channel_counters() const;
   const DramChannelCounters& channel_counters(unsigned channel) const { return ports_[channel].channel.counters(); }
   bool idle() const;
   unsigned channels() const { return static_cast<unsigned>(ports_.size()); }

@@ -60,10 +60,10 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   if (bank.newest != kNone) {
     entries_[bank.newest].newer = number;
   } else {
-    bank.oldest = number;
+    set_oldest(bank, number);
   }
   bank.newest = number;
-  if (bank.open && bank.hit == kNone && bank.row == e.row) bank.hit = number;
+  if (bank.open && bank.hit == kNone && bank.row == e.row) set_hit(bank, number);
   busy_banks_ |= std::uint64_t{1} << e.bank;
   ++queued_;
   queued_bursts_ += e.remaining;
@@ -76,30 +76,37 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
 // bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
 // bank serves no younger hits, and the data bus waits for it once its row is open.
 void DramChannel::step(Cycle now) {
+  constexpr std::uint64_t kNoOrder = ~std::uint64_t{0};
   std::uint32_t column = kNone;  // oldest ready hit
+  std::uint32_t row = kNone;     // oldest ready row command
+  std::uint64_t column_order = kNoOrder;
+  std::uint64_t row_order = kNoOrder;
+  std::uint64_t oldest_hit_order = kNoOrder;
   std::uint32_t oldest_hit = kNone;
-  std::uint32_t row = kNone;  // oldest ready row command
   Cycle next = kNever;
   for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
     const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
-    const Entry& oldest = entries_[bank.oldest];
-    const bool blocked = bank.hit != bank.oldest && aged(oldest, now);
-    if (bank.hit != kNone && !blocked) {
-      const Entry& e = entries_[bank.hit];
-      const Cycle ready = std::max(bank.can_column, e.write ? next_write_ : next_read_);
-      if (oldest_hit == kNone || e.order < entries_[oldest_hit].order) oldest_hit = bank.hit;
+    const bool hit_is_oldest = bank.hit == bank.oldest;
+    if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
+      const Cycle ready = std::max(bank.can_column, bank.hit_write ? next_write_ : next_read_);
+      if (bank.hit_order < oldest_hit_order) {
+        oldest_hit_order = bank.hit_order;
+        oldest_hit = bank.hit;
+      }
       if (ready > now) {
         next = std::min(next, ready);
-      } else if (column == kNone || e.order < entries_[column].order) {
+      } else if (bank.hit_order < column_order) {
+        column_order = bank.hit_order;
         column = bank.hit;
       }
-      if (bank.hit != bank.oldest) next = std::min(next, oldest.enqueued + config_.age_cap + 1);
+      if (!hit_is_oldest) next = std::min(next, bank.ages_at);
       continue;
     }
     const Cycle ready = bank.open ? bank.can_precharge : std::max(bank.can_activate, next_activate_);
     if (ready > now) {
       next = std::min(next, ready);
-    } else if (row == kNone || oldest.order < entries_[row].order) {
+    } else if (bank.oldest_order < row_order) {
+      row_order = bank.oldest_order;
       row = bank.oldest;
     }
   }
@@ -151,21 +158,40 @@ void DramChannel::issue_row(Cycle now, std::uint32_t number) {
   next_activate_ = now + t.rrd;
   e.activated = true;
   ++counters_.activates;
-  find_hit(bank);
+  find_hit(bank, bank.oldest);
 }
 
-void DramChannel::find_hit(Bank& bank) const {
-  bank.hit = bank.oldest;
-  while (bank.hit != kNone && entries_[bank.hit].row != bank.row) bank.hit = entries_[bank.hit].newer;
+// The oldest entry of the open row, from this one on.
+void DramChannel::find_hit(Bank& bank, std::uint32_t from) const {
+  while (from != kNone && entries_[from].row != bank.row) from = entries_[from].newer;
+  set_hit(bank, from);
+}
+
+void DramChannel::set_hit(Bank& bank, std::uint32_t entry) const {
+  bank.hit = entry;
+  if (entry == kNone) return;
+  bank.hit_order = entries_[entry].order;
+  bank.hit_write = entries_[entry].write;
+}
+
+void DramChannel::set_oldest(Bank& bank, std::uint32_t entry) const {
+  bank.oldest = entry;
+  if (entry == kNone) return;
+  bank.oldest_order = entries_[entry].order;
+  bank.ages_at = entries_[entry].enqueued + config_.age_cap + 1;
 }
 
 void DramChannel::remove(std::uint32_t number) {
   const Entry& e = entries_[number];
   Bank& bank = banks_[e.bank];
-  (e.older != kNone ? entries_[e.older].newer : bank.oldest) = e.newer;
+  if (e.older != kNone) {
+    entries_[e.older].newer = e.newer;
+  } else {
+    set_oldest(bank, e.newer);
+  }
   (e.newer != kNone ? entries_[e.newer].older : bank.newest) = e.older;
   if (bank.oldest == kNone) busy_banks_ &= ~(std::uint64_t{1} << e.bank);
-  if (bank.hit == number) find_hit(bank);
+  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest of its row
   free_.push_back(number);
   --queued_;
 }

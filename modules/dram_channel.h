@@ -116,23 +116,29 @@ class DramChannel {
     bool activated = false;  ///< a row was opened for it
     bool precharged = false;
   };
-  struct Bank {
+  // What step() reads of every busy bank fills one line of the host's cache; of the entries it reads none.
+  struct alignas(64) Bank {
     std::uint32_t oldest = kNone;
-    std::uint32_t newest = kNone;
-    std::uint32_t hit = kNone;  ///< oldest entry of the open row
-    std::uint64_t row = 0;
-    bool open = false;
-    bool activated_before = false;
-    Cycle last_activate = 0;
+    std::uint32_t hit = kNone;       ///< oldest entry of the open row
+    std::uint64_t oldest_order = 0;  ///< of these entries
+    std::uint64_t hit_order = 0;
+    Cycle ages_at = 0;  ///< first clock at which the oldest entry lets nothing overtake it
     Cycle can_activate = 0;
     Cycle can_precharge = 0;
     Cycle can_column = 0;
+    bool hit_write = false;
+    bool open = false;
+    std::uint32_t newest = kNone;
+    std::uint64_t row = 0;
+    Cycle last_activate = 0;
   };
 
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
-  void find_hit(Bank& bank) const;
+  void find_hit(Bank& bank, std::uint32_t from) const;
+  void set_hit(Bank& bank, std::uint32_t entry) const;
+  void set_oldest(Bank& bank, std::uint32_t entry) const;
   void remove(std::uint32_t entry);
   void count_queue(Cycle now);
 

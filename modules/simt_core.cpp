@@ -93,6 +93,7 @@ void SimtCore::on_tick() {
   const Cycle now = domain_.cycle();
   Cycle due = earliest_due();
   if (due <= now) {
+    last_active_ = now;
     accept_response(now);
     accept_messages(now);
     finish_phases(now);
@@ -404,10 +405,10 @@ Inventory SimtCore::inventory() const {
 }
 
 void SimtCore::dump_state(std::ostream& out) const {
-  out << name() << ": " << resident() << " warps resident, " << batches_.size() << " any-hit batches and "
-      << fetches_.size() << " node fetches waiting; to send: " << trace_calls_.size() << " trace calls, "
-      << any_hits_done_.size() << " any-hits done, " << nodes_fetched_.size() << " nodes fetched, " << ends_.size()
-      << " ends\n";
+  out << name() << ": last active in cycle " << last_active_ << ", " << resident() << " warps resident, "
+      << batches_.size() << " any-hit batches and " << fetches_.size()
+      << " node fetches waiting; to send: " << trace_calls_.size() << " trace calls, " << any_hits_done_.size()
+      << " any-hits done, " << nodes_fetched_.size() << " nodes fetched, " << ends_.size() << " ends\n";
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
     const Slot& warp = slots_[slot];
     if (warp.step == Step::free) continue;

@@ -64,6 +64,8 @@ class SimtCore final : public sc_core::sc_module {
   const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
   std::uint32_t round(unsigned slot) const { return program_.round(slot); }
   const LoadStoreUnit& load_store() const { return lsu_; }
+  /// Last cycle in which it did anything: until then nothing that can be seen from outside has changed.
+  Cycle last_active() const { return last_active_; }
   /// Counters up to the domain's present cycle.
   SimtCounters counters() const;
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
@@ -134,6 +136,7 @@ class SimtCore final : public sc_core::sc_module {
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready
+  Cycle last_active_ = 0;
   // Warp slots (a bit each) with something to do in the present cycle.
   LaneMask starting_service_ = 0;
   LaneMask starting_ray_generation_ = 0;

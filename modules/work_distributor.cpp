@@ -125,17 +125,24 @@ void WorkDistributor::finish(Cycle now) {
   if (config_.stop_when_done) sc_core::sc_stop();
 }
 
-void WorkDistributor::statistics(StatisticList& list, const std::string& prefix) const {
-  std::uint64_t fewest = sms_.front().launched;
-  std::uint64_t most = fewest;
+DistributorCounters WorkDistributor::counters() const {
+  DistributorCounters c;
+  c.groups = next_;
+  c.most_on_one_sm = c.fewest_on_one_sm = sms_.front().launched;
   for (const Sm& sm : sms_) {
-    fewest = std::min(fewest, sm.launched);
-    most = std::max(most, sm.launched);
+    c.fewest_on_one_sm = std::min(c.fewest_on_one_sm, sm.launched);
+    c.most_on_one_sm = std::max(c.most_on_one_sm, sm.launched);
   }
-  list.add(prefix + ".groups", next_, "groups", "ray groups handed to SMs");
-  list.add(prefix + ".most_on_one_sm", most, "groups", "ray groups of the SM that got most");
-  list.add(prefix + ".fewest_on_one_sm", fewest, "groups", "ray groups of the SM that got fewest");
-  list.add(prefix + ".tail_cycles", finished_ ? end_cycle_ - last_launch_ : 0, "cycles",
+  c.tail_cycles = finished_ ? end_cycle_ - last_launch_ : 0;
+  c.primary_end = primary_end_cycle_;
+  return c;
+}
+
+void describe(const DistributorCounters& c, StatisticList& list, const std::string& prefix) {
+  list.add(prefix + ".groups", c.groups, "groups", "ray groups handed to SMs");
+  list.add(prefix + ".most_on_one_sm", c.most_on_one_sm, "groups", "ray groups of the SM that got most");
+  list.add(prefix + ".fewest_on_one_sm", c.fewest_on_one_sm, "groups", "ray groups of the SM that got fewest");
+  list.add(prefix + ".tail_cycles", c.tail_cycles, "cycles",
            "cycles from the last launch to the end: no new work replaced finished warps");
 }
 

@@ -43,6 +43,17 @@ struct WorkDistributorConfig {
   bool stop_when_done = false;   ///< call sc_stop() when all groups have ended
 };
 
+/// What a distributor of work has done.
+struct DistributorCounters {
+  std::uint64_t groups = 0;
+  std::uint64_t most_on_one_sm = 0;
+  std::uint64_t fewest_on_one_sm = 0;
+  Cycle tail_cycles = 0;  ///< from the last launch to the end
+  Cycle primary_end = 0;  ///< end of the last primary group
+};
+/// Adds the counts as prefix + ".name".
+void describe(const DistributorCounters& counters, StatisticList& list, const std::string& prefix);
+
 class WorkDistributor final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(WorkDistributor);
@@ -68,7 +79,8 @@ class WorkDistributor final : public sc_core::sc_module {
   std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
   bool idle() const { return running_ == 0; }
 
-  void statistics(StatisticList& list, const std::string& prefix) const;
+  DistributorCounters counters() const;
+  void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;
 

@@ -16,16 +16,6 @@ namespace {
 // A ray's stack area: 256 entries of 16 B. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
 constexpr std::uint64_t kStackSectors = 128;
 
-modules::MemoryMapConfig map_config(const GpuConfig& config, const traces::Header& header,
-                                    std::uint64_t eviction_entries) {
-  modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
-  if (config.rt.warp_buffer.spill) map.stack_sectors = kStackSectors;
-  // As many as a checkpoint buffer holds, unless the trace needs more.
-  const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
-  if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);
-  return map;
-}
-
 template <typename T>
 void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& name, unsigned count, unsigned latency,
                std::size_t capacity) {
@@ -55,12 +45,22 @@ void dump_links(std::ostream& out, const std::vector<std::unique_ptr<Link<T>>>& 
 
 }  // namespace
 
+modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
+                                           std::uint64_t eviction_entries) {
+  modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
+  if (config.rt.warp_buffer.spill) map.stack_sectors = kStackSectors;
+  // As many as a checkpoint buffer holds, unless the trace needs more.
+  const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
+  if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);
+  return map;
+}
+
 Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
          std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build)
     : sc_module(name),
       dram("dram", config.interleave.slices),
       config_(config),
-      map_(header, map_config(config, header, eviction_entries)),
+      map_(header, memory_map_config(config, header, eviction_entries)),
       core_("core_clock", config.core_mhz, build.idle_skip),
       memory_side_(core_),
       sms_(config.sms),

@@ -28,6 +28,10 @@ struct BuildOptions {
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
 };
 
+/// The address map of a run. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
+modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
+                                           std::uint64_t eviction_entries);
+
 class Gpu final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(Gpu);

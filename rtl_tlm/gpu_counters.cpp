@@ -42,7 +42,7 @@ EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
   return end;
 }
 
-GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end) {
+GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end) {
   GpuCounters c;
   c.cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
@@ -59,23 +59,32 @@ GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end) {
     c.l1_of.push_back(sm->l1().counters());
   }
   for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
+  c.crossbar = gpu.crossbar().counters();
+  c.period_fs = gpu.core().period_fs();
+  c.distributor = gpu.distributor().counters();
+  for (const auto& slice : gpu.slices()) c.l2_dirty_sectors += slice->dirty_sectors();
+  c.dram = dram.counters();
+  c.dram_channels = dram.all_channel_counters();
+  add_up(c);
+  return c;
+}
+
+void add_up(GpuCounters& c) {
   for (const RtUnitCounters& rt : c.rt_of) c.rt.add(rt);
   for (const modules::SimtCounters& simt : c.simt_of) c.simt.add(simt);
   for (const modules::L1Counters& l1 : c.l1_of) c.l1 += l1;
   for (const modules::L2Counters& l2 : c.l2_of) c.l2 += l2;
-  c.crossbar = gpu.crossbar().counters();
-  return c;
 }
 
-void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, StatisticList& list) {
+void describe(const GpuCounters& c, StatisticList& list) {
   list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
-  list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(gpu.core().period_fs()) * 1e-9, "us",
+  list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(c.period_fs) * 1e-9, "us",
            "simulated time: gpu.cycles at the core clock");
-  const Cycle primary = gpu.distributor().primary_end_cycle();
+  const Cycle primary = c.distributor.primary_end;
   list.add("gpu.rays.primary_cycles", primary, "cycles", "until the last warp of primary rays had ended");
   list.add("gpu.rays.secondary_cycles", c.cycles - primary, "cycles",
            "from there to the end: warps of secondary rays, a launch of their own");
-  gpu.distributor().statistics(list, "gpu.distributor");
+  describe(c.distributor, list, "gpu.distributor");
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
@@ -92,13 +101,11 @@ void describe(const GpuCounters& c, const Gpu& gpu, const modules::Dram& dram, S
   describe(c.simt, list, "gpu.simt");
   c.l1.describe(list, "gpu.l1");
   add_histogram(list, "gpu.l1.miss_latency.histogram", c.l1.miss_latency, "misses", "L1 misses");
-  gpu.crossbar().statistics(list, "gpu.crossbar");
+  describe(c.crossbar, list, "gpu.crossbar");
   c.l2.describe(list, "gpu.l2");
   add_histogram(list, "gpu.l2.miss_latency.histogram", c.l2.miss_latency, "misses", "L2 misses");
-  std::uint64_t dirty = 0;
-  for (const auto& slice : gpu.slices()) dirty += slice->dirty_sectors();
-  list.add("gpu.l2.dirty_at_end", dirty, "sectors", "dirty sectors left in the L2 when the run ended");
-  dram.statistics(list, "gpu.dram");
+  list.add("gpu.l2.dirty_at_end", c.l2_dirty_sectors, "sectors", "dirty sectors left in the L2 when the run ended");
+  describe(c.dram, c.dram_channels, list, "gpu.dram");
 }
 
 }  // namespace grtx::tlm

@@ -25,6 +25,12 @@ struct GpuCounters {
   modules::L1Counters l1;
   modules::L2Counters l2;
   modules::CrossbarCounters crossbar;
+  // Filled by collect_counters() and by models other than the cycle model.
+  std::uint64_t period_fs = 0;  ///< of the core clock
+  modules::DistributorCounters distributor;
+  std::uint64_t l2_dirty_sectors = 0;                       ///< left in the L2 at the end
+  modules::DramCounters dram;                               ///< drained
+  std::vector<modules::DramChannelCounters> dram_channels;  ///< drained
 };
 
 /// What must be read when the last warp has ended, before prefetches and write-backs drain.
@@ -35,9 +41,11 @@ struct EndOfRun {
 /// Closes the per-cycle counts of the RT units and reads them.
 EndOfRun settle(Gpu& gpu, const modules::Dram& dram);
 /// Counts after draining, but for what RT units count per cycle and what a data bus moved, which are those of `end`.
-GpuCounters collect_counters(const Gpu& gpu, const EndOfRun& end);
+GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end);
+/// Adds up what is counted by SM and slice.
+void add_up(GpuCounters& counters);
 
 /// gpu.cycles, gpu.time_us, and the statistics of all modules, summed over SMs and slices.
-void describe(const GpuCounters& counters, const Gpu& gpu, const modules::Dram& dram, modules::StatisticList& list);
+void describe(const GpuCounters& counters, modules::StatisticList& list);
 
 }  // namespace grtx::tlm

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "rtl_tlm/conservation.h"
+#include "rtl_tlm/fast/fast_gpu.h"
 #include "rtl_tlm/gpu_counters.h"
 #include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/measured_source.h"
@@ -121,11 +122,12 @@ std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const
   inputs["trace_hash"] = reader.content_hash();
   inputs["config_hash"] = config_hash(config);
   inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+  inputs["mode"] = options.mode == SimulationMode::fast ? "fast" : "cycle";
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
 
-void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, const Gpu& gpu, double wall,
+void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, std::uint64_t ticks, double wall,
                          double cpu) {
   const double seconds = wall > 0.0 ? wall : 1e-9;
   host.add("host.wall_seconds", wall, "s", "wall time of building and running the model");
@@ -137,7 +139,7 @@ void add_host_statistics(modules::StatisticList& host, const GpuCounters& counte
            "lane visits replayed a second of wall time");
   host.add("host.cycles_per_cpu_second", static_cast<double>(counters.cycles) / std::max(cpu, 1e-9), "cycles/s",
            "simulated core cycles a second of processor time: what a busy machine does not change");
-  host.add("host.ticks", gpu.core().ticks(), "ticks", "core cycles that were not skipped");
+  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
 }
 
 /// What a process of the model threw arrives as the kernel's report. A trace that contradicts itself is bad input: then
@@ -147,6 +149,71 @@ void add_host_statistics(modules::StatisticList& host, const GpuCounters& counte
   if (source.failure()) std::rethrow_exception(source.failure());
   traces::check(reader, true);
   throw std::runtime_error(report.get_msg());
+}
+
+/// What a run leaves behind, whichever model ran.
+struct Finished {
+  GpuCounters counters;
+  std::vector<std::string> violations;  ///< of the model's own checks
+  nlohmann::ordered_json over_time;
+  std::uint64_t ticks = 0;
+};
+
+Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
+                         modules::GroupSource& source, SimulationResult& result) {
+  const traces::Header& header = reader.header();
+  Finished finished;
+  Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
+  const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
+  std::unique_ptr<Waveform> waveform;
+  if (!options.waveform.path.empty()) {
+    waveform =
+        std::make_unique<Waveform>(options.waveform, gpu, memory->dram, header,
+                                   fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
+  }
+  std::unique_ptr<Timeline> timeline;
+  if (!options.timeline.path.empty()) {
+    timeline =
+        std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
+  }
+  std::unique_ptr<PixelCycles> pixel_cycles;
+  if (options.pixel_cycles) {
+    pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
+    gpu.distributor().observe(pixel_cycles.get());
+  }
+  OccupancySeries series(gpu, memory->dram);
+  run_to_end(gpu, memory->dram, source.count(), options, series);
+  const EndOfRun end = settle(gpu, memory->dram);
+  finished.over_time = series.json(gpu.distributor().end_cycle());
+  drain(gpu, memory->dram, options);
+  if (waveform) waveform->finish();
+  if (timeline) timeline->finish();
+  if (pixel_cycles) {
+    result.width = header.width;
+    result.height = header.height;
+    result.pixel_cycles = pixel_cycles->cycles();
+  }
+  finished.counters = collect_counters(gpu, memory->dram, end);
+  finished.violations = emptiness_violations(gpu, memory->dram);
+  finished.ticks = gpu.core().ticks();
+  return finished;
+}
+
+Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
+                        modules::GroupSource& source) {
+  if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
+    throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
+  }
+  FastGpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source);
+  sc_core::sc_start(sc_core::SC_ZERO_TIME);  // elaborates: binds the ports of the SIMT cores
+  Progress progress("simulate", source.count(), "warps", options.quiet);
+  gpu.run([&](std::uint64_t ended) { progress.set(ended); });
+  progress.finish();
+  Finished finished;
+  finished.counters = gpu.counters();
+  if (!gpu.idle()) finished.violations.push_back("the GPU is not empty at the end");
+  finished.ticks = gpu.steps();
+  return finished;
 }
 
 }  // namespace
@@ -175,51 +242,23 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   nlohmann::ordered_json over_time;
   result.inputs = inputs_of(reader, config, options);
   try {
-    Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
-    const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
-    std::unique_ptr<Waveform> waveform;
-    if (!options.waveform.path.empty()) {
-      waveform =
-          std::make_unique<Waveform>(options.waveform, gpu, memory->dram, header,
-                                     fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
-    }
-    std::unique_ptr<Timeline> timeline;
-    if (!options.timeline.path.empty()) {
-      timeline =
-          std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
-    }
-    std::unique_ptr<PixelCycles> pixel_cycles;
-    if (options.pixel_cycles) {
-      pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
-      gpu.distributor().observe(pixel_cycles.get());
-    }
-    OccupancySeries series(gpu, memory->dram);
-    run_to_end(gpu, memory->dram, groups.size(), options, series);
-    const EndOfRun end = settle(gpu, memory->dram);
-    over_time = series.json(gpu.distributor().end_cycle());
-    drain(gpu, memory->dram, options);
-    if (waveform) waveform->finish();
-    if (timeline) timeline->finish();
-    if (pixel_cycles) {
-      result.width = header.width;
-      result.height = header.height;
-      result.pixel_cycles = pixel_cycles->cycles();
-    }
-
-    const GpuCounters counters = collect_counters(gpu, end);
+    Finished finished = options.mode == SimulationMode::fast ? run_fast_model(reader, config, options, source)
+                                                             : run_cycle_model(reader, config, options, source, result);
+    const GpuCounters& counters = finished.counters;
+    over_time = std::move(finished.over_time);
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
     result.cycles = counters.cycles;
     result.binding_bound = binding_bound(bounds).name;
-    result.violations = count_violations(counters, memory->dram.counters(), source.totals(), groups.size());
-    for (const auto& more : {emptiness_violations(gpu, memory->dram), bound_violations(counters.cycles, bounds)}) {
+    result.violations = count_violations(counters, counters.dram, source.totals(), groups.size());
+    for (const auto& more : {finished.violations, bound_violations(counters.cycles, bounds)}) {
       result.violations.insert(result.violations.end(), more.begin(), more.end());
     }
     if (options.groups.empty() && !(source.totals() == reader.totals())) {
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
-    describe(counters, gpu, memory->dram, result.statistics);
+    describe(counters, result.statistics);
     describe(bounds, counters.cycles, result.statistics);
-    add_host_statistics(result.host, counters, gpu, seconds_since(start), cpu_seconds() - cpu_start);
+    add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }

@@ -16,7 +16,13 @@
 
 namespace grtx::tlm {
 
+enum class SimulationMode : std::uint8_t {
+  cycle,  ///< every module, cycle by cycle, in SystemC
+  fast    ///< loosely timed (rtl_tlm/fast); no waveforms, timelines or cycles by pixel
+};
+
 struct SimulationOptions {
+  SimulationMode mode = SimulationMode::cycle;
   bool quiet = true;
   Cycle watchdog_cycles = 2'000'000;  ///< no progress for this many cycles is a deadlock
   std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all

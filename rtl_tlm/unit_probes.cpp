@@ -15,13 +15,13 @@ constexpr unsigned kLevelBits = 16;
 
 /// A part of the RT unit by its name, or nullptr when this configuration does not elaborate it.
 template <typename T>
-const T* part(const RtUnit& rt, const char* name) {
+const T* elaborated_part(const RtUnit& rt, const char* name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
 }
 
 template <typename T>
 const T& needed(const RtUnit& rt, const char* name) {
-  const T* found = part<T>(rt, name);
+  const T* found = elaborated_part<T>(rt, name);
   if (found == nullptr) throw std::logic_error(std::string("the RT unit has no ") + name);
   return *found;
 }
@@ -38,8 +38,8 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& r
       scheduler_(needed<modules::RtScheduler>(rt, "rt_scheduler")),
       memory_(needed<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(needed<modules::AnyHitCollector>(rt, "any_hit_collector")),
-      checkpoint_(part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
-      prefetcher_(part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
+      checkpoint_(elaborated_part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
+      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
   const std::size_t before = wires.selected();
   const unsigned warps = buffer_.entries();
   const unsigned lanes = width_for(std::uint64_t{warps} * modules::kMaxLanes);
@@ -55,7 +55,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& r
   fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
   for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
     Unit unit;
-    unit.unit = part<modules::IntersectionUnit>(rt, name);
+    unit.unit = elaborated_part<modules::IntersectionUnit>(rt, name);
     if (unit.unit == nullptr) continue;
     const std::string prefix = std::string(name) + ".";
     unit.state = add((prefix + "state").c_str(), 2, &unit_states());
@@ -157,7 +157,8 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
 }
 
 void SimtProbe::sample() {
-  if (!selected_) return;
+  if (!selected_ || simt_.last_active() == seen_) return;
+  seen_ = simt_.last_active();
   std::array<unsigned, modules::kWarpActivities> warps{};
   unsigned resident = 0;
   for (unsigned i = 0; i < slots_.size(); ++i) {

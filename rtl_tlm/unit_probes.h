@@ -52,6 +52,7 @@ class SimtProbe {
     Wire activity, group, round;
   };
   const modules::SimtCore& simt_;
+  Cycle seen_ = modules::kNever;  ///< last cycle of activity that was shown
   bool selected_ = false;
   bool slots_selected_ = false;
   Wire resident_, queued_, in_flight_;
@@ -81,7 +82,7 @@ class L2Probe {
   Wire state_, mshr_, accesses_, replies_, dram_queue_, dram_outstanding_;
 };
 
-/// The request or response that a registered link takes in a cycle.
+/// The request or response that a registered link takes in a cycle. Sampling a link that rests costs a comparison.
 template <typename T>
 class LinkProbe {
  public:
@@ -99,12 +100,17 @@ class LinkProbe {
     }
     selected_ = wires.selected() != before;
   }
+  bool selected() const { return selected_; }
   void sample(Cycle now) {
-    if (!selected_) return;
+    // Nothing was sent or taken, and what was sent last has been shown.
+    if (!valid_shown_ && link_.pushed() == pushed_ && link_.size() == size_) return;
+    pushed_ = link_.pushed();
+    size_ = link_.size();
     const T* sent = link_.sent(now);
+    valid_shown_ = sent != nullptr;
     valid_.set(sent != nullptr);
     ready_.set(link_.can_push(now + 1));
-    level_.set(link_.size());
+    level_.set(size_);
     if (sent == nullptr) return;
     if constexpr (requires(const T& t) { t.address; }) address_.set(sent->address);
     if constexpr (requires(const T& t) { t.slot; }) slot_.set(sent->slot);
@@ -114,6 +120,9 @@ class LinkProbe {
  private:
   const modules::Link<T>& link_;
   bool selected_ = false;
+  bool valid_shown_ = true;  ///< so that the first sample shows all
+  std::size_t size_ = 0;     ///< what the last sample saw
+  std::uint64_t pushed_ = 0;
   Wire valid_, ready_, level_, address_, slot_, lanes_;
 };
 

@@ -10,8 +10,6 @@
 namespace grtx::tlm {
 namespace {
 
-constexpr std::size_t kFlushBytes = 1 << 20;
-
 /// Short identifier made of the printable characters that the format allows.
 std::string identifier(std::size_t number) {
   constexpr std::size_t kFirst = '!', kCount = '~' - '!' + 1;
@@ -43,7 +41,7 @@ VcdWriter::Signal VcdWriter::declare(const std::string& name, unsigned width, co
   return signals_.size() - 1;
 }
 
-void VcdWriter::write_scopes() {
+void VcdWriter::append_scopes(std::string& text) const {
   // Signals of one scope must be neighbours: sort by scope, keeping the order of declaration inside one.
   std::vector<const SignalInfo*> order;
   for (const SignalInfo& signal : signals_) order.push_back(&signal);
@@ -56,7 +54,7 @@ void VcdWriter::write_scopes() {
                    [&](const SignalInfo* a, const SignalInfo* b) { return scope_of(a) < scope_of(b); });
   std::vector<std::string_view> open;
   const auto close_to = [&](std::size_t depth) {
-    for (; open.size() > depth; open.pop_back()) buffer_ += "$upscope $end\n";
+    for (; open.size() > depth; open.pop_back()) text += "$upscope $end\n";
   };
   for (const SignalInfo* signal : order) {
     const auto scope = scope_of(signal);
@@ -64,7 +62,7 @@ void VcdWriter::write_scopes() {
     while (common < open.size() && common < scope.size() && open[common] == scope[common]) ++common;
     close_to(common);
     for (; common < scope.size(); ++common) {
-      buffer_ += fmt::format("$scope module {} $end\n", scope[common]);
+      text += fmt::format("$scope module {} $end\n", scope[common]);
       open.push_back(scope[common]);
     }
     const std::string_view leaf = parts(signal->name).back();
@@ -75,11 +73,11 @@ void VcdWriter::write_scopes() {
       std::string table = fmt::format("{} {}", signal->enumeration->name, values.size());
       for (const std::string& value : values) table += " " + value;
       for (std::size_t i = 0; i < values.size(); ++i) table += fmt::format(" {:0{}b}", i, signal->width);
-      buffer_ +=
+      text +=
           fmt::format("$attrbegin misc 07 {} {} $end\n$attrbegin misc 07 \"\" {} $end\n", table, index + 1, index + 1);
     }
     const std::string range = signal->width == 1 ? "" : fmt::format(" [{}:0]", signal->width - 1);
-    buffer_ += fmt::format("$var wire {} {} {}{} $end\n", signal->width, ids_[index], leaf, range);
+    text += fmt::format("$var wire {} {} {}{} $end\n", signal->width, ids_[index], leaf, range);
   }
   close_to(0);
 }
@@ -87,18 +85,20 @@ void VcdWriter::write_scopes() {
 void VcdWriter::begin(const std::string& comment, std::uint64_t start_fs) {
   assert(!begun_);
   begun_ = true;
-  buffer_ += fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION);
-  write_scopes();
-  buffer_ += fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs);
-  for (Signal signal = 0; signal < signals_.size(); ++signal) write_value(signal);
-  buffer_ += "$end\n";
+  std::string text =
+      fmt::format("$comment\n{}\n$end\n$version grtx {} $end\n$timescale 1 fs $end\n", comment, GRTX_VERSION);
+  append_scopes(text);
+  text += fmt::format("$enddefinitions $end\n#{}\n$dumpvars\n", start_fs);
+  for (Signal signal = 0; signal < signals_.size(); ++signal) append_value(text, signal, values_[signal]);
+  text += "$end\n";
+  file_.write(text);
   time_ = written_time_ = start_fs;
+  changed_ = std::make_unique<BlockWriter<Record>>([this](const std::vector<Record>& block) { write_block(block); });
 }
 
-void VcdWriter::write_value(Signal signal) {
-  const std::uint64_t value = values_[signal];
-  char text[96];
-  char* end = text;
+void VcdWriter::append_value(std::string& text, Signal signal, std::uint64_t value) const {
+  char line[96];
+  char* end = line;
   if (signals_[signal].width == 1) {
     *end++ = (value & 1) != 0 ? '1' : '0';
   } else {
@@ -110,12 +110,20 @@ void VcdWriter::write_value(Signal signal) {
   }
   for (const char c : ids_[signal]) *end++ = c;
   *end++ = '\n';
-  buffer_.append(text, end);
+  text.append(line, end);
 }
 
-void VcdWriter::flush() {
-  file_.write(buffer_);
-  buffer_.clear();
+// Runs on the writer thread.
+void VcdWriter::write_block(const std::vector<Record>& block) {
+  text_.clear();
+  for (const Record& record : block) {
+    if (record.signal == kTime) {
+      text_ += '#' + std::to_string(record.value) + '\n';
+    } else {
+      append_value(text_, record.signal, record.value);
+    }
+  }
+  file_.write(text_);
 }
 
 void VcdWriter::change(Signal signal, std::uint64_t value) {
@@ -124,17 +132,16 @@ void VcdWriter::change(Signal signal, std::uint64_t value) {
   if (!begun_) return;
   if (time_ != written_time_) {
     assert(time_ > written_time_);
-    buffer_ += '#' + std::to_string(time_) + '\n';
+    changed_->push({time_, kTime});
     written_time_ = time_;
   }
-  write_value(signal);
+  changed_->push({value, signal});
   ++changes_;
-  if (buffer_.size() > kFlushBytes) flush();
 }
 
 void VcdWriter::finish(std::uint64_t end_fs) {
-  if (end_fs > written_time_) buffer_ += fmt::format("#{}\n", end_fs);
-  flush();
+  changed_->finish();
+  if (end_fs > written_time_) file_.write(fmt::format("#{}\n", end_fs));
   file_.commit();
 }
 

@@ -1,11 +1,14 @@
-// Value change dump (IEEE 1364-2005, clause 18): writes only what changed. Knows nothing of the model.
+// Value change dump (IEEE 1364-2005, clause 18): writes only what changed. Knows nothing of the model. Changes become
+// text on a thread of their own, so that the simulation waits for neither the formatting nor the disk.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/atomic_file.h"
+#include "rtl_tlm/block_writer.h"
 
 namespace grtx::tlm {
 
@@ -41,6 +44,7 @@ class VcdWriter {
   bool begun() const { return begun_; }
   /// Time of the following set() calls. Nothing is written unless a value changes.
   void advance(std::uint64_t time_fs) { time_ = time_fs; }
+  /// Throws Error when an earlier change could not be written.
   void set(Signal signal, std::uint64_t value) {
     if (values_[signal] != value) change(signal, value);
   }
@@ -50,20 +54,28 @@ class VcdWriter {
   void finish(std::uint64_t end_fs);
 
  private:
+  /// A new value of a signal, or, with kTime for a signal, a new time.
+  struct Record {
+    std::uint64_t value = 0;
+    Signal signal = 0;
+  };
+  static constexpr Signal kTime = ~Signal{0};
+
   void change(Signal signal, std::uint64_t value);
-  void write_value(Signal signal);
-  void write_scopes();
-  void flush();
+  void append_value(std::string& text, Signal signal, std::uint64_t value) const;
+  void append_scopes(std::string& text) const;
+  void write_block(const std::vector<Record>& block);
 
   AtomicFile file_;
-  std::string buffer_;
   std::vector<SignalInfo> signals_;
-  std::vector<std::string> ids_;  ///< by signal: short identifier, with what follows it
+  std::vector<std::string> ids_;  ///< by signal: short identifier; constant once begun, as the writer thread reads them
   std::vector<std::uint64_t> values_;
   std::uint64_t time_ = 0;
   std::uint64_t written_time_ = 0;
   std::uint64_t changes_ = 0;
   bool begun_ = false;
+  std::string text_;                              ///< of the writer thread
+  std::unique_ptr<BlockWriter<Record>> changed_;  ///< last member: its thread ends before the others go
 };
 
 }  // namespace grtx::tlm

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "base/error.h"
 #include "rtl_tlm/gtkwave_files.h"
@@ -26,9 +25,8 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram
       observation_("waveform", gpu.core(), options.window, *this) {
   const auto add_link = [this](const std::string& scope, const auto& link) {
     using Probe = LinkProbe<std::decay_t<decltype(*link.front(0))>>;
-    const std::size_t before = wires_.selected();
-    const auto probe = std::make_shared<Probe>(wires_, scope, link);
-    if (wires_.selected() != before) links_.push_back([probe](Cycle now) { probe->sample(now); });
+    Probe probe(wires_, scope, link);
+    if (probe.selected()) std::get<std::vector<Probe>>(links_).push_back(probe);
   };
   cycle_ = wires_.add("gpu.cycle", 48);
   launched_ = wires_.add("gpu.distributor.launched", 32);
@@ -66,7 +64,10 @@ void Waveform::sample(Cycle now) {
   crossbar_requests_.set(crossbar.request.packets_in);
   crossbar_replies_.set(crossbar.reply.packets_in);
   for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(dram_.outstanding(i));
-  for (const auto& link : links_) link(now);
+  const auto sample_all = [now](auto& probes) {
+    for (auto& probe : probes) probe.sample(now);
+  };
+  std::apply([&](auto&... probes) { (sample_all(probes), ...); }, links_);
   if (!writer_.begun() && options_.window.contains(now)) {
     writer_.begin(comment_, time);
     first_ = now;

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <systemc>
+#include <tuple>
 #include <vector>
 
 #include "rtl_tlm/gpu.h"
@@ -50,10 +50,16 @@ class Waveform final : private CycleObserver {
   std::vector<SimtProbe> simt_cores_;
   std::vector<L1Probe> l1_caches_;
   std::vector<L2Probe> l2_slices_;
-  std::vector<Wire> dram_outstanding_;             ///< by channel
-  std::vector<std::function<void(Cycle)>> links_;  ///< those with a selected signal
-  Cycle first_ = 0;                                ///< cycle of the first sample that was written
-  Cycle last_ = 0;                                 ///< cycle of the last sample
+  std::vector<Wire> dram_outstanding_;  ///< by channel
+  template <typename... T>
+  using LinkProbes = std::tuple<std::vector<LinkProbe<T>>...>;
+  /// By what they carry; those with a selected signal.
+  LinkProbes<modules::MemoryRequest, modules::MemoryResponse, modules::TraceCall, modules::TraceDone,
+             modules::AnyHitBatch, modules::AnyHitDone, modules::NodeFetchBatch, modules::NodeFetchDone,
+             modules::LaunchWarp, modules::WarpEnded>
+      links_;
+  Cycle first_ = 0;  ///< cycle of the first sample that was written
+  Cycle last_ = 0;   ///< cycle of the last sample
   Observation observation_;
 };
 

@@ -63,6 +63,7 @@ int run_simulation(Options options, bool quiet) {
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
   options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = quiet;
+  options.simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const SimulationResult result = simulate(options.trace, config, options.simulation);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
@@ -93,7 +94,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
-  command->add_option("--mode", options->mode, "How time is modelled")->check(one_of({"cycle"}));
+  command->add_option("--mode", options->mode, "How time is modelled: cycle by cycle, or loosely timed")->check(one_of({"cycle", "fast"}));
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)");
   command->add_option(
       "--vcd-scope", options->simulation.waveform.scope,

@@ -39,9 +39,9 @@ class ObservedRun {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   /// Runs with `options`; returns the statistics. Fails the test when a conservation law does not hold.
-  nlohmann::ordered_json run(const SimulationOptions& options) const {
+  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {}) const {
     ChildProcess child("simulation", [&] {
-      const GpuConfig config = load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {});
+      const GpuConfig config = load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", settings);
       const SimulationResult result = simulate(path("t.grtx"), config, options);
       nlohmann::ordered_json answer = {{"stats", result.document.at("stats")},
                                        {"violations", result.violations},

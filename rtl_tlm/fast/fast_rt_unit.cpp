@@ -1,0 +1,534 @@
+#include "rtl_tlm/fast/fast_rt_unit.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/error.h"
+
+namespace grtx::tlm {
+
+using namespace modules;
+using traces::Event;
+using traces::EventKind;
+using traces::NodeKind;
+
+FastRtUnit::FastRtUnit(const std::string& name, const RtUnitConfig& config, const traces::Header& header,
+                       const MemoryMap& map, unsigned sm, std::uint8_t client, FastL1& l1, const Links& links)
+    : config_(config),
+      l1_(l1),
+      links_(links),
+      client_(client),
+      traffic_(header, config.memory.traffic),
+      selection_(make_warp_selection(config.scheduler.policy)),
+      warps_(config.warp_buffer.entries),
+      ages_(config.warp_buffer.entries),
+      times_(config.warp_buffer.entries),
+      fetches_(std::size_t{config.warp_buffer.entries} * kMaxLanes),
+      merge_(config.warp_buffer.entries, AddressIndex(kMaxLanes)),
+      queue_(config.memory.queue),
+      box_(config.ray_box),
+      leaf_(traffic_.leaf_kind() == NodeKind::triangle ? config.ray_triangle : config.ray_sphere),
+      transform_(config.ray_transform) {
+  const unsigned entries = config.warp_buffer.entries;
+  all_ = entries == 64 ? ~LaneMask{0} : bit(entries) - 1;
+  if (header.checkpoint) {
+    checkpoint_ = std::make_unique<CheckpointUnit>((name + "_checkpoint_unit").c_str(), config.checkpoint, map,
+                                                   header.checkpoint_order, header.checkpoint_capacity, entries, sm);
+  }
+  if (config.sibling_prefetch) {
+    prefetcher_ = std::make_unique<SiblingPrefetcher>((name + "_sibling_prefetcher").c_str(), config.prefetcher,
+                                                      traffic_, entries);
+  }
+}
+
+void FastRtUnit::refuse(LaneId id, const char* rule) const {
+  const Warp& warp = warps_[entry_of(id)];
+  throw Error("trace",
+              "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane_of(id)) + " round " +
+                  std::to_string(warp.round),
+              rule);
+}
+
+void FastRtUnit::insert(RingQueue<Due>& queue, Due due) {
+  queue.push(due);
+  for (std::size_t i = queue.size() - 1; i > 0 && queue[i - 1].cycle > due.cycle; --i)
+    std::swap(queue[i - 1], queue[i]);
+}
+
+void FastRtUnit::Unit::enqueue(Cycle now, LaneId lane, unsigned tests) {
+  Cycle& free = *std::min_element(free_from.begin(), free_from.end());
+  const Cycle start = std::max(now + 1, free);
+  const Cycle occupied = Cycle{tests} * config.interval;
+  free = start + occupied;
+  insert(flights, {start + config.latency + occupied - config.interval, lane});
+  ++counters.operations;
+  counters.tests += tests;
+  counters.busy_cycles += occupied;
+  counters.queue_cycles += start - (now + 1);
+}
+
+void FastRtUnit::count_wait(Cycle end, unsigned entry) {
+  Times& times = times_[entry];
+  if (end <= times.since) return;
+  buffer_counters_.warp_cycles[static_cast<std::size_t>(times.wait)] += end - times.since;
+  times.since = end;
+}
+
+void FastRtUnit::move(Cycle now, unsigned entry, LaneMask lanes, LaneState from, LaneState to) {
+  const LaneMask b = bit(entry);
+  if ((touched_ & b) == 0) {
+    count_wait(now + 1, entry);
+    touched_ |= b;
+  }
+  Warp& w = warps_[entry];
+  w.in[static_cast<std::size_t>(from)] &= ~lanes;
+  w.in[static_cast<std::size_t>(to)] |= lanes;
+  ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
+  if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
+}
+
+void FastRtUnit::refresh_waits() {
+  for_each_bit(touched_ & occupied_, [&](unsigned entry) { times_[entry].wait = warps_[entry].wait(); });
+  touched_ = 0;
+}
+
+Stall FastRtUnit::stall_reason() const {
+  if (occupied_ == 0) return Stall::empty;
+  if (ready_ != 0) return Stall::queue_full;
+  switch (warps_[oldest(occupied_)].wait()) {
+    case WarpWait::memory:
+      return Stall::memory;
+    case WarpWait::checkpoint:
+      return Stall::checkpoint;
+    case WarpWait::unit:
+      return Stall::unit;
+    case WarpWait::any_hit:
+      return Stall::any_hit;
+    default:
+      return Stall::retire;
+  }
+}
+
+// Order of a fetch's sectors: descriptor (if any), the node's, the BLAS header (if any), as in MemoryScheduler.
+bool FastRtUnit::ask(Cycle now) {
+  const LaneId id = queue_.front();
+  Fetch& f = fetches_[id];
+  const unsigned body = traffic_.sectors(f.kind);
+  const unsigned lead = f.header ? 0 : f.sectors - body;
+  const unsigned index = f.sent;
+  MemoryRequest request;
+  request.tag = id;
+  request.client = client_;
+  if (index >= lead + body) {
+    request.address = traffic_.blas_header() + kSectorBytes * (index - lead - body);
+    request.region = Region::blas;
+  } else {
+    request.address = f.address + (index < lead ? 0 : kSectorBytes * (index - lead));
+    request.region = traffic_.region(f.kind, f.address);
+  }
+  switch (l1_.access(now, request)) {
+    case FastL1::Outcome::conflict:
+      ask_next_ = now + 1;
+      return false;
+    case FastL1::Outcome::refused:
+      ask_next_ = l1_.retry_at();
+      return false;
+    case FastL1::Outcome::hit:
+      --f.missing;
+      f.ready = std::max(f.ready, now + l1_.latency());
+      break;
+    case FastL1::Outcome::pending:
+      break;
+  }
+  ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
+  ask_next_ = now + 1;
+  if (++f.sent == f.sectors) {
+    queue_.pop();
+    if (f.missing == 0) arrive(f, id);
+    if (ready_ != 0 && has_room()) due_ = std::min(due_, now);
+  }
+  return true;
+}
+
+void FastRtUnit::filled(Cycle now, std::uint32_t id) {
+  Fetch& f = fetches_[id];
+  const Cycle seen = std::max(now + 1, fill_free_);
+  fill_free_ = seen + 1;
+  f.ready = std::max(f.ready, seen);
+  if (--f.missing == 0 && f.sent == f.sectors) arrive(f, static_cast<LaneId>(id));
+}
+
+void FastRtUnit::arrive(const Fetch& f, LaneId id) {
+  insert(arrived_, {f.ready, id});
+  due_ = std::min(due_, f.ready);
+}
+
+void FastRtUnit::take_fetch(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
+  const unsigned entry = entry_of(id);
+  memory_counters_.fetch_latency.add(now - f.asked);
+  if (config_.memory.merge_in_flight) merge_[entry].erase(f.address / kSectorBytes | (f.header ? 1u : 0u));
+  const LaneMask lanes = f.lanes;
+  f.lanes = 0;
+  move(now, entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
+  Unit& unit = f.kind == NodeKind::internal ? box_ : f.kind == NodeKind::instance ? transform_ : leaf_;
+  const Warp& warp = warps_[entry];
+  for_each_bit(lanes, [&](unsigned i) {
+    unsigned tests = 1;
+    if (config_.box_op_per_child && f.kind == NodeKind::internal) {
+      tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[i].event.node].child_count});
+    }
+    prefetch_for_read(warp.lane[i].next + 1);
+    unit.enqueue(now, lane_id(entry, i), tests);
+  });
+}
+
+void FastRtUnit::step(Cycle now) {
+  if (now > accounted_) scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += now - accounted_;
+  accounted_ = now + 1;
+  for (Unit* unit : {&box_, &leaf_, &transform_}) {
+    while (!unit->flights.empty() && unit->flights.front().cycle <= now) {
+      const LaneId id = unit->flights.front().lane;
+      unit->flights.pop();
+      unit_result(now, id);
+    }
+  }
+  if (!arrived_.empty() && arrived_.front().cycle <= now) {
+    const LaneId id = arrived_.front().lane;
+    arrived_.pop();
+    take_fetch(now, id);
+  }
+  if (checkpoint_) {
+    if (const auto id = checkpoint_->respond(now, *links_.checkpoint_responses)) {
+      replay(now, *id, LaneState::waiting_checkpoint_read);
+    }
+    checkpoint_->issue(now, *links_.checkpoint_requests);
+    checkpoint_->accept([&](LaneId id) {
+      const Lane& l = lane(id);
+      move(now, entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write,
+           l.next == l.end ? LaneState::finished : LaneState::ready);
+    });
+  }
+  if (prefetcher_) {
+    while (links_.prefetch_responses->front(now) != nullptr) prefetcher_->respond(now, *links_.prefetch_responses);
+    prefetcher_->issue(now, *links_.prefetch_requests);
+  }
+  any_hit_returns(now);
+  fire(now);
+  retire(now);
+  schedule(now);
+  accept(now);
+  refresh_waits();
+  due_ = next_due(now);
+}
+
+void FastRtUnit::schedule(Cycle now) {
+  if (ready_ == 0 || !has_room()) {
+    ++scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())];
+    return;
+  }
+  const unsigned entry = selection_->select(ready_, ages_);
+  const Warp& warp = warps_[entry];
+  const LaneMask lanes = warp.in_state(LaneState::ready);
+  ++scheduler_counters_.selections;
+  scheduler_counters_.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
+  scheduler_counters_.lanes_active += static_cast<unsigned>(std::popcount(warp.active()));
+  if (!config_.memory.merge_in_flight) {
+    for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
+    visited_.clear();
+    visited_entry_ = entry;
+  }
+  if (prefetcher_) prefetcher_->begin_warp();
+  LaneMask fetching = 0;
+  for_each_bit(lanes, [&](unsigned i) {
+    const LaneId id = lane_id(entry, i);
+    const Event event = warp.lane[i].event;
+    switch (event.kind()) {
+      case EventKind::visit_internal:
+      case EventKind::visit_instance:
+      case EventKind::visit_leaf:
+        visit(now, id, event);
+        fetching |= bit(i);
+        break;
+      case EventKind::cull:
+        ++scheduler_counters_.culls;
+        pop(id);
+        complete(now, id, event.checkpoints, LaneState::ready);
+        break;
+      default:
+        if (!checkpoint_) refuse(id, "replays although checkpointing is off");
+        if (checkpoint_->read(id)) {
+          replay(now, id, LaneState::ready);
+        } else {
+          move(now, entry, bit(i), LaneState::ready, LaneState::waiting_checkpoint_read);
+        }
+    }
+  });
+  if (fetching != 0) move(now, entry, fetching, LaneState::ready, LaneState::waiting_memory);
+}
+
+void FastRtUnit::visit(Cycle now, LaneId id, const Event& event) {
+  const traces::RayGroup& group = *warps_[entry_of(id)].group;
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+      if (event.node >= group.nodes.size()) refuse(id, "visits an internal node that the group does not define");
+      ++scheduler_counters_.visits_internal;
+      fetch(now, id, NodeKind::internal, std::uint64_t{group.nodes[event.node].address} * traces::kNodeUnit, false);
+      return;
+    case EventKind::visit_instance:
+      if (!traffic_.two_level()) refuse(id, "visits an instance leaf of a monolithic structure");
+      ++scheduler_counters_.visits_instance;
+      fetch(now, id, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+            event.detail == 0 && traffic_.header_read());
+      break;
+    default:
+      ++scheduler_counters_.visits_leaf;
+      fetch(now, id, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
+  }
+  if (prefetcher_) prefetcher_->note_leaf(id, group, event.node);
+}
+
+void FastRtUnit::fetch(Cycle now, LaneId id, NodeKind kind, std::uint64_t address, bool header) {
+  const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
+  ++memory_counters_.visits[region];
+  const std::uint64_t key = address / kSectorBytes | (header ? 1u : 0u);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
+    fetches_[under_way].lanes |= bit(lane_of(id));
+    return;
+  }
+  merge.insert(key, id);
+  if (!config_.memory.merge_in_flight) visited_.push_back(key);
+  ++memory_counters_.fetches[region];
+  unsigned sectors = traffic_.sectors(kind);
+  if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
+  const bool leaf = kind == NodeKind::triangle || kind == NodeKind::procedural;
+  if (leaf && traffic_.descriptor_read()) ++sectors;
+  const auto count = static_cast<std::uint8_t>(sectors);
+  fetches_[id] = {address, bit(lane_of(id)), now, 0, kind, header, count, 0, count};
+  // The first sector leaves in the next cycle and is at the L1 one later.
+  if (queue_.empty()) ask_next_ = std::max(ask_next_ == kNever ? 0 : ask_next_, now + 2);
+  queue_.push(id);
+}
+
+void FastRtUnit::pop(LaneId id) {
+  Lane& l = lane(id);
+  if (l.stack_depth == 0) refuse(id, "takes a node from an empty stack");
+  --l.stack_depth;
+}
+
+void FastRtUnit::unit_result(Cycle now, LaneId id) {
+  Lane& l = lane(id);
+  const Event event = l.event;
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+      pop(id);
+      l.stack_depth += static_cast<unsigned>(std::popcount(event.pushed()));
+      buffer_counters_.max_stack_depth = std::max<std::uint64_t>(buffer_counters_.max_stack_depth, l.stack_depth);
+      if (prefetcher_) prefetcher_->note_internal(id, *warps_[entry_of(id)].group, event.node, event.pushed());
+      complete(now, id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::in_unit);
+      return;
+    case EventKind::visit_instance:
+      if (l.stack_depth == 0) refuse(id, "takes a node from an empty stack");
+      complete(now, id, 0, LaneState::in_unit);
+      return;
+    default:
+      pop(id);
+      if (traces::calls_any_hit(event.outcome())) {
+        ++scheduler_counters_.any_hit_calls;
+        any_hit_arrives(now, id);
+      } else {
+        complete(now, id, event.checkpoints, LaneState::in_unit);
+      }
+  }
+}
+
+void FastRtUnit::replay(Cycle now, LaneId id, LaneState from) {
+  Lane& l = lane(id);
+  const Event event = l.event;
+  if (event.kind() == EventKind::replay_take) {
+    ++scheduler_counters_.replay_takes;
+    ++l.stack_depth;
+    buffer_counters_.max_stack_depth = std::max<std::uint64_t>(buffer_counters_.max_stack_depth, l.stack_depth);
+    complete(now, id, 0, from);
+  } else {
+    ++scheduler_counters_.replay_forwards;
+    complete(now, id, event.checkpoints, from);
+  }
+}
+
+void FastRtUnit::complete(Cycle now, LaneId id, unsigned checkpoints, LaneState from) {
+  Lane& l = lane(id);
+  const bool last = !l.advance();
+  if (!last && l.event.kind() == EventKind::visit_internal) {
+    const auto& nodes = warps_[entry_of(id)].group->nodes;
+    if (l.event.node < nodes.size()) prefetch_for_read(&nodes[l.event.node]);
+  }
+  LaneState to = last ? LaneState::finished : LaneState::ready;
+  if (checkpoint_) {
+    if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
+  } else if (checkpoints != 0) {
+    refuse(id, "writes checkpoint entries although checkpointing is off");
+  }
+  if (to != from) move(now, entry_of(id), bit(lane_of(id)), from, to);
+}
+
+void FastRtUnit::any_hit_arrives(Cycle now, LaneId id) {
+  const unsigned entry = entry_of(id);
+  Warp& warp = warps_[entry];
+  if (warp.in_state(LaneState::waiting_any_hit) == 0) {
+    warp.any_hit_since = now;
+    if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
+  }
+  move(now, entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
+}
+
+void FastRtUnit::any_hit_returns(Cycle now) {
+  const AnyHitDone* done = links_.shader_dones->front(now);
+  if (done == nullptr) return;
+  unsigned entry = 0;
+  while ((occupied_ >> entry & 1) == 0 || warps_[entry].slot != done->slot) ++entry;
+  for_each_bit(done->lanes, [&](unsigned i) { complete(now, lane_id(entry, i), 0, LaneState::in_any_hit); });
+  const Warp& warp = warps_[entry];
+  if (warp.in_state(LaneState::in_any_hit) == 0 && warp.in_state(LaneState::waiting_any_hit) != 0) {
+    candidates_ |= bit(entry);
+  }
+  links_.shader_dones->pop(now);
+}
+
+Cycle FastRtUnit::any_hit_due(const Warp& warp) const {
+  return warp.in_state(LaneState::waiting_any_hit) == warp.active() ? 0 : warp.any_hit_since + config_.any_hit.timeout;
+}
+
+void FastRtUnit::fire(Cycle now) {
+  if (candidates_ == 0) return;
+  LaneMask eligible = 0;
+  for_each_bit(candidates_, [&](unsigned e) {
+    if (any_hit_due(warps_[e]) <= now) eligible |= bit(e);
+  });
+  if (eligible == 0 || !links_.batches->can_push(now)) return;
+  const unsigned entry = oldest(eligible);
+  const Warp& warp = warps_[entry];
+  AnyHitBatch batch;
+  batch.slot = warp.slot;
+  batch.round = warp.round;
+  batch.lanes = warp.in_state(LaneState::waiting_any_hit);
+  for_each_bit(batch.lanes, [&](unsigned i) {
+    batch.outcome[i] = warp.lane[i].event.outcome();
+    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
+  });
+  ++any_hit_counters_.batches;
+  any_hit_counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
+  if (batch.lanes != warp.active()) ++any_hit_counters_.timeouts;
+  any_hit_counters_.wait_cycles += now - warp.any_hit_since;
+  links_.batches->push(now, batch);
+  move(now, entry, batch.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
+  candidates_ &= ~bit(entry);
+}
+
+void FastRtUnit::retire(Cycle now) {
+  if (done_ == 0 || !links_.dones->can_push(now)) return;
+  const unsigned entry = oldest(done_);
+  Warp& warp = warps_[entry];
+  links_.dones->push(now, {warp.slot, warp.round});
+  count_wait(now + 1, entry);
+  occupied_ &= ~bit(entry);
+  done_ &= ~bit(entry);
+  ready_ &= ~bit(entry);
+  buffer_counters_.occupancy_integral += now - warp.accepted;
+  buffer_counters_.warp_latency.add(now - warp.accepted);
+  warp.group = nullptr;
+}
+
+void FastRtUnit::accept(Cycle now) {
+  if (occupied_ == all_) return;
+  const TraceCall* front = links_.calls->front(now);
+  if (front == nullptr) return;
+  const TraceCall call = *front;
+  links_.calls->pop(now);
+  const auto entry = static_cast<unsigned>(std::countr_zero(~occupied_));
+  if (call.slot >= cursors_.size()) cursors_.resize(call.slot + std::size_t{1});
+  RoundCursor& cursor = cursors_[call.slot];
+  cursor.seek(*call.group, call.round);
+  Warp& w = warps_[entry];
+  w.group = call.group;
+  w.age = ages_[entry] = next_age_++;
+  w.round = call.round;
+  w.slot = call.slot;
+  w.lanes = call.lanes;
+  w.in.fill(0);
+  w.accepted = now;
+  for_each_bit(call.lanes, [&](unsigned i) {
+    const auto events = cursor.events(i);
+    Lane& l = w.lane[i];
+    l.next = events.data();
+    l.end = events.data() + events.size();
+    if (!events.empty()) l.event = events.front();
+    l.replay = cursor.round(i).replay;
+    l.stack_depth = l.replay ? 0 : 1;
+    w.in[static_cast<std::size_t>(events.empty() ? LaneState::finished : LaneState::ready)] |= bit(i);
+    const LaneId id = lane_id(entry, i);
+    if (checkpoint_) {
+      std::uint32_t entries = 0;
+      if (checkpoint_->reads_backwards() && l.replay) {
+        entries = static_cast<std::uint32_t>(std::count_if(events.begin(), events.end(), [](const Event& e) {
+          return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;
+        }));
+      }
+      checkpoint_->begin_lane(id, w.slot, w.round, entries);
+    }
+    if (prefetcher_) prefetcher_->begin_lane(id);
+  });
+  const LaneMask b = bit(entry);
+  occupied_ |= b;
+  if (w.in_state(LaneState::ready) != 0) ready_ |= b;
+  if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
+  times_[entry] = {now + 1, w.wait()};
+  ++buffer_counters_.calls;
+}
+
+Cycle FastRtUnit::next_due(Cycle now) const {
+  if ((ready_ != 0 && has_room()) || done_ != 0) return now + 1;
+  Cycle due = links_.shader_dones->next_visible();
+  if (occupied_ != all_) due = std::min(due, links_.calls->next_visible());
+  for (const Unit* unit : {&box_, &leaf_, &transform_}) {
+    if (!unit->flights.empty()) due = std::min(due, unit->flights.front().cycle);
+  }
+  if (!arrived_.empty()) due = std::min(due, arrived_.front().cycle);
+  for_each_bit(candidates_, [&](unsigned e) { due = std::min(due, any_hit_due(warps_[e])); });
+  if (checkpoint_) {
+    due = std::min(due, links_.checkpoint_responses->next_visible());
+    if (checkpoint_->lanes_submitting() != 0) due = now + 1;
+    if (checkpoint_->busy() && links_.checkpoint_requests->can_push(now + 1)) due = now + 1;
+  }
+  if (prefetcher_ && prefetcher_->busy() && links_.prefetch_requests->can_push(now + 1)) due = now + 1;
+  return std::max(due, now + 1);
+}
+
+bool FastRtUnit::idle() const {
+  return occupied_ == 0 && queue_.empty() && arrived_.empty() && (!checkpoint_ || checkpoint_->idle()) &&
+         (!prefetcher_ || prefetcher_->idle());
+}
+
+void FastRtUnit::settle(Cycle end) {
+  if (end <= accounted_) return;
+  scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += end - accounted_;
+  accounted_ = end;
+}
+
+RtUnitCounters FastRtUnit::counters() const {
+  RtUnitCounters c;
+  c.units = 1;
+  c.warp_buffer = buffer_counters_;
+  c.scheduler = scheduler_counters_;
+  c.memory = memory_counters_;
+  c.ray_box = box_.counters;
+  (traffic_.leaf_kind() == NodeKind::triangle ? c.ray_triangle : c.ray_sphere) = leaf_.counters;
+  c.ray_transform = transform_.counters;
+  c.any_hit = any_hit_counters_;
+  if (checkpoint_) c.checkpoint = checkpoint_->counters();
+  if (prefetcher_) c.prefetch = prefetcher_->counters();
+  return c;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,82 @@
+// Fast mode does the same work as the cycle model, keeps its conservation laws, gives the same answer each time, and
+// comes close to its cycles.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "observed_run.h"
+
+namespace grtx::tlm {
+namespace {
+
+using test::statistic;
+
+SimulationOptions fast() {
+  SimulationOptions options;
+  options.mode = SimulationMode::fast;
+  return options;
+}
+
+nlohmann::ordered_json without_host(nlohmann::ordered_json stats) {
+  for (auto i = stats.begin(); i != stats.end();) i = i.key().starts_with("host.") ? stats.erase(i) : i + 1;
+  return stats;
+}
+
+struct Machine {
+  const char* name;
+  bool checkpoint;
+  std::vector<std::string> settings;
+  double tolerance;  ///< of the cycles, relative
+};
+
+class FastMode : public ::testing::TestWithParam<Machine> {
+ protected:
+  test::ObservedRun run_{GetParam().checkpoint, GetParam().checkpoint};
+};
+
+// ObservedRun fails when a conservation law does not hold.
+TEST_P(FastMode, DoesTheWorkOfTheCycleModelInAboutItsTime) {
+  const auto cycle = run_.run({}, GetParam().settings);
+  const auto quick = run_.run(fast(), GetParam().settings);
+  for (const char* same :
+       {"gpu.rt.node_visits", "gpu.rt.visits_internal", "gpu.rt.visits_instance", "gpu.rt.visits_leaf", "gpu.rt.culls",
+        "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.simt.warps"}) {
+    EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
+  }
+  EXPECT_GT(statistic(cycle, "gpu.rt.node_visits"), 0U);
+  const auto expected = static_cast<double>(statistic(cycle, "gpu.cycles"));
+  EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.cycles")), expected, GetParam().tolerance * expected);
+}
+
+TEST_P(FastMode, GivesTheSameEachTime) {
+  EXPECT_EQ(without_host(run_.run(fast(), GetParam().settings)), without_host(run_.run(fast(), GetParam().settings)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, FastMode,
+                         ::testing::Values(Machine{"baseline", false, {}, 0.06}, Machine{"grtx", true, {}, 0.06},
+                                           Machine{"perfect_l1", true, {"l1.perfect=true"}, 0.02},
+                                           Machine{"perfect_dram", true, {"dram.perfect=true"}, 0.06},
+                                           Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}, 0.06},
+                                           Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
+                         [](const auto& i) { return std::string(i.param.name); });
+
+TEST(FastModeRefuses, WhatItDoesNotModel) {
+  const test::ObservedRun run;
+  const auto refused = [&](const SimulationOptions& options, const std::vector<std::string>& settings) {
+    try {
+      run.run(options, settings);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refused(fast(), {"gpu.rt_units=2"}).find("gpu.rt_units"), std::string::npos);
+  EXPECT_NE(refused(fast(), {"rt.warp_buffer.spill=true"}).find("rt.warp_buffer.spill"), std::string::npos);
+  SimulationOptions waveform = fast();
+  waveform.waveform.path = run.path("w.vcd");
+  EXPECT_NE(refused(waveform, {}).find("--mode cycle"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace grtx::tlm
