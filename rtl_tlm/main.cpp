@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   grtx::tlm::add_cost(app, common);
   grtx::tlm::add_run(app, common);
   grtx::tlm::add_stalls(app, common);
+  grtx::tlm::add_sweep(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

@@ -14,6 +14,8 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "rtl_tlm/conservation.h"
+#include "rtl_tlm/cost/machine.h"
+#include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/gpu_counters.h"
 #include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/measured_source.h"
@@ -219,6 +221,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     }
     describe(counters, gpu, memory->dram, result.statistics);
     describe(bounds, counters.cycles, result.statistics);
+    describe_energy(config, inventory_of(gpu, memory->dram), source.totals().rays, result.statistics);
     add_host_statistics(result.host, counters, gpu, seconds_since(start), cpu_seconds() - cpu_start);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);

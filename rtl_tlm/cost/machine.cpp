@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 
-#include "rtl_tlm/gpu.h"
 #include "traces/node_layout.h"
 
 namespace grtx::tlm {
@@ -36,6 +35,13 @@ traces::Header header_of(const MachineUse& use) {
 
 }  // namespace
 
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram) {
+  std::vector<modules::Inventory> all = gpu.inventory();
+  all.push_back(dram.inventory());
+  all.back().module = "gpu.dram_controllers";
+  return all;
+}
+
 std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use) {
   if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
     throw std::logic_error("a process can elaborate once only");
@@ -45,10 +51,7 @@ std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const
   const traces::Header header = header_of(use);
   Gpu gpu("gpu", config, header, 0, none, {});
   const auto memory = bind_built_in_dram(gpu, {});
-  std::vector<modules::Inventory> all = gpu.inventory();
-  all.push_back(memory->dram.inventory());
-  all.back().module = "gpu.dram_controllers";
-  return all;
+  return inventory_of(gpu, memory->dram);
 }
 
 }  // namespace grtx::tlm
