@@ -53,7 +53,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.scheduler.policy", "round_robin", kTiming, kPolicy},
       {"rt.memory.queue", "32", kBoth},
       {"rt.memory.merge_in_flight", "false", kTiming, kPolicy},
-      {"rt.memory.by_shader", "true", kTiming, "the RT unit keeps its parts, which then wait for the SIMT core"},
+      {"rt.memory.by_shader", "true", kBoth},
       {"rt.memory.instance_leaf_bytes", "64", kTiming, kTraffic},
       {"rt.memory.blas_header_read", "false", kTiming, kTraffic},
       {"rt.memory.leaf_descriptor_read", "true", kTiming, kTraffic},
@@ -108,7 +108,7 @@ const std::vector<Mutation>& mutations() {
       {"l1.link_latency", "3", kTiming, kFixedTime},
       {"l1.link_capacity", "1", kBoth},
       {"crossbar.latency", "16", kBoth},
-      {"crossbar.output_buffer", "1", kBoth},
+      {"crossbar.output_buffer", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1"}},
       {"crossbar.link_latency", "3", kTiming, kFixedTime},
       {"crossbar.link_capacity", "1", kBoth},
       {"l2.bytes", "16384", kBoth},
@@ -118,7 +118,7 @@ const std::vector<Mutation>& mutations() {
       {"l2.line_bytes", "256", kBoth},
       {"l2.ways", "4", kBoth},
       {"l2.latency", "330", kTiming, kFixedTime},
-      {"l2.queue", "1", kBoth},
+      {"l2.queue", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1"}},
       {"l2.mshr_entries", "2", kBoth},
       {"l2.mshr_merges", "1", kBoth},
       {"l2.reply_queue", "4", kBoth},
@@ -184,6 +184,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.checkpoint = kind != "single";
       random.tracing = kind == "single" ? "single" : "multi";
       auto made = traces::testing::random_trace(random);
+      if (kind == "sphere") made.header.accel = "tlas-sphere";
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }

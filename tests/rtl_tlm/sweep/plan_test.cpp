@@ -14,7 +14,8 @@ namespace {
 
 class SweepPlanTest : public testing::Test {
  protected:
-  SweepPlanTest() : folder(testing::TempDir() + "/grtx_plan_" + std::to_string(::getpid())) {
+  SweepPlanTest()
+      : folder((std::filesystem::temp_directory_path() / ("grtx_plan_" + std::to_string(::getpid()))).string()) {
     std::filesystem::create_directories(folder);
     path = folder + "/plan.toml";
   }
@@ -105,7 +106,8 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {scene + "[grid]\nl1.bytes = {from = 64, to = 128, integer = true}\n", "line 5",
        "l1.bytes: a range in a grid needs steps"},
       {scene + "[grid]\nl1.bytes = {from = 64, to = 128, steps = 3}\n", "line 5", "l1.bytes: must be an integer"},
-      {scene + "[grid]\nl1.bytes = {from = 128, to = 64, steps = 3}\n", "line 5", "l1.bytes: from must not be above to"},
+      {scene + "[grid]\nl1.bytes = {from = 128, to = 64, steps = 3}\n", "line 5",
+       "l1.bytes: from must not be above to"},
       {scene + "[grid]\nl1.bytes = {from = 0, to = 64, steps = 3, scale = 'log'}\n", "line 5",
        "l1.bytes: a logarithmic range must be above 0"},
       {scene + "[grid]\nl1.bytes = {from = 64, to = 128, step = 3}\n", "line 5",

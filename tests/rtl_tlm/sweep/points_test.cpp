@@ -49,10 +49,19 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
       {"view", true, [](SweepPlan& p) { p.scenes[0].views = {1}; }},
       {"width", true, [](SweepPlan& p) { p.scenes[0].width = 5; }},
       {"fov", true, [](SweepPlan& p) { p.scenes[0].fov_scale = 0.5; }},
-      {"k", true, [](SweepPlan& p) { p.settings = {{"tracer.k", 4}}; }},
+      {"k", true,
+       [](SweepPlan& p) {
+         p.settings = {{"tracer.k", 4}};
+       }},
       {"design", true, [](SweepPlan& p) { p.designs = {"hw"}; }},
-      {"key", false, [](SweepPlan& p) { p.settings = {{"l1.latency", 21}}; }},
-      {"axis", false, [](SweepPlan& p) { p.points = {{{"l1.latency", 21}}}; }},
+      {"key", false,
+       [](SweepPlan& p) {
+         p.settings = {{"l1.latency", 21}};
+       }},
+      {"axis", false,
+       [](SweepPlan& p) {
+         p.points = {{{"l1.latency", 21}}};
+       }},
       {"mode", false, [](SweepPlan& p) { p.mode = "fast"; }},
   };
   for (const auto& c : cases) {
