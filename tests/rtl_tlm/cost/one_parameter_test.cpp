@@ -77,7 +77,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.sphere.interval", "4", kBoth, "", {}, "sphere"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},
-      {"rt.transform.interval", "8", kBoth},
+      {"rt.transform.interval", "64", kBoth},
       {"simt.schedulers", "1", kBoth},
       {"simt.instruction_latency", "8", kTiming, kFixedTime},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
@@ -108,7 +108,7 @@ const std::vector<Mutation>& mutations() {
       {"l1.link_latency", "3", kTiming, kFixedTime},
       {"l1.link_capacity", "1", kBoth},
       {"crossbar.latency", "16", kBoth},
-      {"crossbar.output_buffer", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1"}},
+      {"crossbar.output_buffer", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1", "crossbar.link_capacity=1"}},
       {"crossbar.link_latency", "3", kTiming, kFixedTime},
       {"crossbar.link_capacity", "1", kBoth},
       {"l2.bytes", "16384", kBoth},
@@ -118,7 +118,7 @@ const std::vector<Mutation>& mutations() {
       {"l2.line_bytes", "256", kBoth},
       {"l2.ways", "4", kBoth},
       {"l2.latency", "330", kTiming, kFixedTime},
-      {"l2.queue", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1"}},
+      {"l2.queue", "1", kBoth, "", {"gpu.sms=8", "l2.slices=1", "l2.mshr_entries=2"}},
       {"l2.mshr_entries", "2", kBoth},
       {"l2.mshr_merges", "1", kBoth},
       {"l2.reply_queue", "4", kBoth},
@@ -177,7 +177,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       file = std::make_unique<traces::testing::TemporaryFile>("one_parameter_" + kind);
       traces::testing::RandomOptions random;
       random.seed = 11;
-      random.groups = 12;
+      random.groups = 8;
       random.warp_size = 32;
       random.two_level = kind != "single";
       random.blas_root_is_leaf = kind == "sphere";
