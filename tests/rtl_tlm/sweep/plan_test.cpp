@@ -87,6 +87,12 @@ rt.box.count = {values = [1, 2]}
 
 TEST_F(SweepPlanTest, WithoutAxesIsOnePoint) { EXPECT_EQ(read(kScene).points.size(), 1U); }
 
+TEST_F(SweepPlanTest, ThePlansOfTheProjectAreRead) {
+  const SweepPlan plan =
+      load_plan(std::string(GRTX_SOURCE_DIR) + "/configs/sweeps/pizza.toml", test::FakeTracerRules());
+  EXPECT_EQ(plan.points.size(), 60U);
+}
+
 TEST_F(SweepPlanTest, AStructureOfItsOwnIsNoNamedDesign) {
   EXPECT_TRUE(read(std::string(kScene) + "[tracer]\naccel = 'ellipsoid'\n").designs.empty());
 }
