@@ -35,7 +35,7 @@ std::string now_text() {
 }
 
 /// Area and leakage go through logarithms, whose last bit differs between mathematical libraries.
-double nine_digits(double value) { return std::stod(fmt::format("{:.9g}", value)); }
+double stable(double value) { return std::stod(fmt::format("{:.9g}", value)); }
 
 /// The cost of one RT unit: sm0.rt, or the first of several.
 const ordered_json* rt_unit(const ordered_json& node) {
@@ -54,7 +54,7 @@ std::vector<CostValue> cost_values(const ordered_json& cost) {
   const ordered_json& tree = cost.at("tree");
   const std::string at = fmt::format(" at {} nm", cost.at("technology").at("nm").get<int>());
   const auto area = [&](const ordered_json& node, const char* end) {
-    return nine_digits(node.at("area_mm2").at(end).get<double>());
+    return stable(node.at("area_mm2").at(end).get<double>());
   };
   const ordered_json* unit = rt_unit(tree);
   const double bits = tree.at("flip_flop_bits").get<double>() + tree.at("memory_bits").get<double>();
@@ -65,7 +65,7 @@ std::vector<CostValue> cost_values(const ordered_json& cost) {
       {"cost.rt_unit_mm2", "mm2", "area of one RT unit, central" + at, unit == nullptr ? 0.0 : area(*unit, "central")},
       {"cost.storage_bits", "bits", "flip-flops and memories of the modelled part of the chip", bits},
       {"cost.leakage_mw", "mW", "leakage of the modelled part of the chip, central" + at,
-       nine_digits(tree.at("leakage_mw").at("central").get<double>())},
+       stable(tree.at("leakage_mw").at("central").get<double>())},
       {"cost.checkpoint_bytes", "B", "storage that checkpointing adds to an RT unit (the paper's table)",
        cost.at("checkpoint_storage").at("bytes").get<double>()}};
 }

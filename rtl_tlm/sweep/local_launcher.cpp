@@ -8,7 +8,7 @@ namespace grtx::tlm {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr auto kPause = std::chrono::milliseconds(5);
+constexpr auto kBetweenPolls = std::chrono::milliseconds(5);
 
 }  // namespace
 
@@ -72,7 +72,7 @@ std::vector<TaskOutcome> LocalLauncher::collect() {
     }
     running = running_.erase(running);
   }
-  if (outcomes.empty()) std::this_thread::sleep_for(kPause);
+  if (outcomes.empty()) std::this_thread::sleep_for(kBetweenPolls);
   return outcomes;
 }
 

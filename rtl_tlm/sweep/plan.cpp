@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMaxPoints = 1'000'000;  ///< more is a mistyped plan
 
-std::string line_of(const toml::node& node) { return fmt::format("line {}", node.source().begin.line); }
+std::string place_of(const toml::node& node) { return fmt::format("line {}", node.source().begin.line); }
 
 /// Reads one plan; every member function throws Error with the line at fault.
 class PlanReader {
@@ -65,7 +65,7 @@ class PlanReader {
   }
 
   [[noreturn]] void fail(const toml::node& node, const std::string& rule) const {
-    throw Error(plan_.path, line_of(node), rule);
+    throw Error(plan_.path, place_of(node), rule);
   }
   [[noreturn]] void unknown(const toml::node& node, const std::string& name,
                             const std::vector<std::string>& known) const {
@@ -151,7 +151,7 @@ class PlanReader {
   Axis read_axis(const std::string& name, const toml::node& node, bool grid) {
     Axis axis;
     axis.name = name;
-    axis.place = line_of(node);
+    axis.place = place_of(node);
     const toml::array* list = node.as_array();
     if (const auto* table = node.as_table()) {
       if (const auto* values = table->get("values")) {
@@ -269,7 +269,7 @@ class PlanReader {
 
   void read_scene(const toml::table& table) {
     PlanScene scene;
-    scene.place = line_of(table);
+    scene.place = place_of(table);
     bool generated_only = false;
     for (const auto& [name, node] : sorted(table)) {
       const std::string full = "scene." + name;
@@ -340,7 +340,7 @@ class PlanReader {
       plan_.designs.push_back(name);
     }
     has_designs_ = true;
-    designs_place_ = line_of(node);
+    designs_place_ = place_of(node);
   }
 
   void top(const std::string& name, const toml::node& node) {

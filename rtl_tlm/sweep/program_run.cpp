@@ -18,6 +18,13 @@ namespace {
 
 constexpr int kCannotStart = 127;
 
+// A sanitizer reserves terabytes of private memory, which the system would count.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLimitsMemory = false;
+#else
+constexpr bool kLimitsMemory = true;
+#endif
+
 /// In the child: nothing here may allocate.
 [[noreturn]] void become(char* const* arguments, const char* output, const char* errors, std::uint64_t memory,
                          pid_t parent) {
@@ -29,7 +36,7 @@ constexpr int kCannotStart = 127;
   if (out < 0 || err < 0 || in < 0 || ::dup2(in, 0) < 0 || ::dup2(out, 1) < 0 || ::dup2(err, 2) < 0) {
     ::_exit(kCannotStart);
   }
-  if (memory != 0) {
+  if (kLimitsMemory && memory != 0) {
     // Linux counts private writable mappings, so a thread's unused stack and heap reserve do not.
     const rlimit limit{memory, memory};
     ::setrlimit(RLIMIT_DATA, &limit);
