@@ -6,11 +6,10 @@
 #include <ostream>
 
 #include "base/error.h"
+#include "modules/link_inventory.h"
 
 namespace grtx::modules {
 namespace {
-
-constexpr unsigned kPacketBits = 40 * 8;  // one flit: 32 B of data and 8 B of header
 
 void require(bool holds, const char* rule) {
   if (!holds) throw Error("configuration", "crossbar", rule);

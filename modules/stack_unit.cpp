@@ -102,8 +102,8 @@ Inventory StackUnit::inventory() const {
   Inventory inventory{name(), {}, {}};
   inventory.storage.push_back({"queue", StorageKind::ram, lanes_.size() * 8});
   inventory.storage.push_back({"offsets", StorageKind::ram, lanes_.size() * 8});  // entries in memory
-  inventory.operators.push_back({"add", 64, 2});                                  // base + slot offset + entry offset
-  inventory.operators.push_back({"compare", 8, kMaxLanes});                       // depth against the entries on chip
+  inventory.operators.push_back({"int_add", 64, 2});                              // base + slot offset + entry offset
+  inventory.operators.push_back({"int_compare", 8, kMaxLanes});                   // depth against the entries on chip
   return inventory;
 }
 

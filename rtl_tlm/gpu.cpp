@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <ostream>
+#include <utility>
 
+#include "modules/link_inventory.h"
 #include "rtl_tlm/construction_order.h"
 
 namespace grtx::tlm {
@@ -149,6 +151,14 @@ std::vector<modules::Inventory> Gpu::inventory() const {
   }
   parts.push_back(crossbar_->inventory());
   for (const auto& slice : slices_) parts.push_back(slice->inventory());
+  modules::Inventory links{std::string(name()) + ".links", {}, {}};
+  for (const auto& [what, entries] :
+       {std::pair("requests", modules::total_capacity(sm_requests_) + modules::total_capacity(slice_requests_)),
+        std::pair("responses", modules::total_capacity(sm_responses_) + modules::total_capacity(slice_responses_))}) {
+    links.storage.push_back(
+        {what, modules::StorageKind::flip_flop, entries * modules::kPacketBits, 1, 1, false, modules::kPacketBits});
+  }
+  parts.push_back(std::move(links));
   return parts;
 }
 

@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
   grtx::tlm::add_run(app, common);
   grtx::tlm::add_stalls(app, common);
   grtx::tlm::add_report(app, common);
+  grtx::tlm::add_sweep(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

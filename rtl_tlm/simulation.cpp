@@ -14,6 +14,8 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "rtl_tlm/conservation.h"
+#include "rtl_tlm/cost/machine.h"
+#include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/fast/fast_gpu.h"
 #include "rtl_tlm/gpu_counters.h"
 #include "rtl_tlm/lower_bounds.h"
@@ -155,6 +157,7 @@ void add_host_statistics(modules::StatisticList& host, const GpuCounters& counte
 struct Finished {
   GpuCounters counters;
   std::vector<std::string> violations;  ///< of the model's own checks
+  std::vector<modules::Inventory> inventories;
   nlohmann::ordered_json over_time;
   std::uint64_t ticks = 0;
 };
@@ -195,6 +198,7 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
   }
   finished.counters = collect_counters(gpu, memory->dram, end);
   finished.violations = emptiness_violations(gpu, memory->dram);
+  finished.inventories = inventory_of(gpu, memory->dram);
   finished.ticks = gpu.core().ticks();
   return finished;
 }
@@ -204,13 +208,16 @@ Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, c
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
     throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
-  FastGpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source);
+  const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
+  const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
+  FastGpu gpu("fast", config, reader.header(), evictions, source);
   sc_core::sc_start(sc_core::SC_ZERO_TIME);  // elaborates: binds the ports of the SIMT cores
   Progress progress("simulate", source.count(), "warps", options.quiet);
   gpu.run([&](std::uint64_t ended) { progress.set(ended); });
   progress.finish();
   Finished finished;
   finished.counters = gpu.counters();
+  finished.inventories = machine.inventory();
   if (!gpu.idle()) finished.violations.push_back("the GPU is not empty at the end");
   finished.ticks = gpu.steps();
   return finished;
@@ -258,6 +265,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     }
     describe(counters, result.statistics);
     describe(bounds, counters.cycles, result.statistics);
+    describe_energy(config, finished.inventories, source.totals().rays, result.statistics);
     add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <functional>
 #include <ostream>
+#include <utility>
 
+#include "modules/link_inventory.h"
 #include "rtl_tlm/construction_order.h"
 
 namespace grtx::tlm {
@@ -170,6 +172,13 @@ std::vector<modules::Inventory> Sm::inventory() const {
   }
   parts.push_back(simt_->inventory());
   parts.push_back(l1_->inventory());
+  modules::Inventory ports{std::string(name()) + ".l1_ports", {}, {}};
+  for (const auto& [what, entries] : {std::pair("requests", modules::total_capacity(requests_)),
+                                      std::pair("responses", modules::total_capacity(responses_))}) {
+    ports.storage.push_back(
+        {what, modules::StorageKind::flip_flop, entries * modules::kPacketBits, 1, 1, false, modules::kPacketBits});
+  }
+  parts.push_back(std::move(ports));
   return parts;
 }
 

@@ -25,5 +25,6 @@ void add_cost(CLI::App& app, CommonOptions& common);
 void add_run(CLI::App& app, CommonOptions& common);
 void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
+void add_sweep(CLI::App& app, CommonOptions& common);
 
 }  // namespace grtx::tlm

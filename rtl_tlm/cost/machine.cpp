@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 
-#include "rtl_tlm/gpu.h"
 #include "traces/node_layout.h"
 
 namespace grtx::tlm {
@@ -36,19 +35,29 @@ traces::Header header_of(const MachineUse& use) {
 
 }  // namespace
 
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram) {
+  std::vector<modules::Inventory> all = gpu.inventory();
+  all.push_back(dram.inventory());
+  all.back().module = "gpu.dram_controllers";
+  return all;
+}
+
+IdleMachine::IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries)
+    : none_(std::make_unique<NoGroups>()),
+      gpu_(std::make_unique<Gpu>("gpu", config, header, eviction_entries, *none_, BuildOptions{})),
+      dram_(bind_built_in_dram(*gpu_, {})) {}
+
+IdleMachine::~IdleMachine() = default;
+
+std::vector<modules::Inventory> IdleMachine::inventory() const { return inventory_of(*gpu_, dram_->dram); }
+
 std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use) {
   if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
     throw std::logic_error("a process can elaborate once only");
   }
   modules::set_time_resolution_to_fs();
-  NoGroups none;
   const traces::Header header = header_of(use);
-  Gpu gpu("gpu", config, header, 0, none, {});
-  const auto memory = bind_built_in_dram(gpu, {});
-  std::vector<modules::Inventory> all = gpu.inventory();
-  all.push_back(memory->dram.inventory());
-  all.back().module = "gpu.dram_controllers";
-  return all;
+  return IdleMachine(config, header, 0).inventory();
 }
 
 }  // namespace grtx::tlm

@@ -1,10 +1,13 @@
 // The inventories of a whole machine: the very modules that a simulation would build, asked what they are made of.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "modules/inventory.h"
+#include "rtl_tlm/gpu.h"
 #include "rtl_tlm/gpu_config.h"
 
 namespace grtx::tlm {
@@ -13,6 +16,26 @@ namespace grtx::tlm {
 struct MachineUse {
   std::string design = "grtx";  ///< baseline, sw, hw or grtx: two levels, checkpointing
   bool spheres = false;         ///< sphere units in place of triangle units
+};
+
+/// Of an elaborated machine: all modules of the GPU and the controllers of its DRAM.
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram);
+
+/// A GPU that is built, and elaborated with whatever else the process elaborates, but has no work.
+class IdleMachine {
+ public:
+  /// config and header must outlive it. eviction_entries: see Gpu.
+  IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries);
+  ~IdleMachine();
+  IdleMachine(const IdleMachine&) = delete;
+  IdleMachine& operator=(const IdleMachine&) = delete;
+
+  std::vector<modules::Inventory> inventory() const;
+
+ private:
+  std::unique_ptr<modules::GroupSource> none_;
+  std::unique_ptr<Gpu> gpu_;
+  std::unique_ptr<BuiltInDram> dram_;
 };
 
 /// Elaborates the GPU once; like a simulation, once a process.

@@ -12,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 
 const std::vector<std::string> kCommands = {"synth",      "info", "trace",  "reference", "compare", "trace-check",
-                                            "trace-dump", "sim",  "stalls", "cost",      "run"};
+                                            "trace-dump", "sim",  "stalls", "cost",      "run",     "sweep"};
 
 TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
   const Folder folder;

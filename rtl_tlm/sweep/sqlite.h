@@ -1,0 +1,74 @@
+// SQLite's statements with C++ lifetimes; a failure is an Error that names the database.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace grtx::tlm {
+
+class Sqlite {
+ public:
+  enum class Open { read_only, create };
+  Sqlite(const std::string& path, Open how);
+  ~Sqlite();
+  Sqlite(const Sqlite&) = delete;
+  Sqlite& operator=(const Sqlite&) = delete;
+
+  void execute(const std::string& sql);
+  const std::string& path() const { return path_; }
+
+ private:
+  friend class SqliteStatement;
+  [[noreturn]] void fail() const;
+  std::string path_;
+  sqlite3* handle_ = nullptr;
+};
+
+class SqliteStatement {
+ public:
+  SqliteStatement(Sqlite& database, const std::string& sql);
+  ~SqliteStatement();
+  SqliteStatement(const SqliteStatement&) = delete;
+  SqliteStatement& operator=(const SqliteStatement&) = delete;
+
+  /// Parameters are numbered from 1.
+  SqliteStatement& bind(int index, const std::string& text);
+  SqliteStatement& bind(int index, std::int64_t value);
+  SqliteStatement& bind(int index, double value);
+  /// True while there is a row.
+  bool step();
+  /// Runs a statement without rows, and makes it ready for the next parameters.
+  void run();
+  void reset();
+
+  /// Columns are numbered from 0. NULL reads as "" and 0.
+  std::string text(int column) const;
+  std::int64_t integer(int column) const;
+  double real(int column) const;
+
+ private:
+  Sqlite& database_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+/// A transaction: what is not committed is undone.
+class SqliteTransaction {
+ public:
+  explicit SqliteTransaction(Sqlite& database) : database_(database) { database_.execute("BEGIN IMMEDIATE"); }
+  ~SqliteTransaction();
+  SqliteTransaction(const SqliteTransaction&) = delete;
+  SqliteTransaction& operator=(const SqliteTransaction&) = delete;
+  void commit() {
+    database_.execute("COMMIT");
+    committed_ = true;
+  }
+
+ private:
+  Sqlite& database_;
+  bool committed_ = false;
+};
+
+}  // namespace grtx::tlm
