@@ -10,6 +10,7 @@
 #include "random_group.h"
 #include "temporary_file.h"
 #include "traces/byte_stream.h"
+#include "traces/columns.h"
 #include "traces/file_layout.h"
 
 namespace grtx::traces {
