@@ -80,7 +80,8 @@ void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& ou
     const ColumnView column = columns[i];
     std::size_t stored = 0;  // 0: as is
     if (column.size() >= kStoreBelow) {
-      frame.resize(ZSTD_compressBound(column.size()));
+      const std::size_t bound = ZSTD_compressBound(column.size());
+      if (frame.size() < bound) frame.resize(bound);  // growing and shrinking it would fill it with zeros each time
       stored = ZSTD_compress2(compression_context(), frame.data(), frame.size(), column.data(), column.size());
       if (ZSTD_isError(stored)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(stored));
       if (stored >= column.size()) stored = 0;
