@@ -3,8 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #if defined(__linux__)
@@ -44,5 +47,73 @@ struct HugePageAllocator {
 
 template <typename T>
 using HugePageVector = std::vector<T, HugePageAllocator<T>>;
+
+/// A large array of elements whose bytes are all zero at first. Its pages take memory only once they are written, so
+/// that one array can be filled while another one, from which it is made, shrinks (release_pages).
+template <typename T>
+class ZeroedPages {
+  static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kHugePageBytes);
+
+ public:
+  explicit ZeroedPages(std::size_t count = 0) : size_(count), reserved_(count * sizeof(T) + kHugePageBytes) {
+#if defined(__linux__)
+    memory_ = mmap(nullptr, reserved_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory_ == MAP_FAILED) memory_ = nullptr;
+#else
+    memory_ = std::calloc(reserved_, 1);
+#endif
+    if (memory_ == nullptr) throw std::bad_alloc();
+    const auto begin = reinterpret_cast<std::uintptr_t>(memory_);
+    data_ = reinterpret_cast<T*>((begin + kHugePageBytes - 1) / kHugePageBytes * kHugePageBytes);
+#if defined(__linux__) && defined(MADV_HUGEPAGE)
+    if (count * sizeof(T) >= 2 * kHugePageBytes) madvise(data_, count * sizeof(T), MADV_HUGEPAGE);  // a wish
+#endif
+  }
+  ZeroedPages(ZeroedPages&& other) noexcept { swap(other); }
+  ZeroedPages& operator=(ZeroedPages&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~ZeroedPages() {
+    if (memory_ == nullptr) return;
+#if defined(__linux__)
+    munmap(memory_, reserved_);
+#else
+    std::free(memory_);
+#endif
+  }
+
+  std::size_t size() const { return size_; }
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+
+ private:
+  void swap(ZeroedPages& other) noexcept {
+    std::swap(size_, other.size_);
+    std::swap(reserved_, other.reserved_);
+    std::swap(memory_, other.memory_);
+    std::swap(data_, other.data_);
+  }
+  std::size_t size_ = 0;
+  std::size_t reserved_ = 0;
+  void* memory_ = nullptr;
+  T* data_ = nullptr;
+};
+
+/// Gives the memory of [begin, end) back to the system, in whole pages; what it held is lost. For arrays that are read
+/// once from front to back.
+inline void release_pages(const void* begin, const void* end) {
+#if defined(__linux__)
+  constexpr std::uintptr_t kPage = 4096;
+  const auto first = (reinterpret_cast<std::uintptr_t>(begin) + kPage - 1) / kPage * kPage;
+  const auto last = reinterpret_cast<std::uintptr_t>(end) / kPage * kPage;
+  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTNEED);
+#else
+  static_cast<void>(begin);
+  static_cast<void>(end);
+#endif
+}
 
 }  // namespace grtx

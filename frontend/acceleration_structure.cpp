@@ -69,17 +69,21 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     height_ = tree.height;
     const auto start = std::chrono::steady_clock::now();
     image_ = NodeImage(width, packed_bytes(tree, primitive_kind, width), options_.box_bits);
-    root_ = TreePacker(image_, tree, primitive_kind, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
-              if (sphere) {
-                image.write_procedural(address, index);
-                return;
-              }
-              const auto g = static_cast<std::uint32_t>(index / faces);
-              const auto& [a, b, c] = proxy_.triangles()[index % faces];
-              const auto& vertices = proxy_.vertices();
-              image.write_triangle(address, index, gaussians.to_world(g, vertices[a]),
-                                   gaussians.to_world(g, vertices[b]), gaussians.to_world(g, vertices[c]));
-            }).pack(image_.size());
+    root_ = TreePacker(
+                image_, tree, primitive_kind,
+                [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
+                  if (sphere) {
+                    image.write_procedural(address, index);
+                    return;
+                  }
+                  const auto g = static_cast<std::uint32_t>(index / faces);
+                  const auto& [a, b, c] = proxy_.triangles()[index % faces];
+                  const auto& vertices = proxy_.vertices();
+                  image.write_triangle(address, index, gaussians.to_world(g, vertices[a]),
+                                       gaussians.to_world(g, vertices[b]), gaussians.to_world(g, vertices[c]));
+                },
+                true)
+                .pack(image_.size());
     pack_seconds_ = seconds_since(start);
     counts_.internal = tree.internals.size();
     (sphere ? counts_.procedural : counts_.triangle) = count * faces;
@@ -101,13 +105,17 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     blas_header_ = tlas_bytes;
     // The BLAS is packed behind the TLAS; its root follows its header.
     blas_root_ = blas_header_ + traces::kHeaderBytes;
-    root_ = TreePacker(image_, tlas, NodeKind::instance, [&](NodeImage& image, std::uint64_t address, std::uint32_t g) {
-              const GaussianRecord& record = gaussians.record(g);
-              const glm::vec3 columns[3] = {gaussians.to_world(g, {1, 0, 0}) - record.mean,
-                                            gaussians.to_world(g, {0, 1, 0}) - record.mean,
-                                            gaussians.to_world(g, {0, 0, 1}) - record.mean};
-              image.write_instance(address, g, blas_header_, blas_root_, record.to_unit, columns, record.mean);
-            }).pack(tlas_bytes);
+    root_ = TreePacker(
+                image_, tlas, NodeKind::instance,
+                [&](NodeImage& image, std::uint64_t address, std::uint32_t g) {
+                  const GaussianRecord& record = gaussians.record(g);
+                  const glm::vec3 columns[3] = {gaussians.to_world(g, {1, 0, 0}) - record.mean,
+                                                gaussians.to_world(g, {0, 1, 0}) - record.mean,
+                                                gaussians.to_world(g, {0, 0, 1}) - record.mean};
+                  image.write_instance(address, g, blas_header_, blas_root_, record.to_unit, columns, record.mean);
+                },
+                true)
+                .pack(tlas_bytes);
     [[maybe_unused]] const std::uint64_t packed_root =
         TreePacker(image_, blas, primitive_kind, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
           if (sphere) {

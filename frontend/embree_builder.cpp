@@ -7,6 +7,7 @@
 #include <cassert>
 #include <chrono>
 #include <stdexcept>
+#include <tuple>
 
 namespace grtx::frontend {
 namespace {
@@ -15,8 +16,9 @@ namespace {
 struct BuildNode {
   std::uint32_t child_count;
   std::uint32_t pad;
-  struct Child {
-    RTCBounds bounds;
+  struct Child {  // smaller than with an RTCBounds, which is padded: these nodes make the peak of a build's memory
+    float lower[3];
+    float upper[3];
     void* node;
   } children[8];
 };
@@ -44,7 +46,12 @@ void set_children(void* node, void** children, unsigned count, void*) {
 }
 
 void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
-  for (unsigned i = 0; i < count; ++i) static_cast<BuildNode*>(node)->children[i].bounds = *bounds[i];
+  for (unsigned i = 0; i < count; ++i) {
+    BuildNode::Child& child = static_cast<BuildNode*>(node)->children[i];
+    const RTCBounds& b = *bounds[i];
+    std::tie(child.lower[0], child.lower[1], child.lower[2]) = std::tie(b.lower_x, b.lower_y, b.lower_z);
+    std::tie(child.upper[0], child.upper[1], child.upper[2]) = std::tie(b.upper_x, b.upper_y, b.upper_z);
+  }
 }
 
 void* create_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* primitives, [[maybe_unused]] std::size_t count,
@@ -53,10 +60,10 @@ void* create_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* primitives, 
   return leaf_pointer(primitive_of(primitives[0]));
 }
 
-Box to_box(const RTCBounds& b) {
+Box to_box(const BuildNode::Child& child) {
   Box box;
-  box.lower = {b.lower_x, b.lower_y, b.lower_z};
-  box.upper = {b.upper_x, b.upper_y, b.upper_z};
+  box.lower = {child.lower[0], child.lower[1], child.lower[2]};
+  box.upper = {child.upper[0], child.upper[1], child.upper[2]};
   return box;
 }
 
@@ -67,7 +74,7 @@ unsigned flatten(const BuildNode* node, Tree& tree, std::uint32_t index) {
   unsigned deepest = 1;
   for (unsigned i = 0; i < node->child_count; ++i) {
     TreeChild child;
-    child.box = to_box(node->children[i].bounds);
+    child.box = to_box(node->children[i]);
     child.leaf = is_leaf(node->children[i].node);
     if (child.leaf) {
       child.index = leaf_primitive(node->children[i].node);
@@ -97,8 +104,8 @@ Tree build_tree(std::size_t count, const std::function<Box(std::size_t)>& box_of
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const tbb::blocked_range<std::size_t>& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Box box = box_of(i);
-      primitives[i] = {box.lower.x, box.lower.y, box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z,
-                       static_cast<unsigned>(i)};
+      primitives[i] = {box.lower.x, box.lower.y, box.lower.z, 0,
+                       box.upper.x, box.upper.y, box.upper.z, static_cast<unsigned>(i)};
     }
   });
   for (std::size_t i = 0; i < count; ++i) {
@@ -135,7 +142,8 @@ Tree build_tree(std::size_t count, const std::function<Box(std::size_t)>& box_of
   void* root = rtcBuildBVH(&arguments);
   tree.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (root == nullptr) {
-    throw std::runtime_error("rtcBuildBVH failed with Embree error " + std::to_string(rtcGetDeviceError(handles.device)));
+    throw std::runtime_error("rtcBuildBVH failed with Embree error " +
+                             std::to_string(rtcGetDeviceError(handles.device)));
   }
   primitives = {};
   if (is_leaf(root)) {

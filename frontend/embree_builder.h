@@ -24,7 +24,7 @@ struct TreeNode {
 
 struct Tree {
   std::vector<TreeNode> internals;  ///< internals[0] is the root
-  std::vector<TreeChild> children;
+  std::vector<TreeChild> children;  ///< of one node together; nodes depth first, each child's subtree in turn
   Box bounds;
   unsigned height = 0;         ///< levels, root and leaf level included
   double build_seconds = 0.0;  ///< rtcBuildBVH alone

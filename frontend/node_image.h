@@ -53,7 +53,7 @@ class NodeImage {
 
   unsigned width() const { return width_; }
   const InternalLayout& layout() const { return layout_; }
-  const std::uint8_t* data() const { return lines_.front().bytes; }
+  const std::uint8_t* data() const { return lines_[0].bytes; }
   const std::uint8_t* node(std::uint64_t address) const { return data() + address; }
   std::uint64_t size() const { return (lines_.size() - 1) * traces::kNodeUnit; }
 
@@ -94,19 +94,19 @@ class NodeImage {
 
  private:
   struct alignas(64) Line {
-    std::uint8_t bytes[64] = {};
+    std::uint8_t bytes[64];
   };
 
   template <typename T>
   void put(std::uint64_t address, T value) {
-    std::memcpy(lines_.front().bytes + address, &value, sizeof value);
+    std::memcpy(lines_[0].bytes + address, &value, sizeof value);
   }
 
   unsigned width_;
   unsigned box_bits_;
   InternalLayout layout_;
-  HugePageVector<Line> lines_;  // one more than the image: vector loads of a node's last bounds may read past its end
-  HugePageVector<std::uint32_t> leaf_index_;
+  ZeroedPages<Line> lines_;  // one more than the image: vector loads of a node's last bounds may read past its end
+  ZeroedPages<std::uint32_t> leaf_index_;
   std::uint64_t used_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "frontend/ray_recorder.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <numeric>
 
@@ -9,6 +10,11 @@ namespace grtx::frontend {
 void GroupRecorder::begin_group(std::uint32_t index, traces::RayKind kind, std::size_t rays) {
   group_.index = index;
   group_.kind = kind;
+  first_number_ += static_cast<std::uint32_t>(group_.nodes.size());  // frees all slots
+  if (first_number_ > 0x80000000u) {
+    std::fill(slots_.begin(), slots_.end(), Slot{});
+    first_number_ = 1;
+  }
   group_.nodes.clear();
   group_.rays.resize(rays);
   for (traces::Ray& ray : group_.rays) {
@@ -16,7 +22,6 @@ void GroupRecorder::begin_group(std::uint32_t index, traces::RayKind kind, std::
     ray.events.clear();
     ray.processed.clear();
   }
-  ++stamp_;
 }
 
 void GroupRecorder::begin_ray(std::size_t lane, std::uint32_t pixel) {
@@ -26,7 +31,7 @@ void GroupRecorder::begin_ray(std::size_t lane, std::uint32_t pixel) {
 
 std::uint32_t GroupRecorder::add(Slot& slot, const std::uint8_t* node, std::uint32_t address) {
   const auto index = static_cast<std::uint32_t>(group_.nodes.size());
-  slot = {address, index, stamp_};
+  slot = {address, first_number_ + index};
   traces::NodeDefinition definition;
   definition.address = address;
   std::int32_t offset = 0;
@@ -46,30 +51,47 @@ std::uint32_t GroupRecorder::add(Slot& slot, const std::uint8_t* node, std::uint
 void GroupRecorder::grow() {
   slots_.assign(2 * slots_.size(), Slot{});
   --shift_;
-  stamp_ = 1;
+  first_number_ = 1;
   for (std::uint32_t i = 0; i < group_.nodes.size(); ++i) {
-    std::size_t at = (group_.nodes[i].address * 0x9E3779B1u) >> shift_;
-    while (slots_[at].stamp == stamp_) at = (at + 1) & (slots_.size() - 1);
-    slots_[at] = {group_.nodes[i].address, i, stamp_};
+    std::size_t at = place_of(group_.nodes[i].address);
+    while (slots_[at].number != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = {group_.nodes[i].address, first_number_ + i};
+  }
+}
+
+// By the lower half's eleven bits first: a radix sort in three passes.
+void GroupRecorder::sort_by_address() {
+  constexpr unsigned kBits = 11, kPasses = 3;
+  if (order_.size() < 256) return std::sort(order_.begin(), order_.end());
+  sorting_.resize(order_.size());
+  for (unsigned pass = 0; pass < kPasses; ++pass) {
+    const unsigned shift = 32 + kBits * pass;
+    std::array<std::uint32_t, (1u << kBits) + 1> starts{};
+    for (const std::uint64_t key : order_) ++starts[(key >> shift & ((1u << kBits) - 1)) + 1];
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    for (const std::uint64_t key : order_) sorting_[starts[key >> shift & ((1u << kBits) - 1)]++] = key;
+    order_.swap(sorting_);
   }
 }
 
 const traces::RayGroup& GroupRecorder::end_group() {
   auto& nodes = group_.nodes;
   order_.resize(nodes.size());
-  std::iota(order_.begin(), order_.end(), 0u);
-  std::sort(order_.begin(), order_.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return nodes[a].address < nodes[b].address; });
-  rank_.resize(nodes.size());
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) order_[i] = std::uint64_t{nodes[i].address} << 32 | i;
+  sort_by_address();
+  rank_.resize(nodes.size() + 1);  // never empty
   sorted_.resize(nodes.size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) {
-    rank_[order_[i]] = i;
-    sorted_[i] = nodes[order_[i]];
+    const auto index = static_cast<std::uint32_t>(order_[i]);
+    rank_[index] = i;
+    sorted_[i] = nodes[index];
   }
   nodes.swap(sorted_);
   for (traces::Ray& ray : group_.rays) {
     for (traces::Event& event : ray.events) {
-      if (event.kind() == traces::EventKind::visit_internal) event.node = rank_[event.node];
+      const bool internal = event.kind() == traces::EventKind::visit_internal;
+      const std::uint32_t rank = rank_[internal ? event.node : 0];
+      event.node = internal ? rank : event.node;
     }
   }
   return group_;

@@ -352,7 +352,7 @@ void RayTracer::miss_scene(Recorder& recorder) {
   ++counters_.visits_internal;
   visited(root_, layout_.slots == 6 ? 1 : 2);
   recorder.begin_round();
-  recorder.internal(bytes(root_), root_, 0, 0);
+  recorder.internal(bytes(root_), root_, 0, 0, 0);
   recorder.end_round({});
 }
 
@@ -469,6 +469,7 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
+  head->packed = 0;
   const bool near_first = options_.child_order == ChildOrder::near_first;
   std::ptrdiff_t in_slot_order = 0;
   for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
@@ -511,7 +512,11 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   stack_.set_top(top);
   unsigned checkpoints = 0;
   if (beyond != 0 && options_.checkpoint) checkpoints = checkpoint_children(entry, list, beyond);
-  if (Recorder::kEnabled) recorder.internal(bytes(units_of(entry.node)), units_of(entry.node), pushed, checkpoints);
+  if (Recorder::kEnabled) {
+    const std::uint32_t units = units_of(entry.node);
+    std::uint32_t& recorded = memory_[list].packed;
+    recorded = recorder.internal(bytes(units), units, recorded, pushed, checkpoints);
+  }
 }
 
 /// Checkpoints the children in `mask`, in slot order; returns the mask of those kept.

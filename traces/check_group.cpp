@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -15,12 +16,17 @@ namespace {
 
 class GroupChecker {
  public:
-  Totals check(const std::string& file, const Header& header, const RayGroup& group) {
+  [[gnu::noinline]] Totals check(const std::string& file, const Header& header, const RayGroup& group) {
     file_ = &file;
     header_ = &header;
     group_ = &group;
     lane_ = round_ = event_ = kNowhere;
     totals_ = Totals{};
+    slot_order_ = header.child_order == "slot";
+    lifo_ = header.checkpoint_order == "lifo";
+    nearest_ = header.checkpoint_order == "nearest";
+    multi_ = header.tracing == "multi";
+    closest_ = header.tracing == "closest";
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     try {
@@ -28,10 +34,10 @@ class GroupChecker {
     } catch (const std::invalid_argument& fault) {
       fail(fault.what());
     }
-    visited_.assign(group.nodes.size(), false);
+    visited_.assign(group.nodes.size(), 0);
     for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
     lane_ = kNowhere;
-    require(std::find(visited_.begin(), visited_.end(), false) == visited_.end(),
+    require(std::find(visited_.begin(), visited_.end(), 0) == visited_.end(),
             "every node of the dictionary must be visited");
     return totals_;
   }
@@ -132,8 +138,7 @@ class GroupChecker {
     frames_.clear();
     if (!round.replay) frames_.push_back({model_.root_parent(), 0, 1});
     read_ = 0;
-    const bool nearest = header_->checkpoint_order == "nearest";
-    assigned_ = nearest && round.replay ? &assignment_.assign(model_, source_, events) : nullptr;
+    assigned_ = nearest_ && round.replay ? &assignment_.assign(model_, source_, events) : nullptr;
     lossless_ = header_->checkpoint && !round.overflow;
     for (event_ = 0; event_ < events.size(); ++event_) {
       const Event& event = events[event_];
@@ -165,7 +170,7 @@ class GroupChecker {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
     require(read_ < source_.size(), "no source entry is left to read");
-    std::size_t position = header_->checkpoint_order == "lifo" ? source_.size() - 1 - read_ : read_;
+    std::size_t position = lifo_ ? source_.size() - 1 - read_ : read_;
     if (assigned_ != nullptr) {
       require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
       position = (*assigned_)[read_];
@@ -189,15 +194,10 @@ class GroupChecker {
     const NodeModel& parent = model_[frame.parent];
     const bool internal = event.kind() == EventKind::visit_internal;
     if (internal) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
-    const std::uint32_t address = internal ? group_->nodes[event.node].address : event.node;
-    unsigned slot = static_cast<unsigned>(std::countr_zero(frame.remaining));
-    if (header_->child_order != "slot") {
-      for (unsigned left = frame.remaining; left != 0 && parent.child_address(slot) != address;) {
-        left &= left - 1;
-        if (left != 0) slot = static_cast<unsigned>(std::countr_zero(left));
-      }
-    }
-    require(parent.child_address(slot) == address, "the node must be on top of the stack");
+    const std::uint32_t address = internal ? model_.address(event.node) : event.node;
+    const unsigned slot = slot_order_ ? static_cast<unsigned>(std::countr_zero(frame.remaining))
+                                      : parent.slot_of(frame.remaining, address);
+    require(slot < kMaxWidth && parent.child_address(slot) == address, "the node must be on top of the stack");
     const NodeReference popped{frame.parent, slot, frame.context};
     frame.remaining &= ~(1U << slot);
     if (frame.remaining == 0) frames_.pop_back();
@@ -241,7 +241,7 @@ class GroupChecker {
     require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
     require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
     require(event.shifts() == 0, "only an insertion shifts");
-    visited_[event.node] = true;
+    visited_[event.node] = 1;
     ++totals_.visits_internal;
     for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
       write({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
@@ -301,12 +301,12 @@ class GroupChecker {
 
   // How the header's tracing collects hits, beyond what holds for each outcome.
   void check_collection(const Event& event, LeafOutcome outcome) const {
-    if (header_->tracing == "closest") {
+    if (closest_) {
       require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
       return;
     }
     require(outcome != LeafOutcome::nearest, "only closest-hit tracing commits nearest hits");
-    if (header_->tracing == "multi") return;
+    if (multi_) return;
     const bool fills = occupied_ + 1 == header_->k;
     require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
             "single-round tracing appends without moving entries, unless the buffer is then full");
@@ -345,7 +345,7 @@ class GroupChecker {
   std::size_t event_ = kNowhere;
   Totals totals_;
   GroupModel model_;
-  std::vector<bool> visited_;  ///< a dictionary node
+  std::vector<std::uint8_t> visited_;  ///< a dictionary node: 0 or 1
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
@@ -355,14 +355,20 @@ class GroupChecker {
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
-  bool lossless_ = false;                                 ///< this round must keep every node beyond t_max
+  bool slot_order_ = false;                               ///< the header's words, compared once
+  bool lifo_ = false;
+  bool nearest_ = false;
+  bool multi_ = false;
+  bool closest_ = false;
+  bool lossless_ = false;  ///< this round must keep every node beyond t_max
 };
 
 }  // namespace
 
 Totals check_group(const std::string& file, const Header& header, const RayGroup& group) {
-  thread_local GroupChecker checker;
-  return checker.check(file, header, group);
+  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  thread_local const std::unique_ptr<GroupChecker> checker = std::make_unique<GroupChecker>();
+  return checker->check(file, header, group);
 }
 
 }  // namespace grtx::traces

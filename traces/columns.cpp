@@ -47,10 +47,10 @@ ZSTD_DCtx* decompression_context() {
 
 const char* column_name(Column column) {
   static constexpr std::array<const char*, kColumnCount> kNames{
-      "group",        "node_address", "node_shape", "node_kinds",      "node_children",    "ray",
-      "round_flags",  "preloaded",    "k_count",    "processed_count", "eviction_dropped", "inner_op",
-      "hits",         "checkpoints",  "pick",       "leaf_op",         "shifts",           "replay_op",
-      "replay_entry", "gaussian_id",  "processed",  "gaussian_low",    "gaussian_high"};
+      "group",     "node_address", "node_tree",   "node_shape", "node_kinds",      "node_children",
+      "ray",       "round_flags",  "preloaded",   "k_count",    "processed_count", "eviction_dropped",
+      "inner_op",  "hits",         "checkpoints", "pick",       "leaf_op",         "shifts",
+      "replay_op", "replay_entry", "gaussian_id", "processed",  "gaussian_low",    "gaussian_high"};
   return kNames[static_cast<std::size_t>(column)];
 }
 
@@ -60,15 +60,28 @@ std::size_t ColumnSet::bytes() const {
   return sum;
 }
 
+std::size_t ColumnWriter::bytes() const {
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i < kColumnCount; ++i) sum += view(static_cast<Column>(i)).size();
+  return sum;
+}
+
 void pack_columns(const ColumnSet& columns, Bytes& out) {
+  std::array<ColumnView, kColumnCount> views;
+  for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns[static_cast<Column>(i)];
+  pack_columns(views, out);
+}
+
+void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& out) {
   thread_local Bytes blobs;
   thread_local Bytes frame;
   blobs.clear();
   for (std::size_t i = 0; i < kColumnCount; ++i) {
-    const Bytes& column = columns[static_cast<Column>(i)];
+    const ColumnView column = columns[i];
     std::size_t stored = 0;  // 0: as is
     if (column.size() >= kStoreBelow) {
-      frame.resize(ZSTD_compressBound(column.size()));
+      const std::size_t bound = ZSTD_compressBound(column.size());
+      if (frame.size() < bound) frame.resize(bound);  // growing and shrinking it would fill it with zeros each time
       stored = ZSTD_compress2(compression_context(), frame.data(), frame.size(), column.data(), column.size());
       if (ZSTD_isError(stored)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(stored));
       if (stored >= column.size()) stored = 0;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "traces/byte_stream.h"
 
@@ -12,7 +13,8 @@ namespace grtx::traces {
 
 enum class Column : std::uint8_t {
   group = 0,         ///< index, kind, root kind, counts
-  node_address,      ///< a node: distance to the one before
+  node_address,      ///< a node, unless they form a tree: distance to the one before
+  node_tree,         ///< a node of a tree with internal children: which of them the group visited
   node_shape,        ///< a node: child count, kind of its leaves
   node_kinds,        ///< a node with children of several kinds: which is which
   node_children,     ///< a node: child base against its prediction
@@ -41,7 +43,9 @@ inline constexpr std::size_t kColumnCount = static_cast<std::size_t>(Column::cou
 /// Name as in docs/trace-format.md.
 const char* column_name(Column column);
 
-/// Columns being filled. clear() keeps the memory.
+using ColumnView = std::span<const std::uint8_t>;
+
+/// Columns as byte strings. clear() keeps the memory.
 class ColumnSet {
  public:
   Bytes& operator[](Column column) { return columns_[static_cast<std::size_t>(column)]; }
@@ -55,7 +59,38 @@ class ColumnSet {
   std::array<Bytes, kColumnCount> columns_;
 };
 
+/// Columns being filled by a writer that knows beforehand how long they can get. reserve() forgets what they hold and
+/// keeps the memory.
+class ColumnWriter {
+ public:
+  void reserve(Column column, std::size_t most) {
+    Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
+    if (buffer.bytes.size() < most) buffer.bytes = Bytes(most + most / 2);
+    buffer.end = buffer.bytes.data();
+  }
+  void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
+  void put_varint(Column column, std::uint64_t value) {
+    std::uint8_t*& at = end(column);
+    for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
+    *at++ = static_cast<std::uint8_t>(value);
+  }
+  ColumnView view(Column column) const {
+    const Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
+    return {buffer.bytes.data(), static_cast<std::size_t>(buffer.end - buffer.bytes.data())};
+  }
+  std::size_t bytes() const;
+
+ private:
+  struct Buffer {
+    Bytes bytes;
+    std::uint8_t* end = nullptr;
+  };
+  std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }
+  std::array<Buffer, kColumnCount> buffers_;
+};
+
 /// Appends the packed columns to `out`. Uses a compression context of the calling thread. Same input, same bytes.
+void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& out);
 void pack_columns(const ColumnSet& columns, Bytes& out);
 
 /// Undoes pack_columns. Throws Malformed. Allocates no more than the stored bytes can stand for (kMaxGroupBytes at

@@ -1,34 +1,38 @@
 #include "traces/count_totals.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+
+#include "traces/node_shape.h"
 
 namespace grtx::traces {
 namespace {
 
-void count_event(const Event& event, Totals& totals, std::uint64_t& written, std::uint64_t& evicted) {
-  written += static_cast<unsigned>(std::popcount(event.checkpoints));
-  switch (event.kind()) {
-    case EventKind::visit_internal:
-      ++totals.visits_internal;
-      break;
-    case EventKind::visit_instance:
-      ++totals.visits_instance;
-      break;
-    case EventKind::visit_leaf:
-      ++totals.visits_leaf;
-      if (calls_any_hit(event.outcome())) ++totals.any_hit_calls;
-      if (event.outcome() == LeafOutcome::displaced || event.outcome() == LeafOutcome::rejected) ++evicted;
-      break;
-    case EventKind::cull:
-      ++totals.culls;
-      break;
-    case EventKind::replay_take:
-    case EventKind::replay_forward:
-      ++totals.checkpoints_read;
-      break;
+/// Events by kind, leaves by outcome: counted without a branch on what they are.
+struct EventCounts {
+  static constexpr std::size_t kLeaf = 16;  ///< + outcome
+  std::array<std::uint64_t, 32> of{};
+  std::uint64_t written = 0;
+
+  void count(const Event& event) {
+    const bool leaf = event.kind() == EventKind::visit_leaf;
+    ++of[leaf ? kLeaf + (event.detail & 15U) : static_cast<std::size_t>(event.kind())];
+    written += bits_of_byte(event.checkpoints);
   }
-}
+  std::uint64_t leaves(LeafOutcome outcome) const { return of[kLeaf + static_cast<std::size_t>(outcome)]; }
+  std::uint64_t evicted() const { return leaves(LeafOutcome::displaced) + leaves(LeafOutcome::rejected); }
+  void add_to(Totals& totals) const {
+    const auto kind = [&](EventKind k) { return of[static_cast<std::size_t>(k)]; };
+    totals.visits_internal += kind(EventKind::visit_internal);
+    totals.visits_instance += kind(EventKind::visit_instance);
+    for (std::size_t i = kLeaf; i < of.size(); ++i) {
+      totals.visits_leaf += of[i];
+      if (calls_any_hit(static_cast<LeafOutcome>(i - kLeaf))) totals.any_hit_calls += of[i];
+    }
+    totals.culls += kind(EventKind::cull);
+    totals.checkpoints_read += kind(EventKind::replay_take) + kind(EventKind::replay_forward);
+  }
+};
 
 void count_ray(const Header& header, const Ray& ray, Totals& totals) {
   ++totals.rays;
@@ -38,11 +42,10 @@ void count_ray(const Header& header, const Ray& ray, Totals& totals) {
   std::uint64_t in_eviction_buffer = 0;
   std::size_t next = 0;
   for (const Round& round : ray.rounds) {
-    std::uint64_t written = 0;
-    std::uint64_t evicted = 0;
-    for (const std::size_t end = next + round.event_count; next < end; ++next) {
-      count_event(ray.events[next], totals, written, evicted);
-    }
+    EventCounts counts;
+    for (const std::size_t end = next + round.event_count; next < end; ++next) counts.count(ray.events[next]);
+    counts.add_to(totals);
+    const std::uint64_t written = counts.written, evicted = counts.evicted();
     totals.checkpoints_written += written;
     totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, written);
     if (round.overflow) ++totals.overflows;

@@ -58,6 +58,10 @@ constexpr unsigned scatter_bits(unsigned gathered, unsigned mask) {
   }
   return value;
 }
+/// How the dictionary is stored, in column group.
+inline constexpr unsigned kNodesInTree = 1;        ///< by their place in the tree, not by address
+inline constexpr unsigned kNodesHoldRoot = 2;      ///< of a tree: the root is one of them
+inline constexpr unsigned kNodesHoldBlasRoot = 4;  ///< of a tree: the BLAS root is one of them
 /// Marks the start of a ray in the prediction of processed Gaussians.
 inline constexpr std::uint32_t kNoSuccessor = 0xFFFFFFFF;
 

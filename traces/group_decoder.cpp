@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -12,8 +14,8 @@ namespace {
 
 class GroupDecoder {
  public:
-  void decode(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
-              RayGroup& group) {
+  [[gnu::noinline]] void decode(const Header& header, const std::uint8_t* payload, std::size_t size,
+                                std::uint64_t index, RayGroup& group) {
     nearest_ = header.checkpoint_order == "nearest";
     lifo_ = header.checkpoint_order == "lifo";
     slot_order_ = header.child_order == "slot";
@@ -35,13 +37,24 @@ class GroupDecoder {
     }
     const std::uint64_t nodes = top.varint(reader(Column::node_shape).remaining());
     const std::uint64_t rays = top.varint(header.warp_size);
+    const unsigned flags = top.u8();
+    const bool known_flags = flags == 0 || (flags < 2 * kNodesHoldBlasRoot && (flags & kNodesInTree) != 0);
+    if (!known_flags) top.fail("holds unknown flags");
     const std::uint64_t gaussians = top.varint(reader(Column::gaussian_id).remaining());
-    take_nodes(header, nodes, group.nodes);
+    group.nodes.assign(static_cast<std::size_t>(nodes), NodeDefinition{});
+    tree_masks_.assign(static_cast<std::size_t>(nodes), 0);
+    if (flags == 0) {
+      take_nodes(header, group.nodes);
+    } else {
+      take_tree(header, flags, group.nodes);
+    }
     try {
       model_.build(header, group.nodes, root);
     } catch (const std::invalid_argument& fault) {
       throw Malformed(fault.what());
     }
+    model_.prepare_links();
+    for (std::uint32_t i = 0; i < group.nodes.size(); ++i) model_[i].last_hits = tree_masks_[i];
     take_gaussians(gaussians);
     group.rays.resize(static_cast<std::size_t>(rays));
     std::int64_t pixel = 0;
@@ -57,23 +70,56 @@ class GroupDecoder {
     return static_cast<std::uint32_t>(value);
   }
 
-  void take_nodes(const Header& header, std::uint64_t count, std::vector<NodeDefinition>& nodes) {
-    nodes.clear();
-    nodes.reserve(static_cast<std::size_t>(count));
+  void take_nodes(const Header& header, std::vector<NodeDefinition>& nodes) {
     std::uint32_t address = 0;
     std::int64_t predicted_children = 0;
-    for (std::uint64_t i = 0; i < count; ++i) {
-      NodeDefinition node;
-      ByteReader& addresses = reader(Column::node_address);
+    ByteReader& addresses = reader(Column::node_address);
+    ByteReader& children = reader(Column::node_children);
+    for (NodeDefinition& node : nodes) {
       address = checked_u32(addresses, address + static_cast<std::int64_t>(addresses.varint(kU32)));
       node.address = address;
-      ByteReader& children = reader(Column::node_children);
       node.child_base = checked_u32(children, predicted_children + unzigzag(children.varint(4 * kU32)));
       take_shape(node);
-      predicted_children =
-          static_cast<std::int64_t>(node.child_base + children_bytes(node, header.bvh_width) / kNodeUnit);
-      nodes.push_back(node);
+      predicted_children = static_cast<std::int64_t>(node.child_base + model_.shape(header, node).units);
     }
+  }
+
+  void take_tree(const Header& header, unsigned flags, std::vector<NodeDefinition>& nodes) {
+    ByteReader& children = reader(Column::node_children);
+    ByteReader& masks = reader(Column::node_tree);
+    std::size_t next = 0;
+    std::int64_t end = 0;
+    const auto enter = [&](std::int64_t address) {
+      if (next == nodes.size()) masks.fail("names more nodes than there are");
+      nodes[next].address = checked_u32(masks, address);
+      walk_.push_back(static_cast<std::uint32_t>(next++));
+    };
+    for (const unsigned root : {kNodesHoldRoot, kNodesHoldBlasRoot}) {
+      if ((flags & root) == 0) continue;
+      walk_.clear();
+      enter(static_cast<std::int64_t>((root == kNodesHoldRoot ? header.root : header.blas_root) / kNodeUnit));
+      while (!walk_.empty()) {
+        const std::uint32_t index = walk_.back();
+        NodeDefinition& node = nodes[index];
+        walk_.pop_back();
+        node.child_base = checked_u32(children, end + static_cast<std::int64_t>(children.varint(kU32)));
+        take_shape(node);
+        const NodeShape& shape = model_.shape(header, node);
+        if (shape.fault != nullptr) throw Malformed(shape.fault);
+        end = static_cast<std::int64_t>(node.child_base) + shape.units;
+        if (shape.internal_mask == 0) continue;
+        const unsigned visited = masks.u8();
+        if ((visited & ~unsigned{shape.internal_mask}) != 0) masks.fail("names a child that is not internal");
+        tree_masks_[index] = static_cast<std::uint8_t>(visited);
+        const std::size_t first = walk_.size();
+        for (unsigned left = visited; left != 0; left &= left - 1) {
+          const unsigned offset = shape.offsets >> (4 * static_cast<unsigned>(std::countr_zero(left))) & 0xF;
+          enter(static_cast<std::int64_t>(node.child_base) + offset);
+        }
+        std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
+      }
+    }
+    if (next != nodes.size()) masks.fail("names fewer nodes than there are");
   }
 
   void take_shape(NodeDefinition& node) {
@@ -220,10 +266,10 @@ class GroupDecoder {
     StackFrame& frame = frames_.back();
     NodeModel& parent = model_[frame.parent];
     unsigned slot = static_cast<unsigned>(std::countr_zero(frame.remaining));
-    if (!slot_order_ && !std::has_single_bit(frame.remaining)) {
+    if (!slot_order_ && !has_one_bit(frame.remaining)) {
       ByteReader& picks = reader(Column::pick);
       const unsigned rank = picks.u8();
-      if (rank >= static_cast<unsigned>(std::popcount(frame.remaining))) picks.fail("names a child that is not there");
+      if (rank >= bits_of_byte(frame.remaining)) picks.fail("names a child that is not there");
       slot = parent.slot_at(frame.remaining, rank);
     }
     const NodeReference popped{frame.parent, slot, frame.context};
@@ -257,7 +303,7 @@ class GroupDecoder {
         static_cast<InnerOp>(take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
     if (op >= InnerOp::cull_dropped) return take_cull(popped, address, op == InnerOp::cull_checkpointed, events);
     const std::uint32_t index = model_.link(popped.parent, popped.slot);
-    if (index == NodeModel::kUnknownLink) throw Malformed("a visited internal node is missing in the dictionary");
+    if (index == GroupModel::kUnknownLink) throw Malformed("a visited internal node is missing in the dictionary");
     NodeModel& node = model_[index];
     const unsigned hits = reader(Column::hits).u8() ^ node.last_hits;
     if (hits >> node.child_count != 0) reader(Column::hits).fail("names a child that is not there");
@@ -266,9 +312,9 @@ class GroupDecoder {
     if (op == InnerOp::visit_with_checkpoints) {
       if (hits == 0) reader(Column::inner_op).fail("checkpoints children where none is hit");
       checkpoints = hits;
-      if (!std::has_single_bit(hits)) {
+      if (!has_one_bit(hits)) {
         const unsigned gathered = reader(Column::checkpoints).u8();
-        if (gathered == 0 || gathered >> std::popcount(hits) != 0) {
+        if (gathered == 0 || gathered >> bits_of_byte(hits) != 0) {
           reader(Column::checkpoints).fail("names a child that is not hit");
         }
         checkpoints = scatter_bits(gathered, hits);
@@ -294,7 +340,8 @@ class GroupDecoder {
 
   void take_leaf(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
     const unsigned op = take_op(Column::leaf_op, popped, kLeafNearest);
-    if (op == kLeafCullDropped || op == kLeafCullCheckpointed) return take_cull(popped, address, op == kLeafCullCheckpointed, events);
+    if (op == kLeafCullDropped || op == kLeafCullCheckpointed)
+      return take_cull(popped, address, op == kLeafCullCheckpointed, events);
     const bool checkpointed = op == kLeafBeyondCheckpointed;
     LeafOutcome outcome = checkpointed ? LeafOutcome::beyond : static_cast<LeafOutcome>(op);
     if (op == kLeafNearest) outcome = LeafOutcome::nearest;
@@ -340,6 +387,8 @@ class GroupDecoder {
   ColumnSet columns_;
   std::array<ByteReader, kColumnCount> readers_;
   GroupModel model_;
+  std::vector<std::uint8_t> tree_masks_;  ///< children in the dictionary, of a tree
+  std::vector<std::uint32_t> walk_;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
@@ -354,8 +403,9 @@ class GroupDecoder {
 
 void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
                   RayGroup& group) {
-  thread_local GroupDecoder decoder;
-  decoder.decode(header, payload, size, index, group);
+  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  thread_local const std::unique_ptr<GroupDecoder> decoder = std::make_unique<GroupDecoder>();
+  decoder->decode(header, payload, size, index, group);
 }
 
 }  // namespace grtx::traces

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -9,6 +11,7 @@
 #include "traces/file_layout.h"
 #include "traces/group_codec.h"
 #include "traces/group_model.h"
+#include "traces/node_shape.h"
 #include "traces/source_assignment.h"
 
 namespace grtx::traces {
@@ -16,14 +19,14 @@ namespace {
 
 class GroupEncoder {
  public:
-  void encode(const Header& header, const RayGroup& group, Bytes& out) {
+  [[gnu::noinline]] void encode(const Header& header, const RayGroup& group, Bytes& out) {
     header_ = &header;
     group_ = &group;
     lane_ = round_ = event_ = kNowhere;
     nearest_ = header.checkpoint_order == "nearest";
     lifo_ = header.checkpoint_order == "lifo";
     slot_order_ = header.child_order == "slot";
-    columns_.clear();
+    reserve_columns();
     require(group.index < header.groups, "the index must be below the header's groups");
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     require(group.kind <= RayKind::mirror, "the ray kind must be known");
@@ -33,20 +36,19 @@ class GroupEncoder {
     } catch (const std::invalid_argument& fault) {
       fail(fault.what());
     }
-    Bytes& top = columns_[Column::group];
-    put_varint(top, group.index);
-    top.push_back(static_cast<std::uint8_t>(group.kind));
-    top.push_back(static_cast<std::uint8_t>(root));
-    put_varint(top, group.nodes.size());
-    put_varint(top, group.rays.size());
-    put_nodes();
+    columns_.put_varint(Column::group, group.index);
+    put(Column::group, static_cast<unsigned>(group.kind));
+    put(Column::group, static_cast<unsigned>(root));
+    columns_.put_varint(Column::group, group.nodes.size());
+    columns_.put_varint(Column::group, group.rays.size());
+    if (!put_tree()) put_nodes();
     collect_gaussians();
-    put_varint(top, gaussians_.size());
+    columns_.put_varint(Column::group, gaussians_.size());
     std::int64_t last_pixel = 0;
     for (lane_ = 0; lane_ < group.rays.size(); ++lane_) {
       const Ray& ray = group.rays[lane_];
-      put_varint(columns_[Column::ray], zigzag(static_cast<std::int64_t>(ray.pixel) - last_pixel));
-      put_varint(columns_[Column::ray], ray.rounds.size());
+      columns_.put_varint(Column::ray, zigzag(static_cast<std::int64_t>(ray.pixel) - last_pixel));
+      columns_.put_varint(Column::ray, ray.rounds.size());
       last_pixel = ray.pixel;
       put_ray(ray);
     }
@@ -54,7 +56,9 @@ class GroupEncoder {
       lane_ = kNowhere;
       fail("takes more than 1 GiB before compression");
     }
-    pack_columns(columns_, out);
+    std::array<ColumnView, kColumnCount> views;
+    for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns_.view(static_cast<Column>(i));
+    pack_columns(views, out);
   }
 
  private:
@@ -70,7 +74,7 @@ class GroupEncoder {
   void require(bool holds, const char* rule) const {
     if (!holds) fail(rule);
   }
-  void put(Column column, unsigned symbol) { columns_[column].push_back(static_cast<std::uint8_t>(symbol)); }
+  void put(Column column, unsigned symbol) { columns_.put(column, symbol); }
 
   // The first event of a round from the root tells what the root is; a root that is only culled may pass as internal.
   NodeKind root_kind() const {
@@ -89,51 +93,132 @@ class GroupEncoder {
     return NodeKind::internal;
   }
 
+  // No column gets longer: a varint takes 10 bytes at most, and 5 of 32 bits.
+  void reserve_columns() {
+    std::size_t rounds = 0, events = 0, processed = 0;
+    for (const Ray& ray : group_->rays) {
+      rounds += ray.rounds.size();
+      events += ray.events.size();
+      processed += ray.processed.size();
+    }
+    const std::size_t nodes = group_->nodes.size();
+    columns_.reserve(Column::group, 64);
+    columns_.reserve(Column::node_address, 5 * nodes);
+    columns_.reserve(Column::node_tree, nodes);
+    columns_.reserve(Column::node_shape, nodes);
+    columns_.reserve(Column::node_kinds, 2 * nodes);
+    columns_.reserve(Column::node_children, 10 * nodes);
+    columns_.reserve(Column::ray, 20 * group_->rays.size());
+    columns_.reserve(Column::round_flags, rounds);
+    for (const Column column :
+         {Column::preloaded, Column::k_count, Column::processed_count, Column::eviction_dropped}) {
+      columns_.reserve(column, 5 * rounds);
+    }
+    for (const Column column :
+         {Column::inner_op, Column::hits, Column::checkpoints, Column::pick, Column::leaf_op, Column::replay_op}) {
+      columns_.reserve(column, events);
+    }
+    columns_.reserve(Column::shifts, 2 * events);
+    columns_.reserve(Column::replay_entry, nearest_ ? 10 * events : 0);
+    columns_.reserve(Column::gaussian_id, 5 * processed);
+    columns_.reserve(Column::processed, processed);
+    columns_.reserve(Column::gaussian_low, processed);
+    columns_.reserve(Column::gaussian_high, 5 * processed);
+  }
+
+  // Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
+  // Addresses then follow from the tree, and children lie behind all that came before. Returns false otherwise.
+  bool put_tree() {
+    const std::vector<NodeDefinition>& nodes = group_->nodes;
+    tree_.clear();
+    tree_masks_.assign(nodes.size(), 0);
+    std::uint32_t next = 0;  // dictionary node that comes next in ascending order
+    std::uint64_t end = 0;   // of the children so far
+    unsigned flags = kNodesInTree;
+    for (const bool blas : {false, true}) {
+      const std::uint64_t root = blas ? header_->blas_root : header_->root;
+      if ((blas && !header_->two_level) || next == nodes.size() || nodes[next].address * kNodeUnit != root) continue;
+      flags |= blas ? kNodesHoldBlasRoot : kNodesHoldRoot;
+      walk_.assign(1, next++);
+      while (!walk_.empty()) {
+        const std::uint32_t index = walk_.back();
+        walk_.pop_back();
+        tree_.push_back(index);
+        const NodeModel& node = model_[index];
+        if (node.child_base < end) return false;
+        end = node.child_base + model_.shape(*header_, nodes[index]).units;
+        const std::size_t first = walk_.size();
+        for (unsigned left = node.internal_mask; left != 0; left &= left - 1) {
+          const unsigned slot = static_cast<unsigned>(std::countr_zero(left));
+          if (next == nodes.size() || nodes[next].address != node.child_address(slot)) continue;
+          tree_masks_[index] = static_cast<std::uint8_t>(tree_masks_[index] | 1U << slot);
+          walk_.push_back(next++);
+        }
+        std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
+      }
+    }
+    if (next != nodes.size()) return false;
+    put(Column::group, flags);
+    end = 0;
+    for (const std::uint32_t index : tree_) {
+      NodeModel& node = model_[index];
+      columns_.put_varint(Column::node_children, node.child_base - end);
+      end = node.child_base + model_.shape(*header_, nodes[index]).units;
+      put_shape(nodes[index]);
+      if (node.internal_mask != 0) put(Column::node_tree, tree_masks_[index]);
+      node.last_hits = tree_masks_[index];
+    }
+    return true;
+  }
+
   void put_nodes() {
+    put(Column::group, 0);
     std::int64_t last_address = 0;
     std::int64_t predicted_children = 0;
     for (const NodeDefinition& node : group_->nodes) {
-      put_varint(columns_[Column::node_address], static_cast<std::uint64_t>(node.address - last_address));
+      columns_.put_varint(Column::node_address, static_cast<std::uint64_t>(node.address - last_address));
       last_address = node.address;
-      // Builders that place children level by level or subtree by subtree put them right behind the ones before.
-      put_varint(columns_[Column::node_children],
-                 zigzag(static_cast<std::int64_t>(node.child_base) - predicted_children));
-      predicted_children =
-          static_cast<std::int64_t>(node.child_base + children_bytes(node, header_->bvh_width) / kNodeUnit);
+      columns_.put_varint(Column::node_children,
+                          zigzag(static_cast<std::int64_t>(node.child_base) - predicted_children));
+      predicted_children = static_cast<std::int64_t>(node.child_base + model_.shape(*header_, node).units);
       put_shape(node);
     }
   }
 
   // Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
   void put_shape(const NodeDefinition& node) {
-    unsigned internal = 0;
-    unsigned leaf = 0;
-    unsigned kinds = 0;
+    const NodeShape& shape = model_.shape(*header_, node);
+    const unsigned leaves = ((1U << node.child_count) - 1) & ~unsigned{shape.internal_mask};
+    const unsigned leaf =
+        leaves != 0 ? stored_kind(node.child_kinds[static_cast<unsigned>(std::countr_zero(leaves))]) : 0;
     bool irregular = false;
-    for (unsigned slot = 0; slot < node.child_count; ++slot) {
-      const unsigned kind = stored_kind(node.child_kinds[slot]);
-      kinds |= kind << (2 * slot);
-      if (kind == 0) {
-        internal |= 1U << slot;
-      } else {
-        irregular = irregular || (leaf != 0 && leaf != kind);
-        leaf = kind;
-      }
+    for (unsigned left = leaves; left != 0; left &= left - 1) {
+      irregular |= stored_kind(node.child_kinds[static_cast<unsigned>(std::countr_zero(left))]) != leaf;
     }
-    const bool mixed = leaf != 0 && internal != 0 && !irregular;
+    const bool mixed = leaf != 0 && shape.internal_mask != 0 && !irregular;
     put(Column::node_shape,
         node.child_count | (irregular ? 0 : leaf) << 4 | (mixed ? kShapeMixed : 0) | (irregular ? kShapeIrregular : 0));
-    if (mixed) put(Column::node_kinds, internal);
+    if (mixed) put(Column::node_kinds, shape.internal_mask);
     if (irregular) {
+      unsigned kinds = 0;
+      for (unsigned slot = 0; slot < node.child_count; ++slot)
+        kinds |= stored_kind(node.child_kinds[slot]) << (2 * slot);
       put(Column::node_kinds, kinds & 0xFF);
       put(Column::node_kinds, kinds >> 8);
     }
   }
 
   static unsigned stored_kind(NodeKind kind) {
-    unsigned code = 0;
-    while (kStoredKinds[code] != kind) ++code;  // GroupModel::build has refused unknown kinds
-    return code;
+    switch (kind) {
+      case NodeKind::internal:
+        return 0;
+      case NodeKind::instance:
+        return 1;
+      case NodeKind::procedural:
+        return 2;
+      default:
+        return 3;  // GroupModel::build has refused unknown kinds
+    }
   }
 
   void collect_gaussians() {
@@ -145,7 +230,7 @@ class GroupEncoder {
     gaussians_.erase(std::unique(gaussians_.begin(), gaussians_.end()), gaussians_.end());
     std::uint32_t last = 0;
     for (const std::uint32_t gaussian : gaussians_) {
-      put_varint(columns_[Column::gaussian_id], gaussian - last);
+      columns_.put_varint(Column::gaussian_id, gaussian - last);
       last = gaussian;
     }
     successor_.assign(gaussians_.size() + 1, kNoSuccessor);
@@ -162,11 +247,11 @@ class GroupEncoder {
       require(round.overflow || round.eviction_dropped == 0, "evictions are only dropped by an overflow");
       put(Column::round_flags, (round.replay ? kRoundReplay : 0) | (round.overflow ? kRoundOverflow : 0) |
                                    (round.terminated ? kRoundTerminated : 0));
-      put_varint(columns_[Column::preloaded], round.preloaded);
-      put_varint(columns_[Column::k_count], round.k_count);
-      put_varint(columns_[Column::processed_count],
-                 zigzag(static_cast<std::int64_t>(round.k_count) - round.processed_count));
-      if (round.overflow) put_varint(columns_[Column::eviction_dropped], round.eviction_dropped);
+      columns_.put_varint(Column::preloaded, round.preloaded);
+      columns_.put_varint(Column::k_count, round.k_count);
+      columns_.put_varint(Column::processed_count,
+                          zigzag(static_cast<std::int64_t>(round.k_count) - round.processed_count));
+      if (round.overflow) columns_.put_varint(Column::eviction_dropped, round.eviction_dropped);
       put_events(ray, round, next_event);
       event_ = kNowhere;
       next_event += round.event_count;
@@ -219,7 +304,7 @@ class GroupEncoder {
     if (nearest_) {
       require((*assigned_)[taken_] != SourceAssignment::kNone, "no unread source entry has this address");
       index = (*assigned_)[taken_];
-      put_varint(columns_[Column::replay_entry], zigzag(static_cast<std::int64_t>(index) - last_taken_ - 1));
+      columns_.put_varint(Column::replay_entry, zigzag(static_cast<std::int64_t>(index) - last_taken_ - 1));
       last_taken_ = static_cast<std::int64_t>(index);
     }
     ++taken_;
@@ -243,9 +328,10 @@ class GroupEncoder {
     NodeModel& parent = model_[frame.parent];
     const bool internal_event = event.kind() == EventKind::visit_internal;
     if (internal_event) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
-    const std::uint32_t address = internal_event ? group_->nodes[event.node].address : event.node;
-    const unsigned slot = slot_of(parent, frame.remaining, address);
-    if (std::has_single_bit(frame.remaining)) {
+    const std::uint32_t address = internal_event ? model_.address(event.node) : event.node;
+    const unsigned slot = parent.slot_of(frame.remaining, address);
+    require(slot < kMaxWidth, "the node is not on top of the stack");
+    if (has_one_bit(frame.remaining)) {
       // no choice
     } else if (slot_order_) {
       require(slot == static_cast<unsigned>(std::countr_zero(frame.remaining)),
@@ -267,15 +353,6 @@ class GroupEncoder {
     } else {
       put_leaf(event, popped);
     }
-  }
-
-  unsigned slot_of(const NodeModel& parent, std::uint32_t remaining, std::uint32_t address) const {
-    const std::uint32_t offset = address - parent.child_base;
-    for (std::uint32_t left = remaining; left != 0; left &= left - 1) {
-      const unsigned slot = static_cast<unsigned>(std::countr_zero(left));
-      if ((parent.offsets >> (4 * slot) & 0xF) == offset) return slot;
-    }
-    fail("the node is not on top of the stack");
   }
 
   void put_op(Column column, const NodeReference& popped, unsigned op) {
@@ -305,7 +382,7 @@ class GroupEncoder {
     put(Column::hits, hits ^ node.last_hits);
     node.last_hits = static_cast<std::uint8_t>(hits);
     if (event.checkpoints != 0) {  // of a single hit there is nothing to tell
-      if (!std::has_single_bit(hits)) put(Column::checkpoints, gather_bits(event.checkpoints, hits));
+      if (!has_one_bit(hits)) put(Column::checkpoints, gather_bits(event.checkpoints, hits));
       for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
         destination_.push_back({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
       }
@@ -337,7 +414,7 @@ class GroupEncoder {
     put_op(column, popped, event.checkpoints != 0 ? kLeafBeyondCheckpointed : op);
     if (event.checkpoints != 0) destination_.push_back(popped);
     if (event.outcome() == LeafOutcome::inserted || event.outcome() == LeafOutcome::displaced) {
-      put_varint(columns_[Column::shifts], event.shifts());
+      columns_.put_varint(Column::shifts, event.shifts());
     } else {
       require(event.shifts() == 0, "only an insertion shifts");
     }
@@ -352,7 +429,7 @@ class GroupEncoder {
       put(Column::processed, (entry.blended != 0 ? kProcessedBlended : 0) | (predicted ? 0 : kProcessedNotPredicted));
       if (!predicted) {
         put(Column::gaussian_low, index & 0xFF);
-        put_varint(columns_[Column::gaussian_high], index >> 8);
+        columns_.put_varint(Column::gaussian_high, index >> 8);
       }
       successor_[last] = index;
       last = index;
@@ -367,8 +444,11 @@ class GroupEncoder {
   std::size_t lane_ = kNowhere;
   std::size_t round_ = kNowhere;
   std::size_t event_ = kNowhere;
-  ColumnSet columns_;
+  ColumnWriter columns_;
   GroupModel model_;
+  std::vector<std::uint32_t> tree_;       ///< dictionary in the order of put_tree()
+  std::vector<std::uint8_t> tree_masks_;  ///< children in the dictionary
+  std::vector<std::uint32_t> walk_;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
@@ -383,8 +463,9 @@ class GroupEncoder {
 }  // namespace
 
 void encode_group(const Header& header, const RayGroup& group, Bytes& out) {
-  thread_local GroupEncoder encoder;
-  encoder.encode(header, group, out);
+  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  thread_local const std::unique_ptr<GroupEncoder> encoder = std::make_unique<GroupEncoder>();
+  encoder->encode(header, group, out);
 }
 
 }  // namespace grtx::traces

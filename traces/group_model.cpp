@@ -6,24 +6,18 @@
 namespace grtx::traces {
 namespace {
 
-bool is_known_kind(NodeKind kind) {
-  return kind == NodeKind::internal || kind == NodeKind::instance || kind == NodeKind::procedural ||
-         kind == NodeKind::triangle;
-}
-
 NodeModel pseudo_parent(std::uint64_t child_address, NodeKind kind) {
   NodeModel model;
   model.child_base = static_cast<std::uint32_t>(child_address / kNodeUnit);
   model.child_count = 1;
   model.internal_mask = kind == NodeKind::internal ? 1 : 0;
   model.instance_mask = kind == NodeKind::instance ? 1 : 0;
-  model.links.fill(NodeModel::kUnknownLink);
   return model;
 }
 
 }  // namespace
 
-unsigned NodeModel::rank_of(unsigned remaining, unsigned slot) {
+unsigned NodeModel::rank_behind_first(unsigned remaining, unsigned slot) {
   unsigned rank = 0;
   unsigned first = kMaxWidth;
   for (unsigned place = 0;; ++place) {
@@ -39,7 +33,7 @@ unsigned NodeModel::rank_of(unsigned remaining, unsigned slot) {
   }
 }
 
-unsigned NodeModel::slot_at(unsigned remaining, unsigned rank) {
+unsigned NodeModel::slot_behind_first(unsigned remaining, unsigned rank) {
   unsigned seen = 0;
   unsigned first = kMaxWidth;
   for (unsigned place = 0;; ++place) {
@@ -66,24 +60,29 @@ void NodeModel::move_up(unsigned from, unsigned to) {
 void GroupModel::build(const Header& header, const std::vector<NodeDefinition>& nodes, NodeKind root_kind) {
   nodes_.resize(nodes.size() + 2);
   addresses_.resize(nodes.size());
+  shapes_.set_width(header.bvh_width);
+  const std::uint64_t image_units = header.node_image_bytes / kNodeUnit;
+  const std::uint64_t internal_units = internal_bytes(header.bvh_width) / kNodeUnit;
+  std::int64_t last_address = -1;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const NodeDefinition& node = nodes[i];
-    if (const std::string fault = definition_fault(header, node); !fault.empty()) throw std::invalid_argument(fault);
-    if (i > 0 && node.address <= nodes[i - 1].address) throw std::invalid_argument("nodes must ascend by address");
+    const NodeShape& shape = shapes_.of(node);
+    if (shape.fault != nullptr) throw std::invalid_argument(shape.fault);
+    if (node.address + internal_units > image_units ||
+        static_cast<std::uint64_t>(node.child_base) + shape.units > image_units) {
+      throw std::invalid_argument("a node and its children must lie in the node image");
+    }
+    if (node.address <= last_address) throw std::invalid_argument("nodes must ascend by address");
+    last_address = node.address;
+    addresses_[i] = node.address;
     NodeModel& model = nodes_[i];
     model = NodeModel{};
-    addresses_[i] = node.address;
     model.child_base = node.child_base;
-    model.child_count = node.child_count;
-    model.links.fill(NodeModel::kUnknownLink);
-    unsigned offset = 0;
-    for (unsigned slot = 0; slot < node.child_count; ++slot) {
-      const NodeKind kind = node.child_kinds[slot];
-      model.offsets |= offset << (4 * slot);
-      offset += static_cast<unsigned>(node_bytes(kind, header.bvh_width) / kNodeUnit);
-      if (kind == NodeKind::internal) model.internal_mask = static_cast<std::uint8_t>(model.internal_mask | 1U << slot);
-      if (kind == NodeKind::instance) model.instance_mask = static_cast<std::uint8_t>(model.instance_mask | 1U << slot);
-    }
+    model.offsets = shape.offsets;
+    model.child_count = shape.child_count;
+    model.internal_mask = shape.internal_mask;
+    model.instance_mask = shape.instance_mask;
+    model.wide_mask = shape.wide_mask;
   }
   nodes_[nodes.size()] = pseudo_parent(header.root, root_kind);
   const NodeKind blas_kind = header.blas_root_is_leaf ? NodeKind::procedural : NodeKind::internal;
@@ -93,32 +92,8 @@ void GroupModel::build(const Header& header, const std::vector<NodeDefinition>& 
 
 std::uint32_t GroupModel::find(std::uint32_t address) const {
   const auto found = std::lower_bound(addresses_.begin(), addresses_.end(), address);
-  if (found == addresses_.end() || *found != address) return NodeModel::kUnknownLink;
+  if (found == addresses_.end() || *found != address) return kUnknownLink;
   return static_cast<std::uint32_t>(found - addresses_.begin());
-}
-
-std::uint64_t children_bytes(const NodeDefinition& node, unsigned bvh_width) {
-  std::uint64_t sum = 0;
-  for (unsigned slot = 0; slot < node.child_count; ++slot) sum += node_bytes(node.child_kinds[slot], bvh_width);
-  return sum;
-}
-
-std::string definition_fault(const Header& header, const NodeDefinition& node) {
-  if (node.child_count < 1 || node.child_count > header.bvh_width) return "a node must have 1..bvh_width children";
-  for (unsigned slot = 0; slot < kMaxWidth; ++slot) {
-    if (!is_known_kind(node.child_kinds[slot])) return "a child must be of a known kind";
-    if (slot >= node.child_count && node.child_kinds[slot] != NodeKind::internal) {
-      return "an unused child slot must be of kind internal";
-    }
-  }
-  const auto fits = [&](std::uint64_t unit, std::uint64_t bytes) {
-    return bytes <= header.node_image_bytes && unit * kNodeUnit <= header.node_image_bytes - bytes;
-  };
-  if (!fits(node.address, internal_bytes(header.bvh_width)) ||
-      !fits(node.child_base, children_bytes(node, header.bvh_width))) {
-    return "a node and its children must lie in the node image";
-  }
-  return "";
 }
 
 }  // namespace grtx::traces

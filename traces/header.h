@@ -8,7 +8,7 @@
 
 namespace grtx::traces {
 
-inline constexpr std::uint32_t kFormatVersion = 2;
+inline constexpr std::uint32_t kFormatVersion = 3;
 
 struct Header {
   // What was traced.

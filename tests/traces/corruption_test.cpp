@@ -10,6 +10,7 @@
 #include "random_group.h"
 #include "temporary_file.h"
 #include "traces/byte_stream.h"
+#include "traces/columns.h"
 #include "traces/file_layout.h"
 
 namespace grtx::traces {
@@ -77,7 +78,7 @@ TEST(Corruption, NamesMagicAndVersion) {
   EXPECT_EQ(place, "byte 0");
   other = small_file();
   other[8] = 1;
-  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads version 2");
+  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads version 3");
   EXPECT_EQ(place, "byte 8");
   EXPECT_THAT(fault_of("ply\nformat ascii 1.0\n"), HasSubstr("is not a GRTX trace"));
   EXPECT_THAT(fault_of(""), HasSubstr("is not a GRTX trace"));
@@ -180,7 +181,7 @@ TEST(Forgery, SwappedGroupIndex) {
   const std::size_t length = forgery.footer() - payload;
   std::string& content = forgery.content();
   ByteReader table(reinterpret_cast<const std::uint8_t*>(content.data()) + payload, length, "table");
-  for (int i = 0; i < 2 * 23; ++i) table.varint();
+  for (std::size_t i = 0; i < 2 * kColumnCount; ++i) table.varint();
   content[payload + length - table.remaining()] = 0;
   forgery.put(begin + 4, xxh3(content.data() + payload, length));
   forgery.seal();
