@@ -151,7 +151,7 @@ std::string configuration_section(const std::vector<ReportRun>& runs, const std:
     std::vector<std::string> names;
     std::vector<const ordered_json*> configs;
     for (const ReportSweep::Machine& machine : sweep.machines) {
-      const SweepPoint& point = sweep.results.points[machine.point];
+      const ReportedPoint& point = sweep.results.points[machine.point];
       names.push_back(fmt::format("#{} ({})", point.id, machine.what));
       configs.push_back(&point.config);
     }

@@ -45,7 +45,7 @@ void price_machines(ReportSweep& sweep) {
   const auto extreme = [&](const char* value) {
     std::size_t best = sweep.results.points.size();
     for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-      const SweepPoint& p = sweep.results.points[i];
+      const ReportedPoint& p = sweep.results.points[i];
       if (!front.any(i) || !std::isfinite(p.value(value))) continue;
       if (best == sweep.results.points.size() || p.value(value) < sweep.results.points[best].value(value)) best = i;
     }
@@ -56,7 +56,7 @@ void price_machines(ReportSweep& sweep) {
     for (const ReportSweep::Machine& known : sweep.machines) {
       if (known.point == at) return;
     }
-    const SweepPoint& point = sweep.results.points[at];
+    const ReportedPoint& point = sweep.results.points[at];
     sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", ordered_json())});
   };
   add(extreme("gpu.time_us"), "fastest of the front");

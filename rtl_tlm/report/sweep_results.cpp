@@ -72,14 +72,14 @@ ordered_json object(const std::string& text, const std::string& path, const std:
 
 }  // namespace
 
-double SweepPoint::value(const std::string& name) const {
+double ReportedPoint::value(const std::string& name) const {
   const auto found = values.find(name);
   return found == values.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
 }
 
-bool SweepResults::several(std::string SweepPoint::*field) const {
+bool SweepResults::several(std::string ReportedPoint::*field) const {
   return std::any_of(points.begin(), points.end(),
-                     [&](const SweepPoint& p) { return p.*field != points.front().*field; });
+                     [&](const ReportedPoint& p) { return p.*field != points.front().*field; });
 }
 
 bool is_database(const std::string& path) {
@@ -102,7 +102,7 @@ SweepResults read_sweep_results(const std::string& path) {
   database.select(
       "SELECT id, key, mode, scene, design, coordinates, config, status, reason FROM point ORDER BY id",
       [&](const Database::Row& row) {
-        SweepPoint point;
+        ReportedPoint point;
         point.id = row.integer(0);
         const std::string where = "point " + std::to_string(point.id);
         point.key = row.text(1);

@@ -9,7 +9,7 @@
 
 namespace grtx::tlm {
 
-struct SweepPoint {
+struct ReportedPoint {
   std::int64_t id = 0;
   std::string key;
   std::string mode;
@@ -26,7 +26,7 @@ struct SweepPoint {
   double value(const std::string& name) const;
 };
 
-struct SweepTrace {
+struct ReportedTrace {
   std::string key, scene, options, status, reason;
   std::uint64_t bytes = 0;
 };
@@ -35,12 +35,12 @@ struct SweepResults {
   std::string file;                         ///< without its folder
   std::string hash;                         ///< XXH3 of keys, states and documents in the order of the keys
   std::map<std::string, std::string> meta;  ///< schema, plan, program, ...
-  std::vector<SweepPoint> points;           ///< by id
-  std::vector<SweepTrace> traces;           ///< by key
+  std::vector<ReportedPoint> points;        ///< by id
+  std::vector<ReportedTrace> traces;        ///< by key
   std::vector<std::string> coordinates;     ///< names of all coordinates, in order of appearance
 
   /// More than one scene, design, or mode among the points.
-  bool several(std::string SweepPoint::*field) const;
+  bool several(std::string ReportedPoint::*field) const;
 };
 
 /// Whether the file begins like an SQLite database.

@@ -22,12 +22,12 @@ constexpr const char* kArea = "cost.mm2";
 constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
 
 /// Points that compare with each other: their fronts are drawn apart.
-std::string group_of(const SweepPoint& p) { return p.scene + "\n" + p.mode; }
+std::string group_of(const ReportedPoint& p) { return p.scene + "\n" + p.mode; }
 
 std::string plain(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 /// The point's coordinates in words: "l1.bytes = 65536, k = 8".
-std::string words(const SweepPoint& p) {
+std::string words(const ReportedPoint& p) {
   std::string text = p.design;
   for (const auto& [name, value] : p.coordinates.items()) {
     text += (text.empty() ? "" : ", ") + name + " = " + plain(value);
@@ -37,13 +37,13 @@ std::string words(const SweepPoint& p) {
 
 /// Cycles of the baseline at the same scene, mode and coordinates over the point's; NaN without one.
 std::vector<double> speedups(const SweepResults& sweep) {
-  const auto place = [](const SweepPoint& p) { return group_of(p) + "\n" + p.coordinates.dump(); };
+  const auto place = [](const ReportedPoint& p) { return group_of(p) + "\n" + p.coordinates.dump(); };
   std::map<std::string, double> baseline;
-  for (const SweepPoint& p : sweep.points) {
+  for (const ReportedPoint& p : sweep.points) {
     if (p.done() && p.design == "baseline") baseline[place(p)] = p.value("gpu.cycles");
   }
   std::vector<double> list;
-  for (const SweepPoint& p : sweep.points) {
+  for (const ReportedPoint& p : sweep.points) {
     const auto found = baseline.find(place(p));
     list.push_back(p.done() && found != baseline.end() ? found->second / p.value("gpu.cycles")
                                                        : std::numeric_limits<double>::quiet_NaN());
@@ -54,24 +54,24 @@ std::vector<double> speedups(const SweepResults& sweep) {
 /// Columns that tell the points apart: scene, design and mode when they vary, then the coordinates.
 struct Describing {
   std::string title;
-  std::function<ordered_json(const SweepPoint&)> of;
+  std::function<ordered_json(const ReportedPoint&)> of;
 };
 std::vector<Describing> describing(const SweepResults& sweep) {
   std::vector<Describing> list;
   const auto has = [&](const char* name) {
     return std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) != sweep.coordinates.end();
   };
-  if (sweep.several(&SweepPoint::scene) && !has("scene")) {
-    list.push_back({"scene", [](const SweepPoint& p) { return ordered_json(p.scene); }});
+  if (sweep.several(&ReportedPoint::scene) && !has("scene")) {
+    list.push_back({"scene", [](const ReportedPoint& p) { return ordered_json(p.scene); }});
   }
-  if (sweep.several(&SweepPoint::design) && !has("design")) {
-    list.push_back({"design", [](const SweepPoint& p) { return ordered_json(p.design); }});
+  if (sweep.several(&ReportedPoint::design) && !has("design")) {
+    list.push_back({"design", [](const ReportedPoint& p) { return ordered_json(p.design); }});
   }
-  if (sweep.several(&SweepPoint::mode) && !has("mode")) {
-    list.push_back({"mode", [](const SweepPoint& p) { return ordered_json(p.mode); }});
+  if (sweep.several(&ReportedPoint::mode) && !has("mode")) {
+    list.push_back({"mode", [](const ReportedPoint& p) { return ordered_json(p.mode); }});
   }
   for (const std::string& name : sweep.coordinates) {
-    list.push_back({name, [name](const SweepPoint& p) {
+    list.push_back({name, [name](const ReportedPoint& p) {
                       return p.coordinates.contains(name) ? p.coordinates.at(name) : ordered_json();
                     }});
   }
@@ -84,7 +84,7 @@ std::string pareto_html(const ReportSweep& sweep, const std::vector<Describing>&
   std::vector<ChartField> tooltip = {{"label", "point"}};
   std::size_t without = 0;
   for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-    const SweepPoint& p = sweep.results.points[i];
+    const ReportedPoint& p = sweep.results.points[i];
     if (!p.done()) continue;
     if (!std::isfinite(p.value(kTime)) || !std::isfinite(p.value(cost.field))) {
       ++without;
@@ -124,7 +124,7 @@ std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::
   ordered_json rows = ordered_json::array();
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-    const SweepPoint& p = sweep.results.points[i];
+    const ReportedPoint& p = sweep.results.points[i];
     if (!p.done()) continue;
     std::vector<std::pair<std::string, double>> own;
     if (prefix == "gpu.rt.stall.") own.emplace_back("issue", p.value("gpu.rt.selections"));
@@ -164,7 +164,7 @@ std::string points_table(const ReportSweep& sweep, const Fronts& front, const st
   titles.push_back({"on the front of", false});
   Table table(results.file + ": finished points", titles, sweep.id + "_points");
   for (std::size_t i = 0; i < results.points.size(); ++i) {
-    const SweepPoint& p = results.points[i];
+    const ReportedPoint& p = results.points[i];
     if (!p.done()) continue;
     std::vector<std::string> cells = {fmt::format("#{}", p.id)};
     for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
@@ -187,7 +187,7 @@ std::string points_table(const ReportSweep& sweep, const Fronts& front, const st
 std::string unfinished_table(const SweepResults& results) {
   Table table(results.file + ": points without a result",
               {{"point"}, {"what", false}, {"status", false}, {"reason", false}});
-  for (const SweepPoint& p : results.points) {
+  for (const ReportedPoint& p : results.points) {
     if (p.done()) continue;
     table.row({fmt::format("#{}", p.id), escape(words(p)), escape(p.status), escape(p.reason)});
   }
@@ -213,7 +213,7 @@ std::string effects_table(const SweepResults& results, const std::vector<Describ
                                                         {"median nJ a ray"}});
   for (const Describing& column : columns) {
     std::vector<ordered_json> values;
-    for (const SweepPoint& p : results.points) {
+    for (const ReportedPoint& p : results.points) {
       if (const ordered_json v = column.of(p); p.done() && std::find(values.begin(), values.end(), v) == values.end()) {
         values.push_back(v);
       }
@@ -222,7 +222,7 @@ std::string effects_table(const SweepResults& results, const std::vector<Describ
     std::sort(values.begin(), values.end());
     for (const ordered_json& value : values) {
       std::vector<double> time, area, energy;
-      for (const SweepPoint& p : results.points) {
+      for (const ReportedPoint& p : results.points) {
         if (!p.done() || column.of(p) != value) continue;
         time.push_back(p.value(kTime));
         area.push_back(p.value(kArea));
@@ -239,7 +239,7 @@ std::string effects_table(const SweepResults& results, const std::vector<Describ
 std::string traces_table(const SweepResults& results) {
   Table table(results.file + ": traces",
               {{"key", false}, {"scene", false}, {"options", false}, {"bytes"}, {"status", false}, {"reason", false}});
-  for (const SweepTrace& t : results.traces) {
+  for (const ReportedTrace& t : results.traces) {
     table.row({escape(t.key), escape(t.scene), escape(t.options), number(static_cast<double>(t.bytes)),
                escape(t.status), escape(t.reason)});
   }
@@ -286,9 +286,9 @@ std::string sweep_headline(const ReportSweep& sweep) {
   const SweepResults& results = sweep.results;
   const Fronts front = fronts(results);
   std::map<std::string, std::size_t> states;
-  const SweepPoint* best[3] = {};
+  const ReportedPoint* best[3] = {};
   const char* const values[3] = {kTime, kArea, kEnergy};
-  for (const SweepPoint& p : results.points) {
+  for (const ReportedPoint& p : results.points) {
     ++states[p.status];
     for (unsigned i = 0; i < 3; ++i) {
       if (p.done() && std::isfinite(p.value(values[i])) &&

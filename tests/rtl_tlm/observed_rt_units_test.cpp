@@ -17,9 +17,12 @@ using test::statistic;
 constexpr std::uint64_t kPeriodFs = 732601;  // 1 / 1365 MHz
 const std::vector<std::string> kTwoUnits = {"gpu.rt_units=2"};
 
-nlohmann::ordered_json without_host(nlohmann::ordered_json stats) {
-  for (auto i = stats.begin(); i != stats.end();) i = i.key().starts_with("host.") ? stats.erase(i) : i + 1;
-  return stats;
+nlohmann::ordered_json without_host(const nlohmann::ordered_json& stats) {
+  nlohmann::ordered_json rest = nlohmann::ordered_json::object();
+  for (const auto& [name, entry] : stats.items()) {
+    if (!name.starts_with("host.")) rest[name] = entry;
+  }
+  return rest;
 }
 
 TEST(ObservedRtUnits, WaveformAndTimelineChangeNoStatistic) {

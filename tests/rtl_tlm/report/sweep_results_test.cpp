@@ -29,7 +29,7 @@ TEST_F(SweepResultsTest, PointsValuesAndCoordinates) {
   ASSERT_EQ(sweep.points.size(), 60u);
   EXPECT_EQ(sweep.coordinates,
             (std::vector<std::string>{"rt.warp_buffer.entries", "rt.checkpoint.lanes", "l1.bytes", "k"}));
-  const SweepPoint& first = sweep.points[0];
+  const ReportedPoint& first = sweep.points[0];
   EXPECT_EQ(first.id, 1);
   EXPECT_EQ(first.coordinates.at("l1.bytes"), 65536);
   EXPECT_EQ(first.config.at("l1.bytes"), 65536);
@@ -38,8 +38,8 @@ TEST_F(SweepResultsTest, PointsValuesAndCoordinates) {
   EXPECT_EQ(sweep.points[6].status, "failed");
   EXPECT_EQ(sweep.points[30].reason, "longer than 20 s");
   EXPECT_EQ(sweep.traces.size(), 2u);
-  EXPECT_FALSE(sweep.several(&SweepPoint::scene));
-  EXPECT_TRUE(sweep.several(&SweepPoint::status));
+  EXPECT_FALSE(sweep.several(&ReportedPoint::scene));
+  EXPECT_TRUE(sweep.several(&ReportedPoint::status));
 }
 
 TEST_F(SweepResultsTest, TheHashIsOfThePointsAndNotOfTheFile) {
