@@ -37,14 +37,7 @@ void AnyHitCollector::arrive(Cycle now, LaneId id) {
   buffer_.move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
 }
 
-bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
-  LaneMask eligible = 0;
-  for_each_bit(candidates_, [&](unsigned e) {
-    if (due(buffer_.warp(e)) <= now) eligible |= bit(e);
-  });
-  if (eligible == 0 || !out.can_push(now)) return false;
-  const unsigned entry = buffer_.oldest(eligible);
-  const Warp& warp = buffer_.warp(entry);
+AnyHitBatch batch_of(const Warp& warp) {
   AnyHitBatch batch;
   batch.slot = warp.slot;
   batch.round = warp.round;
@@ -53,6 +46,18 @@ bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
     batch.outcome[i] = warp.lane[i].event.outcome();
     batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
   });
+  return batch;
+}
+
+bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
+  LaneMask eligible = 0;
+  for_each_bit(candidates_, [&](unsigned e) {
+    if (due(buffer_.warp(e)) <= now) eligible |= bit(e);
+  });
+  if (eligible == 0 || !out.can_push(now)) return false;
+  const unsigned entry = buffer_.oldest(eligible);
+  const Warp& warp = buffer_.warp(entry);
+  const AnyHitBatch batch = batch_of(warp);
   ++counters_.batches;
   counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
   if (batch.lanes != warp.active()) ++counters_.timeouts;

@@ -40,18 +40,8 @@ WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config
   all_ = config.entries == 64 ? ~LaneMask{0} : bit(config.entries) - 1;
 }
 
-unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
-  assert(has_room() && call.group != nullptr);
-  settle(now + 1);  // the warp occupies the buffer from the next cycle on
-  const auto entry = static_cast<unsigned>(std::countr_zero(~occupied_));
-  if (call.slot >= cursors_.size()) cursors_.resize(call.slot + std::size_t{1});
-  RoundCursor& cursor = cursors_[call.slot];
-  cursor.seek(*call.group, call.round);
-
-  Warp& w = warps_[entry];
+void begin_call(Warp& w, const TraceCall& call, const RoundCursor& cursor, Cycle now) {
   w.group = call.group;
-  w.age = next_age_++;
-  ages_[entry] = w.age;
   w.round = call.round;
   w.slot = call.slot;
   w.lanes = call.lanes;
@@ -68,6 +58,20 @@ unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
     const LaneState state = events.empty() ? LaneState::finished : LaneState::ready;
     w.in[static_cast<std::size_t>(state)] |= bit(i);
   });
+}
+
+unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
+  assert(has_room() && call.group != nullptr);
+  settle(now + 1);  // the warp occupies the buffer from the next cycle on
+  const auto entry = static_cast<unsigned>(std::countr_zero(~occupied_));
+  if (call.slot >= cursors_.size()) cursors_.resize(call.slot + std::size_t{1});
+  RoundCursor& cursor = cursors_[call.slot];
+  cursor.seek(*call.group, call.round);
+
+  Warp& w = warps_[entry];
+  begin_call(w, call, cursor, now);
+  w.age = next_age_++;
+  ages_[entry] = w.age;
   const LaneMask b = bit(entry);
   if (occupied_ == 0) oldest_ = entry;
   occupied_ |= b;

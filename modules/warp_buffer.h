@@ -97,6 +97,10 @@ struct Warp {
   }
 };
 
+/// Puts a call into a warp: its lanes at the first event of the round that `cursor` has been moved to, lanes without
+/// events finished. Group, lanes and states are those of the call; the age is the caller's.
+void begin_call(Warp& warp, const TraceCall& call, const RoundCursor& cursor, Cycle now);
+
 class WarpBuffer final : public sc_core::sc_module {
  public:
   struct Config {

@@ -3,7 +3,7 @@
 #   scripts/slurm_local.sh start DIR    prints how to use it:  export SLURM_CONF=DIR/slurm.conf
 #   scripts/slurm_local.sh stop DIR
 # As root (slurmd must be); for a container or a virtual machine, not for a shared host. GRTX_SLURM_PORT: first of two
-# ports (default 16817). Exit code 77: cannot run here (packages missing, or not root).
+# ports (default 16817). Exit code 77: cannot run here (packages missing, not root, no cgroups).
 set -euo pipefail
 
 usage() { echo "usage: slurm_local.sh start|stop DIR" >&2; exit 2; }
@@ -78,18 +78,23 @@ PartitionName=local Nodes=$host Default=YES MaxTime=INFINITE State=UP
 CONF
   export SLURM_CONF="$dir/slurm.conf"
   # --force: folders above DIR may be writable by others, as the temporary folder is.
+  rm -f "$dir"/log/slurm*.log
   munged --force --socket="$dir/run/munge.socket" --key-file="$dir/munge.key" --log-file="$dir/log/munged.log" \
          --pid-file="$dir/run/munged.pid" --seed-file="$dir/run/munge.seed"
-  slurmctld -c
-  slurmd
+  local alive=yes
+  slurmctld -c || alive=no
+  slurmd || alive=no
   for _ in $(seq 150); do
-    case "$(sinfo -h -o %T 2>/dev/null)" in
-      idle*|mixed*|allocated*) echo "export SLURM_CONF=$SLURM_CONF"; return 0 ;;
+    # Daemons may go into the background before they know whether they can run: without cgroups, or on a port in use.
+    grep -qE "slurmd initialization failed|fatal:" "$dir"/log/slurm*.log 2>/dev/null && alive=no
+    [ $alive = yes ] || break
+    case "$(sinfo -h -o %T 2>/dev/null)" in  # a star behind the state: the node does not respond
+      idle|mixed|allocated) echo "export SLURM_CONF=$SLURM_CONF"; return 0 ;;
       down*|drained*) scontrol update nodename="$host" state=resume 2>/dev/null || true ;;
     esac
     sleep 0.2
   done
-  echo "slurm_local.sh: the node did not come up; see $dir/log" >&2
+  echo "slurm_local.sh: the node did not come up: $(grep -hE "error:|fatal:" "$dir"/log/slurm*.log 2>/dev/null | tail -2 | tr '\n' ' ')" >&2
   stop
   exit 77
 }

@@ -409,14 +409,7 @@ void FastRtUnit::fire(Cycle now) {
   if (eligible == 0 || !links_.batches->can_push(now)) return;
   const unsigned entry = oldest(eligible);
   const Warp& warp = warps_[entry];
-  AnyHitBatch batch;
-  batch.slot = warp.slot;
-  batch.round = warp.round;
-  batch.lanes = warp.in_state(LaneState::waiting_any_hit);
-  for_each_bit(batch.lanes, [&](unsigned i) {
-    batch.outcome[i] = warp.lane[i].event.outcome();
-    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
-  });
+  const AnyHitBatch batch = batch_of(warp);
   ++any_hit_counters_.batches;
   any_hit_counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
   if (batch.lanes != warp.active()) ++any_hit_counters_.timeouts;
@@ -451,26 +444,14 @@ void FastRtUnit::accept(Cycle now) {
   RoundCursor& cursor = cursors_[call.slot];
   cursor.seek(*call.group, call.round);
   Warp& w = warps_[entry];
-  w.group = call.group;
+  begin_call(w, call, cursor, now);
   w.age = ages_[entry] = next_age_++;
-  w.round = call.round;
-  w.slot = call.slot;
-  w.lanes = call.lanes;
-  w.in.fill(0);
-  w.accepted = now;
   for_each_bit(call.lanes, [&](unsigned i) {
-    const auto events = cursor.events(i);
-    Lane& l = w.lane[i];
-    l.next = events.data();
-    l.end = events.data() + events.size();
-    if (!events.empty()) l.event = events.front();
-    l.replay = cursor.round(i).replay;
-    l.stack_depth = l.replay ? 0 : 1;
-    w.in[static_cast<std::size_t>(events.empty() ? LaneState::finished : LaneState::ready)] |= bit(i);
     const LaneId id = lane_id(entry, i);
     if (checkpoint_) {
       std::uint32_t entries = 0;
-      if (checkpoint_->reads_backwards() && l.replay) {
+      if (checkpoint_->reads_backwards() && w.lane[i].replay) {
+        const auto events = cursor.events(i);
         entries = static_cast<std::uint32_t>(std::count_if(events.begin(), events.end(), [](const Event& e) {
           return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;
         }));
