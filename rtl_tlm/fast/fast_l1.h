@@ -2,8 +2,8 @@
 // once instead of moving through queues.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <span>
 
 #include "modules/l1_cache.h"
 #include "modules/memory_request.h"
@@ -27,7 +27,7 @@ class FastL1 {
   FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory);
 
   Cycle latency() const { return config_.latency; }
-  /// Requests of one cycle share the banks. Nothing else may be done between two calls of a later cycle.
+  /// Requests of one cycle share the banks. Cycles must not go back.
   Outcome access(Cycle now, modules::MemoryRequest request);
   /// A sector arrives: f(waiter, address) for each request that waits for it.
   template <typename F>

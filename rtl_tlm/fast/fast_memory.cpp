@@ -280,7 +280,7 @@ void FastMemory::run_dram(Slice& slice, Cycle end) {
     const DramRequest& request = slice.to_dram.front();
     Cycle clock = std::max(after_core(request.sent), slice.arrival_free);
     if (clock > limit) break;
-    // The request and its address, packed: the sector number needs 35 bits, the context 29 at most.
+    // The request and its address, packed: 24 bits of MSHR number (FastGpu checks it) below 40 of sector number.
     const std::uint64_t id = request.address / sector_bytes_ << 24 | (request.context & 0xFFFFFF);
     if (dram_.perfect) {
       slice.dram.count_unqueued(sector_bytes_, request.write);

@@ -54,7 +54,7 @@ class FastMemory {
 
   struct Arrival {
     modules::MemoryRequest request;
-    Cycle at = 0;  ///< at the slice's input
+    Cycle at = 0;  ///< seen by the crossbar, or, in a slice's pipe, due at the tags
   };
   struct DramRequest {
     std::uint64_t address = 0;
@@ -69,8 +69,8 @@ class FastMemory {
   };
   /// An SM's input of the crossbar: only its oldest request can cross.
   struct Input {
-    modules::RingQueue<Arrival> requests;  ///< `at`: seen by the crossbar
-    Cycle free = 0;                        ///< earliest crossing of the next one
+    modules::RingQueue<Arrival> requests;
+    Cycle free = 0;  ///< earliest crossing of the next one
   };
   struct Slice {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel)
@@ -123,7 +123,7 @@ class FastMemory {
   modules::Dram::Config dram_;
   unsigned sector_bytes_;
   std::vector<Input> inputs_;  ///< by SM
-  unsigned first_input_ = 0;
+  unsigned first_input_ = 0;   ///< of equals this one crosses first (the cycle model keeps one an output)
   std::vector<Slice> slices_;
   std::vector<modules::L2Counters> l2_;
   std::vector<Port> ports_;
