@@ -57,9 +57,9 @@ void ClockDomain::on_tick() {
   cycle_ = next_;
   wheel_[(cycle_ % kWheel) / 64] &= ~(std::uint64_t{1} << (cycle_ % 64));
   if (!far_.empty() && *far_.begin() == cycle_) far_.erase(far_.begin());
-  next_ = kNever;
+  next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
   ++ticks_;
-  // Immediate notifications: all clocked processes run in this evaluation phase.
+  // Bundles run here, and by immediate notifications all other clocked processes in this evaluation phase.
   Cycle next = kNever;
   bool woke = !idle_skip_;
   for (std::size_t i = 0; i < alarms_.cycles.size(); ++i) {
@@ -69,11 +69,17 @@ void ClockDomain::on_tick() {
       continue;
     }
     alarms_.cycles[i] = kNever;
-    alarms_.alarms[i]->event_.notify();
+    if (alarms_.alarms[i]->called_) {
+      const auto [run, bundle] = alarms_.calls[i];
+      run(bundle);
+    } else {
+      alarms_.alarms[i]->event_.notify();
+    }
     woke = true;
   }
   if (observed_) tick_.notify();
   // Who woke mostly wants the next cycle too; when nobody does, one empty tick finds the way.
+  next_ = kNever;
   next = woke ? cycle_ + 1 : std::min(next, earliest_booked());
   if (next != kNever) schedule(next);
 }

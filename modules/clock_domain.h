@@ -143,23 +143,28 @@ class Alarm {
   ClockDomain& domain_;
   ClockDomain::AlarmList& list_;
   std::size_t index_;
+  bool called_ = false;  ///< a bundle: the domain calls it, no process waits for the event
   sc_core::sc_event event_;
 };
 
-/// Runs the processes of several modules in one: an activation by the kernel costs as much as the work of a small
-/// module in a cycle. A member of the module that assembles them, whose process is sensitive to event() and calls
-/// run(). Modules built between begin() and end() join; their own processes then sleep. Results do not depend on it,
-/// since modules meet through registered links only.
+/// Runs the processes of several modules in that of the clock domain: an activation by the kernel costs as much as the
+/// work of a small module in a cycle. A member of the module that assembles them. Modules built between begin() and
+/// end() join; their own processes then sleep. Results do not depend on it, since modules meet through registered links
+/// only.
 class ProcessBundle {
  public:
-  explicit ProcessBundle(ClockDomain& domain) : domain_(domain), whole_(domain) { list_.whole = &whole_; }
+  explicit ProcessBundle(ClockDomain& domain)
+      : domain_(domain),
+        whole_(domain, domain.alarms_, this, [](void* bundle) { static_cast<ProcessBundle*>(bundle)->run(); }) {
+    list_.whole = &whole_;
+    whole_.called_ = true;
+  }
   ProcessBundle(const ProcessBundle&) = delete;
   ProcessBundle& operator=(const ProcessBundle&) = delete;
 
   void begin() { domain_.building_ = &list_; }
   void end() { domain_.building_ = &domain_.alarms_; }
-  const sc_core::sc_event& event() const { return whole_.event(); }
-  /// Runs the modules whose alarm is due.
+  /// Runs the modules whose alarm is due. The domain does so; models that keep their own time call it by hand.
   void run();
   /// Earliest cycle in which a module's alarm is due.
   Cycle next() const;

@@ -26,7 +26,7 @@ DramChannelCounters& DramChannelCounters::operator+=(const DramChannelCounters& 
 }
 
 DramChannel::DramChannel(const DramChannelConfig& config)
-    : config_(config), entries_(config.queue), banks_(config.banks), completions_(256) {
+    : config_(config), entries_(config.queue), banks_(config.banks), wake_(config.banks, kNever), completions_(256) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "dram", rule);
   };
@@ -65,6 +65,8 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   bank.newest = number;
   if (bank.open && bank.hit == kNone && bank.row == e.row) set_hit(bank, number);
   busy_banks_ |= std::uint64_t{1} << e.bank;
+  first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
+  refresh(now, e.bank);
   ++queued_;
   queued_bursts_ += e.remaining;
   ++(write ? counters_.writes : counters_.reads);
@@ -72,51 +74,103 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   next_ = now;
 }
 
+// What the bank waits for: a column command for its hit, or a row command for its oldest request. A bank that may not
+// yet have it, or whose oldest request ages, is looked at again when its time has come.
+void DramChannel::refresh(Cycle now, std::uint32_t number) {
+  const std::uint64_t bit = std::uint64_t{1} << number;
+  const Bank& bank = banks_[number];
+  reads_ &= ~bit;
+  writes_ &= ~bit;
+  precharges_ &= ~bit;
+  activates_ &= ~bit;
+  timed_ &= ~bit;
+  if (bank.oldest == kNone) return;
+  Cycle at = 0;
+  Cycle wake = kNever;
+  std::uint64_t* ready = nullptr;
+  const bool hit_is_oldest = bank.hit == bank.oldest;
+  if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
+    at = bank.can_column;
+    ready = bank.hit_write ? &writes_ : &reads_;
+    if (!hit_is_oldest) wake = bank.ages_at;
+  } else {
+    at = bank.open ? bank.can_precharge : bank.can_activate;
+    ready = bank.open ? &precharges_ : &activates_;
+  }
+  if (at <= now) {
+    *ready |= bit;
+  } else {
+    wake = std::min(wake, at);
+  }
+  if (wake == kNever) return;
+  timed_ |= bit;
+  wake_[number] = wake;
+  next_wake_ = std::min(next_wake_, wake);
+}
+
+void DramChannel::wake_banks(Cycle now) {
+  for (std::uint64_t rest = timed_; rest != 0; rest &= rest - 1) {
+    const auto number = static_cast<std::uint32_t>(std::countr_zero(rest));
+    if (wake_[number] <= now) refresh(now, number);
+  }
+  next_wake_ = kNever;
+  for (std::uint64_t rest = timed_; rest != 0; rest &= rest - 1) {
+    next_wake_ = std::min(next_wake_, wake_[static_cast<std::size_t>(std::countr_zero(rest))]);
+  }
+}
+
+// Whether a hit other than `column` is past the age cap and the oldest hit of all.
+bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
+  if (now < first_ages_at_) return false;
+  first_ages_at_ = kNever;
+  std::uint64_t order = ~std::uint64_t{0};
+  std::uint32_t oldest = kNone;
+  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
+    const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
+    first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
+    if (bank.hit == kNone || (bank.hit != bank.oldest && now >= bank.ages_at) || bank.hit_order >= order) continue;
+    order = bank.hit_order;
+    oldest = bank.hit;
+  }
+  return oldest != kNone && oldest != column && aged(entries_[oldest], now);
+}
+
 // First ready, first come: the oldest row hit whose timing allows it gets the column command; the oldest request whose
 // bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
 // bank serves no younger hits, and the data bus waits for it once its row is open.
 void DramChannel::step(Cycle now) {
-  constexpr std::uint64_t kNoOrder = ~std::uint64_t{0};
-  std::uint32_t column = kNone;  // oldest ready hit
-  std::uint32_t row = kNone;     // oldest ready row command
-  std::uint64_t column_order = kNoOrder;
-  std::uint64_t row_order = kNoOrder;
-  std::uint64_t oldest_hit_order = kNoOrder;
-  std::uint32_t oldest_hit = kNone;
-  Cycle next = kNever;
-  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
-    const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
-    const bool hit_is_oldest = bank.hit == bank.oldest;
-    if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
-      const Cycle ready = std::max(bank.can_column, bank.hit_write ? next_write_ : next_read_);
-      if (bank.hit_order < oldest_hit_order) {
-        oldest_hit_order = bank.hit_order;
-        oldest_hit = bank.hit;
-      }
-      if (ready > now) {
-        next = std::min(next, ready);
-      } else if (bank.hit_order < column_order) {
-        column_order = bank.hit_order;
-        column = bank.hit;
-      }
-      if (!hit_is_oldest) next = std::min(next, bank.ages_at);
-      continue;
+  if (next_wake_ <= now) wake_banks(now);
+  const auto oldest_of = [this](std::uint64_t banks, auto order) {
+    std::uint32_t best = kNone;
+    std::uint64_t best_order = ~std::uint64_t{0};
+    for (; banks != 0; banks &= banks - 1) {
+      const auto number = static_cast<std::uint32_t>(std::countr_zero(banks));
+      if (order(banks_[number]) >= best_order) continue;
+      best_order = order(banks_[number]);
+      best = number;
     }
-    const Cycle ready = bank.open ? bank.can_precharge : std::max(bank.can_activate, next_activate_);
-    if (ready > now) {
-      next = std::min(next, ready);
-    } else if (bank.oldest_order < row_order) {
-      row_order = bank.oldest_order;
-      row = bank.oldest;
-    }
+    return best;
+  };
+  const std::uint32_t column = oldest_of((next_read_ <= now ? reads_ : 0) | (next_write_ <= now ? writes_ : 0),
+                                         [](const Bank& bank) { return bank.hit_order; });
+  const std::uint32_t row = oldest_of(precharges_ | (next_activate_ <= now ? activates_ : 0),
+                                      [](const Bank& bank) { return bank.oldest_order; });
+  const bool held_back = column != kNone && older_hit_has_aged(now, banks_[column].hit);
+  if (row != kNone) {
+    issue_row(now, banks_[row].oldest);
+    refresh(now, row);
   }
-  if (column != oldest_hit && oldest_hit != kNone && aged(entries_[oldest_hit], now)) column = kNone;
-  const bool issued = column != kNone || row != kNone;
-  if (row != kNone) issue_row(now, row);
-  if (column != kNone) issue_column(now, column);
-  // After a command the candidates have changed: look again in the next clock, and skip from there.
-  next_ = busy_banks_ == 0 ? kNever : issued ? now + 1 : next;
-  assert(next_ > now);
+  if (column != kNone && !held_back) {
+    issue_column(now, banks_[column].hit);
+    refresh(now, column);
+  }
+  if (busy_banks_ == 0) next_wake_ = kNever;
+  Cycle next = next_wake_;
+  if (reads_ != 0) next = std::min(next, next_read_);
+  if (writes_ != 0) next = std::min(next, next_write_);
+  if (activates_ != 0) next = std::min(next, next_activate_);
+  if (precharges_ != 0) next = 0;
+  next_ = busy_banks_ == 0 ? kNever : std::max(next, now + 1);
 }
 
 void DramChannel::issue_column(Cycle now, std::uint32_t number) {

@@ -116,7 +116,7 @@ class DramChannel {
     bool activated = false;  ///< a row was opened for it
     bool precharged = false;
   };
-  // What step() reads of every busy bank fills one line of the host's cache; of the entries it reads none.
+  // What step() reads of a bank fills one line of the host's cache; of the entries it reads none.
   struct alignas(64) Bank {
     std::uint32_t oldest = kNone;
     std::uint32_t hit = kNone;       ///< oldest entry of the open row
@@ -134,6 +134,9 @@ class DramChannel {
   };
 
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
+  void refresh(Cycle now, std::uint32_t bank);
+  void wake_banks(Cycle now);
+  bool older_hit_has_aged(Cycle now, std::uint32_t column);
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
   void find_hit(Bank& bank, std::uint32_t from) const;
@@ -147,6 +150,12 @@ class DramChannel {
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
   std::uint64_t busy_banks_ = 0;  ///< banks with queued entries
+  // Of these, the banks whose own timing allows a command now, by its kind, and those that wait for their time.
+  std::uint64_t reads_ = 0, writes_ = 0, precharges_ = 0, activates_ = 0;
+  std::uint64_t timed_ = 0;
+  std::vector<Cycle> wake_;       ///< of a bank in timed_
+  Cycle next_wake_ = kNever;      ///< none is due before
+  Cycle first_ages_at_ = kNever;  ///< no request is past the age cap before
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;
   unsigned queued_bursts_ = 0;

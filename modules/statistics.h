@@ -1,6 +1,7 @@
 // Statistics with a name, a unit and a description. Modules count in plain integers and describe them once, at the end.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -42,11 +43,7 @@ class Distribution {
     ++count_;
     sum_ += value;
     if (value > max_) max_ = value;
-    unsigned bin = 0;
-    while (value != 0) {
-      value >>= 1;
-      ++bin;
-    }
+    const auto bin = static_cast<unsigned>(std::bit_width(value));
     ++bins_[bin < kBins ? bin : kBins - 1];
   }
   /// Adds all values of another distribution.

@@ -101,9 +101,6 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   }
   construct(std::move(builders), build.construction_order);
 
-  SC_METHOD(run_memory_side);
-  sensitive << memory_side_.event();
-  dont_initialize();
   SC_METHOD(pause);
   sensitive << distributor_->done();
   dont_initialize();

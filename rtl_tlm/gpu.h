@@ -79,7 +79,6 @@ class Gpu final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
-  void run_memory_side() { memory_side_.run(); }
   void pause() { sc_core::sc_pause(); }
 
   GpuConfig config_;

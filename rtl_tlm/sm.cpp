@@ -98,9 +98,6 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   builders.push_back([&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); });
   construct(std::move(builders), order);
   processes_.end();
-  SC_METHOD(run_parts);
-  sensitive << processes_.event();
-  dont_initialize();
 
   simt_->launch.bind(launch);
   simt_->ended.bind(ended);

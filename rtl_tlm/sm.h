@@ -40,7 +40,6 @@ struct SmConfig {
 
 class Sm final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(Sm);
   /// header, map and clock must outlive the SM. order: see construct().
   Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
      const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order);
@@ -83,7 +82,6 @@ class Sm final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
-  void run_parts() { processes_.run(); }
   /// clients: names of the L1's ports.
   void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
 
