@@ -107,17 +107,28 @@ void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
   ++counters_.nodes;
 }
 
-bool SiblingPrefetcher::issue_front(Cycle now, Link<MemoryRequest>& out) {
-  if (!out.can_push(now)) return false;
+MemoryRequest SiblingPrefetcher::take() {
   Pending& p = queue_.front();
   MemoryRequest request;
   request.address = p.address + kSectorBytes * p.next;
   request.region = traffic_.region(p.kind, p.address);
   request.prefetch = true;
-  out.push(now, request);
   ++counters_.sectors;
-  ++outstanding_;
   if (++p.next == traffic_.sectors(p.kind)) queue_.pop();
+  return request;
+}
+
+bool SiblingPrefetcher::issue_front(Cycle now, Link<MemoryRequest>& out) {
+  if (!out.can_push(now)) return false;
+  out.push(now, take());
+  ++outstanding_;
+  return true;
+}
+
+bool SiblingPrefetcher::next(MemoryRequest& out) {
+  if (queue_.empty()) return false;
+  out = take();
+  ++counters_.responses;
   return true;
 }
 

@@ -16,7 +16,8 @@ using modules::kNever;
 
 namespace {
 
-constexpr Cycle kLongestTurn = 24;
+// An SM's requests of a turn are ahead of those of the SMs after it by as much.
+constexpr Cycle kTurn = 16;
 
 void check_modelled(const GpuConfig& config) {
   const auto require = [](bool holds, const char* key, const char* rule) {
@@ -25,7 +26,6 @@ void check_modelled(const GpuConfig& config) {
   require(!config.rt.warp_buffer.spill, "rt.warp_buffer.spill", "is not modelled by --mode fast");
   require(!config.rt.memory.by_shader, "rt.memory.by_shader", "is not modelled by --mode fast");
   require(config.rt_units == 1, "gpu.rt_units", "must be 1 with --mode fast");
-  require(config.l2.mshr_entries < 1u << 24, "l2.mshr_entries", "must be below 2^24 with --mode fast");
 }
 
 const GpuConfig& checked(const GpuConfig& config) {
@@ -52,22 +52,19 @@ FastGpu::FastGpu(const sc_core::sc_module_name& module_name, const GpuConfig& co
 }
 
 Cycle FastGpu::next_due() const {
-  Cycle due = memory_.next_due();
+  Cycle due = kNever;
   for (const auto& sm : sms_) due = std::min(due, sm->next_due());
   return due;
 }
 
 void FastGpu::advance(Cycle end) {
   for (const auto& sm : sms_) sm->run(end);
-  memory_.run(end);
-  for (unsigned i = 0; i < sms_.size(); ++i) sms_[i]->crossing(memory_.backlog(i), end);
+  memory_.advance(end);
   ++steps_;
 }
 
 void FastGpu::run(const std::function<void(std::uint64_t)>& progress) {
   constexpr std::uint64_t kProgressSteps = 4096;
-  // Longer turns are faster, but an SM learns late that the crossbar is busy.
-  const Cycle turn = std::min(memory_.lookahead(), kLongestTurn);
   const std::uint64_t groups = source_.count();
   Cycle now = 0;
   launch_more(0, 1);
@@ -77,7 +74,7 @@ void FastGpu::run(const std::function<void(std::uint64_t)>& progress) {
       throw std::runtime_error(
           fmt::format("deadlock in core cycle {}: nothing is due but {} warps run", now, running_));
     }
-    now = std::max(now, due) + turn;
+    now = std::max(now, due) + kTurn;
     advance(now);
     collect_ended(now);
     if (steps_ % kProgressSteps == 0) progress(next_group_ - running_);
@@ -87,9 +84,10 @@ void FastGpu::run(const std::function<void(std::uint64_t)>& progress) {
   for (const auto& sm : sms_) sm->settle(end_);
   take_counters(false);
   for (Cycle due = next_due(); due != kNever; due = next_due()) {
-    now = std::max(now, due) + turn;
+    now = std::max(now, due) + kTurn;
     advance(now);
   }
+  memory_.drain();
   take_counters(true);
 }
 

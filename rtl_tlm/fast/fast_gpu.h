@@ -1,5 +1,5 @@
-// The GPU in fast mode: SMs and memory advance in turns, each as far as what the other may still send allows (the
-// latency of the crossbar), so that nothing arrives in the past of its receiver. docs/simulation-speed.md
+// The GPU in fast mode: the SMs advance in short turns, one after the other; what they share takes reservations out of
+// order within a turn. docs/simulation-speed.md
 #pragma once
 
 #include <cstdint>

@@ -7,122 +7,117 @@ namespace grtx::tlm {
 
 using modules::L1Stall;
 using modules::MemoryRequest;
-using modules::MemoryResponse;
-using modules::MshrTable;
 using modules::SectorCacheTags;
 
 FastL1::FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory)
     : config_(config),
       sm_(static_cast<std::uint8_t>(sm)),
-      waiting_(config.miss_queue + link_capacity),
       memory_(memory),
       tags_(config.geometry),
-      mshrs_(config.mshr_entries, config.mshr_merges) {}
-
-FastL1::Outcome FastL1::access(Cycle now, MemoryRequest request) {
-  if (banks_cycle_ != now) {
-    banks_cycle_ = now;
-    banks_taken_ = 0;
-  }
-  const std::uint64_t bank = std::uint64_t{1} << (request.address / modules::kSectorBytes % config_.banks);
-  if ((banks_taken_ & bank) != 0) {
-    ++counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
-    return Outcome::conflict;
-  }
-  request.sm = sm_;
-  const Outcome outcome = request.write ? write(now, request) : read(now, request);
-  if (outcome != Outcome::refused) banks_taken_ |= bank;
-  return outcome;
+      misses_(config.mshr_entries),
+      pending_(config.mshr_entries),
+      crossed_(config.miss_queue + link_capacity) {
+  for (unsigned i = config.mshr_entries; i > 0; --i) free_.push_back(i - 1);
 }
 
-FastL1::Outcome FastL1::refuse(L1Stall reason, Cycle retry_at) {
-  ++counters_.stalls[static_cast<std::size_t>(reason)];
-  retry_at_ = retry_at;
-  return Outcome::refused;
+void FastL1::fill(Cycle now) {
+  while (!arrivals_.empty() && arrivals_.front().cycle <= now) fill_next();
 }
 
-FastL1::Outcome FastL1::read(Cycle now, const MemoryRequest& request) {
-  const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(request.address);
-  const std::uint8_t sector = tags_.sector_bit(request.address);
-  const bool hit = config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0);
-  const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(request.address);
-  const bool miss = !hit && pending == MshrTable::kNone;
-  if (miss) {
-    if (mshrs_.full()) return refuse(L1Stall::mshr_full, modules::kNever);
-    if (miss_queue_full(now)) return refuse(L1Stall::miss_queue_full, send_free_ + 1 - config_.tag_latency - waiting_);
-  } else if (!hit && mshrs_.merges_full(pending)) {
-    return refuse(L1Stall::merges_full, modules::kNever);
-  }
-  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
-  if (hit) {
-    ++counters_.responses;
-  } else if (!miss) {
-    if (!request.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
-    mshrs_.merge(pending, request);
-  } else {
-    count_mshr_cycles(now);
-    MemoryRequest down = request;
-    down.tag = mshrs_.allocate(now, request.address, request);
-    send(now, down);
-    ++counters_.sent_reads;
-  }
-  if (request.prefetch) {
-    ++counters_.prefetches;
-    ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
-  } else {
-    modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
-    ++region.reads;
-    ++(hit ? region.hits : miss ? region.misses : region.hits_on_miss);
-    if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
-  }
-  return hit ? Outcome::hit : Outcome::pending;
-}
-
-FastL1::Outcome FastL1::write(Cycle now, const MemoryRequest& request) {
-  modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
-  if (config_.perfect) {
-    ++region.writes;
-    ++region.write_hits;
-    ++counters_.responses;
-    return Outcome::hit;
-  }
-  if (miss_queue_full(now)) return refuse(L1Stall::miss_queue_full, send_free_ + 1 - config_.tag_latency - waiting_);
-  const SectorCacheTags::Slot slot = tags_.find(request.address);
-  const std::uint8_t sector = tags_.sector_bit(request.address);
-  ++region.writes;
-  if (slot != SectorCacheTags::kNone) {
-    tags_.touch(slot);
-    if ((tags_.valid(slot) & sector) != 0) {
-      ++region.write_hits;
-      reference(slot, sector);
-    }
-  }
-  send(now, request);
-  ++counters_.sent_writes;
-  ++writes_pending_;
-  return Outcome::pending;
-}
-
-void FastL1::send(Cycle now, const MemoryRequest& request) {
-  const Cycle sent = std::max(now + config_.tag_latency, send_free_);
-  send_free_ = sent + 1;
-  memory_.send(request, sent);
-}
-
-void FastL1::store(Cycle now, const MemoryResponse& reply) {
-  SectorCacheTags::Slot slot = tags_.find(reply.address);
+void FastL1::fill_next() {
+  const std::uint32_t number = arrivals_.front().miss;
+  std::pop_heap(arrivals_.begin(), arrivals_.end());
+  arrivals_.pop_back();
+  const Miss& miss = misses_[number];
+  SectorCacheTags::Slot slot = tags_.find(miss.address);
   if (slot == SectorCacheTags::kNone) {
     SectorCacheTags::Victim victim;
-    slot = tags_.insert(reply.address, &victim);
+    slot = tags_.insert(miss.address, &victim);
     if (victim.valid) ++counters_.evictions;
     counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
   }
-  const std::uint8_t sector = tags_.sector_bit(reply.address);
+  const std::uint8_t sector = tags_.sector_bit(miss.address);
   tags_.set_valid(slot, sector);
-  if (!mshrs_.demanded(reply.tag)) tags_.set_unused_prefetch(slot, sector);
+  if (!miss.demanded) tags_.set_unused_prefetch(slot, sector);
   ++counters_.fills;
-  counters_.miss_latency.add(now - mshrs_.allocated(reply.tag));
-  count_mshr_cycles(now);
+  pending_.erase(miss.address / modules::kSectorBytes);
+  free_.push_back(number);
+}
+
+Cycle FastL1::room(Cycle now) {
+  const Cycle crossed = crossed_[next_crossed_];
+  if (crossed <= now + config_.tag_latency) return now;
+  const Cycle at = crossed - config_.tag_latency;
+  counters_.stalls[static_cast<std::size_t>(L1Stall::miss_queue_full)] += at - now;
+  return at;
+}
+
+FastMemory::Trip FastL1::send(Cycle now, MemoryRequest request) {
+  request.sm = sm_;
+  const FastMemory::Trip trip = memory_.access(request, now + config_.tag_latency);
+  crossed_[next_crossed_] = trip.crossed;
+  next_crossed_ = next_crossed_ + 1 == crossed_.size() ? 0 : next_crossed_ + 1;
+  return trip;
+}
+
+FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
+  modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
+  ++counters_.responses;
+  if (request.prefetch) {
+    ++counters_.prefetches;
+  } else {
+    ++region.reads;
+  }
+  if (config_.perfect) {
+    ++(request.prefetch ? counters_.prefetches_redundant : region.hits);
+    return {now, now + config_.latency};
+  }
+  fill(now);
+  const SectorCacheTags::Slot slot = tags_.find(request.address);
+  if (slot != SectorCacheTags::kNone) {
+    const std::uint8_t sector = tags_.sector_bit(request.address);
+    tags_.touch(slot);
+    if ((tags_.valid(slot) & sector) != 0) {
+      if (request.prefetch) {
+        ++counters_.prefetches_redundant;
+      } else {
+        ++region.hits;
+        reference(slot, sector);
+      }
+      return {now, now + config_.latency};
+    }
+  }
+  const std::uint64_t number = request.address / modules::kSectorBytes;
+  if (const std::uint32_t under_way = pending_.find(number); under_way != modules::AddressIndex::kNone) {
+    Miss& miss = misses_[under_way];
+    if (request.prefetch) {
+      ++counters_.prefetches_redundant;
+    } else {
+      ++region.hits_on_miss;
+      if (!miss.demanded) ++counters_.prefetches_late;
+      miss.demanded = true;
+    }
+    return {now, std::max(now + config_.latency, miss.arrives + 1)};
+  }
+  if (free_.empty()) {
+    const Cycle free = std::max(now, arrivals_.front().cycle);
+    counters_.stalls[static_cast<std::size_t>(L1Stall::mshr_full)] += free - now;
+    now = free;
+    fill_next();
+  }
+  now = room(now);
+  const FastMemory::Trip trip = send(now, request);
+  const std::uint32_t miss = free_.back();
+  free_.pop_back();
+  misses_[miss] = {request.address, trip.seen, !request.prefetch};
+  arrivals_.push_back({trip.seen, miss});
+  std::push_heap(arrivals_.begin(), arrivals_.end());
+  pending_.insert(number, miss);
+  ++counters_.sent_reads;
+  counters_.miss_latency.add(trip.seen - now);
+  counters_.mshr_cycles += trip.seen - now;
+  ++(request.prefetch ? counters_.prefetches_fetched : region.misses);
+  return {now, trip.seen + 1};
 }
 
 void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
@@ -131,9 +126,30 @@ void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
   ++counters_.prefetches_useful;
 }
 
-void FastL1::count_mshr_cycles(Cycle now) {
-  counters_.mshr_cycles += mshrs_.used() * (now - mshr_counted_);
-  mshr_counted_ = now;
+FastL1::Access FastL1::write(Cycle now, MemoryRequest& request) {
+  modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
+  ++region.writes;
+  ++counters_.responses;
+  if (config_.perfect) {
+    ++region.write_hits;
+    return {now, now + config_.latency};
+  }
+  fill(now);
+  now = room(now);
+  if (const SectorCacheTags::Slot slot = tags_.find(request.address); slot != SectorCacheTags::kNone) {
+    tags_.touch(slot);
+    const std::uint8_t sector = tags_.sector_bit(request.address);
+    if ((tags_.valid(slot) & sector) != 0) {
+      ++region.write_hits;
+      reference(slot, sector);
+    }
+  }
+  ++counters_.sent_writes;
+  return {now, send(now, request).seen + 1};
+}
+
+void FastL1::drain() {
+  while (!arrivals_.empty()) fill_next();
 }
 
 modules::L1Counters FastL1::counters() const {

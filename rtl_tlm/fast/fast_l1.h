@@ -1,13 +1,13 @@
-// The L1 of an SM in fast mode: tags, MSHRs and refusals of the cycle model; hits and misses take their latencies at
-// once instead of moving through queues.
+// The L1 of an SM in fast mode: the tags of the cycle model. A request learns at once when the L1 takes it and when its
+// answer is there; the sectors that are under way go into the tags when they arrive.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
+#include <vector>
 
+#include "modules/address_index.h"
 #include "modules/l1_cache.h"
 #include "modules/memory_request.h"
-#include "modules/mshr_table.h"
 #include "modules/sector_cache_tags.h"
 #include "rtl_tlm/fast/fast_memory.h"
 
@@ -15,65 +15,55 @@ namespace grtx::tlm {
 
 class FastL1 {
  public:
-  /// What became of a request.
-  enum class Outcome : std::uint8_t {
-    hit,       ///< the data is seen after latency() cycles
-    pending,   ///< a fill or acknowledgement will name the requester
-    conflict,  ///< the bank is taken in this cycle
-    refused    ///< until retry_at()
+  /// Of one request.
+  struct Access {
+    Cycle taken = 0;  ///< the L1 accepted it; the next of its client comes later
+    Cycle seen = 0;   ///< the response is visible to the client
   };
 
   /// link_capacity: of the link to the crossbar.
   FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory);
 
-  Cycle latency() const { return config_.latency; }
-  /// Requests of one cycle share the banks. Cycles must not go back.
-  Outcome access(Cycle now, modules::MemoryRequest request);
-  /// A sector arrives: f(waiter, address) for each request that waits for it.
-  template <typename F>
-  void fill(Cycle now, const modules::MemoryResponse& reply, F&& f) {
-    store(now, reply);
-    for (const modules::MshrWaiter& waiter : mshrs_.waiters(reply.tag)) {
-      ++counters_.responses;
-      f(waiter, reply.address);
-    }
-    mshrs_.release(reply.tag);
+  /// A request that the L1 looks at in cycle `now` or, when a full miss queue or no free MSHR holds it back, later.
+  Access access(Cycle now, modules::MemoryRequest request) {
+    return request.write ? write(now, request) : read(now, request);
   }
-  /// A write is acknowledged.
-  void acknowledge() {
-    --writes_pending_;
-    ++counters_.responses;
-  }
-  /// So many requests that were sent before cycle `now` have not crossed the crossbar yet.
-  void crossing(std::size_t backlog, Cycle now) { send_free_ = std::max(send_free_, now + backlog); }
-  /// When the last refusal may be over; kNever: not before the next fill.
-  Cycle retry_at() const { return retry_at_; }
-  bool idle() const { return mshrs_.used() == 0 && writes_pending_ == 0; }
+  /// Takes in what is still under way at the end.
+  void drain();
   modules::L1Counters counters() const;
 
  private:
-  Outcome read(Cycle now, const modules::MemoryRequest& request);
-  Outcome write(Cycle now, const modules::MemoryRequest& request);
-  Outcome refuse(modules::L1Stall reason, Cycle retry_at);
-  /// As many wait for the crossbar as the miss queue and the link hold.
-  bool miss_queue_full(Cycle now) const { return send_free_ >= now + config_.tag_latency + waiting_; }
-  void store(Cycle now, const modules::MemoryResponse& reply);
-  void send(Cycle now, const modules::MemoryRequest& request);
+  Access read(Cycle now, const modules::MemoryRequest& request);
+  Access write(Cycle now, modules::MemoryRequest& request);
+  /// Puts the sectors that have arrived by cycle `now` into the tags.
+  void fill(Cycle now);
+  void fill_next();
+  /// The miss queue and the link behind it have room.
+  Cycle room(Cycle now);
   void reference(modules::SectorCacheTags::Slot slot, std::uint8_t sector);
-  void count_mshr_cycles(Cycle now);
+  FastMemory::Trip send(Cycle now, modules::MemoryRequest request);
 
   modules::L1Cache::Config config_;
   std::uint8_t sm_;
-  Cycle waiting_;  ///< requests that miss queue and link hold
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
-  modules::MshrTable mshrs_;
-  Cycle banks_cycle_ = modules::kNever;
-  std::uint64_t banks_taken_ = 0;  ///< in banks_cycle_
-  Cycle send_free_ = 0;            ///< towards the crossbar
-  Cycle retry_at_ = 0;
-  std::uint64_t writes_pending_ = 0;
-  Cycle mshr_counted_ = 0;
+  /// A sector under way, in one of the MSHRs.
+  struct Miss {
+    std::uint64_t address = 0;
+    Cycle arrives = 0;
+    bool demanded = false;
+  };
+  struct Arrival {
+    Cycle cycle = 0;
+    std::uint32_t miss = 0;
+    bool operator<(const Arrival& o) const { return cycle != o.cycle ? cycle > o.cycle : miss > o.miss; }  // for a heap
+  };
+  std::vector<Miss> misses_;
+  std::vector<std::uint32_t> free_;  ///< of misses_
+  std::vector<Arrival> arrivals_;    ///< a heap, the earliest on top
+  modules::AddressIndex pending_;    ///< misses_ by sector
+  std::vector<Cycle> crossed_;       ///< of as many requests as miss queue and link hold
+  std::size_t next_crossed_ = 0;
   modules::L1Counters counters_;
 };
 

@@ -1,9 +1,10 @@
-// The shared half of the memory in fast mode: crossbar delays, L2 slices and DRAM channels. Ports and buses are
-// resources that a request reserves, one after the other, in the order of time; tags, MSHRs and the DRAM's command
-// scheduler are those of the cycle model. Nothing blocks backwards: what the cycle model keeps in full queues waits
-// here in longer ones.
+// The shared half of the memory in fast mode: crossbar, L2 slices and DRAM channels. A request is followed through all
+// of them when it is sent: ports are resources in which it reserves the first free cycle, tags are looked up once. Only
+// the DRAM's commands are simulated, by the cycle model's scheduler, in the order of time and a little later: how long
+// a read will wait there is predicted from the requests before it, and corrected by what the scheduler then finds.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,35 +12,30 @@
 #include "modules/dram_channel.h"
 #include "modules/l2_slice.h"
 #include "modules/memory_request.h"
-#include "modules/mshr_table.h"
 #include "modules/ring_queue.h"
 #include "modules/sector_cache_tags.h"
+#include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/gpu_config.h"
 
 namespace grtx::tlm {
 
 class FastMemory {
  public:
-  struct Reply {
-    modules::MemoryResponse response;
-    Cycle due = 0;  ///< visible at the SM
+  /// Of one request, in core cycles.
+  struct Trip {
+    Cycle crossed = 0;  ///< it left the SM's queue towards the crossbar
+    Cycle seen = 0;     ///< its reply is visible at the SM
   };
 
   /// bytes: size of the memory.
   FastMemory(const GpuConfig& config, std::uint64_t bytes);
 
-  /// A miss or write enters the crossbar's link in cycle `sent` (ascending for each SM).
-  void send(const modules::MemoryRequest& request, Cycle sent);
-  /// All requests sent before cycle `end` are known: finds the replies that are due before end + lookahead().
-  void run(Cycle end);
-  /// Cycles from the sending of a request to its earliest reply: through the crossbar, the slice's pipe and back.
-  Cycle lookahead() const { return 2 * latency_ + pipe_; }
-  /// Requests of the SM that were sent before the `end` of the last run() and had not crossed by then.
-  std::size_t backlog(unsigned sm) const { return inputs_[sm].requests.size(); }
-  /// To one SM, ascending due cycle; the SM takes them out.
-  modules::RingQueue<Reply>& replies(unsigned sm) { return ports_[sm].replies; }
-  /// run() with an `end` up to this cycle does nothing, unless requests are sent.
-  Cycle next_due() const;
+  /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
+  Trip access(const modules::MemoryRequest& request, Cycle sent);
+  /// Nothing will be sent before cycle `now` any more.
+  void advance(Cycle now);
+  /// Nothing will be sent any more.
+  void drain();
   bool idle() const;
 
   // Counts in the form of the cycle model's.
@@ -50,83 +46,63 @@ class FastMemory {
   std::uint64_t dirty_sectors() const;
 
  private:
-  static constexpr std::uint32_t kWriteBack = ~std::uint32_t{0};
+  static constexpr std::uint64_t kWriteBack = ~std::uint64_t{0};
+  static constexpr std::size_t kErrors = 64;
 
-  struct Arrival {
-    modules::MemoryRequest request;
-    Cycle at = 0;  ///< seen by the crossbar, or, in a slice's pipe, due at the tags
-  };
   struct DramRequest {
-    std::uint64_t address = 0;
-    std::uint32_t context = 0;
+    std::uint64_t address = 0;  ///< inside the channel
+    Cycle clock = 0;            ///< of the memory: earliest arrival
+    std::uint64_t id = 0;       ///< of a read: clock and the requests it found, packed
     bool write = false;
-    Cycle sent = 0;  ///< core cycle
   };
-  struct Fill {
-    std::uint32_t context = 0;
-    std::uint64_t address = 0;
-    Cycle due = 0;  ///< core cycle
-  };
-  /// An SM's input of the crossbar: only its oldest request can cross.
-  struct Input {
-    modules::RingQueue<Arrival> requests;
-    Cycle free = 0;  ///< earliest crossing of the next one
+  struct Done {
+    std::uint64_t id = 0;
+    Cycle clock = 0;
   };
   struct Slice {
-    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel)
-        : config(c), tags(c.geometry), mshrs(c.mshr_entries, c.mshr_merges), dram(channel) {}
+    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
+        : config(c), tags(c.geometry), looked_up(capacity), dram(channel) {}
     modules::L2Slice::Config config;
     modules::SectorCacheTags tags;
-    modules::MshrTable mshrs;
-    modules::RingQueue<Arrival> pipe;
-    modules::RingQueue<Fill> fills;
-    modules::RingQueue<DramRequest> to_dram;
+    SlotCalendar input, lookup, reply;
+    std::vector<Cycle> looked_up;  ///< of as many requests as fit between the crossbar and the tags
+    std::size_t next = 0;          ///< in looked_up
+    Cycle blocked_until = 0;       ///< the queue to the DRAM was full
     modules::DramChannel dram;
-    Cycle input_free = 0;
-    Cycle lookup_next = 0;  ///< earliest cycle of the next access to the tags; kNever: waits for a fill
-    bool waits_for_dram = false;
-    Cycle send_free = 0;      ///< towards the DRAM, core cycles
-    Cycle reply_free = 0;     ///< towards the crossbar, core cycles
-    Cycle arrival_free = 0;   ///< memory clock of the next request
-    Cycle response_free = 0;  ///< memory clock of the next response
-    Cycle mshr_counted = 0;
-    std::uint64_t outstanding = 0;  ///< in the DRAM
-  };
-  struct Port {
-    std::vector<Reply> waiting;  ///< not in order
-    modules::RingQueue<Reply> replies;
-    Cycle free = 0;
+    std::vector<DramRequest> arrivals;  ///< not at the DRAM yet, not in order
+    modules::RingQueue<Done> done;      ///< by the DRAM, later than the clock to which all is known
+    std::uint64_t outstanding = 0;      ///< in the DRAM
+    Cycle arrival_free = 0;             ///< memory clock of the next request
+    Cycle response_free = 0;            ///< memory clock of the next response
+    // What a read's latency is predicted from, in memory clocks: requests found times `interval`, plus the difference
+    // that an earlier read had to that.
+    double interval;
+    Cycle last_done = 0;
+    std::array<std::int32_t, kErrors> errors{};
+    std::size_t newest_error = 0, next_error = 0;
   };
 
-  Cycle next_of(const Slice& slice) const;
-  void cross(Cycle end);
-  void run_slice(unsigned index, Cycle begin, Cycle end);
-  bool fill(unsigned index, Cycle now, const Fill& fill);
-  void look_up(unsigned index, Cycle now);
-  bool read(unsigned index, Cycle now, const modules::MemoryRequest& access);
-  bool write(unsigned index, Cycle now, const modules::MemoryRequest& access);
-  bool room_for_victim(const Slice& slice, std::uint64_t local) const;
-  modules::SectorCacheTags::Slot allocate(unsigned index, Cycle now, std::uint64_t local);
-  void ask_dram(unsigned index, Cycle now, std::uint64_t address, std::uint32_t context, bool write);
-  void run_dram(Slice& slice, Cycle end);
-  void reply(unsigned index, Cycle now, const modules::MemoryResponse& response);
-  void deliver(Cycle end);
-  void count_mshr_cycles(unsigned index, Cycle now);
+  Cycle look_up(unsigned index, Cycle now, const modules::MemoryRequest& request);
+  void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim);
+  Cycle read_dram(unsigned index, Cycle now, std::uint64_t local);
+  void run_dram(Slice& slice, Cycle clock);
+  std::size_t waiting(const Slice& slice) const {
+    return slice.arrivals.size() + slice.outstanding + slice.done.size();
+  }
+  Cycle after_core(Cycle cycle) const { return cycle * core_fs_ / memory_fs_ + 1; }
+  Cycle after_memory(Cycle clock) const { return clock * memory_fs_ / core_fs_ + 1; }
 
   std::uint64_t core_fs_, memory_fs_;  ///< clock periods
   Cycle link_;                         ///< from an L1 to the crossbar
   Cycle latency_;  ///< crossbar with the link before it: from leaving an L1 or a slice to being seen at the other end
   Cycle pipe_;     ///< of a slice: from its input to its tags
-  std::size_t capacity_;  ///< requests between the crossbar's arbiter and the tags of a slice
-  Cycle now_ = 0;         ///< what slices have done is all before it
   modules::AddressInterleave interleave_;
   modules::Dram::Config dram_;
   unsigned sector_bytes_;
-  std::vector<Input> inputs_;  ///< by SM
-  unsigned first_input_ = 0;   ///< of equals this one crosses first (the cycle model keeps one an output)
+  std::vector<Cycle> inputs_;  ///< by SM: earliest crossing of its next request
   std::vector<Slice> slices_;
   std::vector<modules::L2Counters> l2_;
-  std::vector<Port> ports_;
+  std::vector<SlotCalendar> ports_;  ///< by SM, for replies
   std::uint64_t packets_ = 0;
   std::uint64_t responses_ = 0;
   std::uint64_t full_clocks_ = 0;

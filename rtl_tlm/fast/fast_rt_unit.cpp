@@ -13,19 +13,18 @@ using traces::EventKind;
 using traces::NodeKind;
 
 FastRtUnit::FastRtUnit(const std::string& name, const RtUnitConfig& config, const traces::Header& header,
-                       const MemoryMap& map, unsigned sm, std::uint8_t client, FastL1& l1, const Links& links)
+                       const MemoryMap& map, unsigned sm, FastL1& l1, const Links& links)
     : config_(config),
       l1_(l1),
       links_(links),
-      client_(client),
       traffic_(header, config.memory.traffic),
       selection_(make_warp_selection(config.scheduler.policy)),
       warps_(config.warp_buffer.entries),
       ages_(config.warp_buffer.entries),
       times_(config.warp_buffer.entries),
-      fetches_(std::size_t{config.warp_buffer.entries} * kMaxLanes),
-      merge_(config.warp_buffer.entries, AddressIndex(kMaxLanes)),
+      fetches_(config.warp_buffer.entries),
       queue_(config.memory.queue),
+      results_(std::size_t{config.warp_buffer.entries} * kMaxLanes),
       box_(config.ray_box),
       leaf_(traffic_.leaf_kind() == NodeKind::triangle ? config.ray_triangle : config.ray_sphere),
       transform_(config.ray_transform) {
@@ -49,22 +48,14 @@ void FastRtUnit::refuse(LaneId id, const char* rule) const {
               rule);
 }
 
-void FastRtUnit::insert(RingQueue<Due>& queue, Due due) {
-  queue.push(due);
-  for (std::size_t i = queue.size() - 1; i > 0 && queue[i - 1].cycle > due.cycle; --i)
-    std::swap(queue[i - 1], queue[i]);
-}
-
-void FastRtUnit::Unit::enqueue(Cycle now, LaneId lane, unsigned tests) {
-  Cycle& free = *std::min_element(free_from.begin(), free_from.end());
-  const Cycle start = std::max(now + 1, free);
-  const Cycle occupied = Cycle{tests} * config.interval;
-  free = start + occupied;
-  insert(flights, {start + config.latency + occupied - config.interval, lane});
+Cycle FastRtUnit::Unit::test(Cycle ready, unsigned tests) {
+  Cycle start = places.reserve(ready + 1);
+  counters.queue_cycles += start - (ready + 1);
   ++counters.operations;
   counters.tests += tests;
-  counters.busy_cycles += occupied;
-  counters.queue_cycles += start - (now + 1);
+  counters.busy_cycles += Cycle{tests} * config.interval;
+  for (unsigned i = 1; i < tests; ++i) start = places.reserve(start + config.interval);
+  return start + config.latency;
 }
 
 void FastRtUnit::count_wait(Cycle end, unsigned entry) {
@@ -109,95 +100,11 @@ Stall FastRtUnit::stall_reason() const {
   }
 }
 
-// Order of a fetch's sectors: descriptor (if any), the node's, the BLAS header (if any), as in MemoryScheduler.
-bool FastRtUnit::ask(Cycle now) {
-  const LaneId id = queue_.front();
-  Fetch& f = fetches_[id];
-  const unsigned body = traffic_.sectors(f.kind);
-  const unsigned lead = f.header ? 0 : f.sectors - body;
-  const unsigned index = f.sent;
-  MemoryRequest request;
-  request.tag = id;
-  request.client = client_;
-  if (index >= lead + body) {
-    request.address = traffic_.blas_header() + kSectorBytes * (index - lead - body);
-    request.region = Region::blas;
-  } else {
-    request.address = f.address + (index < lead ? 0 : kSectorBytes * (index - lead));
-    request.region = traffic_.region(f.kind, f.address);
-  }
-  switch (l1_.access(now, request)) {
-    case FastL1::Outcome::conflict:
-      ask_next_ = now + 1;
-      return false;
-    case FastL1::Outcome::refused:
-      ask_next_ = l1_.retry_at();
-      return false;
-    case FastL1::Outcome::hit:
-      --f.missing;
-      f.ready = std::max(f.ready, now + l1_.latency());
-      break;
-    case FastL1::Outcome::pending:
-      break;
-  }
-  ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
-  ask_next_ = now + 1;
-  if (++f.sent == f.sectors) {
-    queue_.pop();
-    if (f.missing == 0) arrive(f, id);
-    if (ready_ != 0 && has_room()) due_ = std::min(due_, now);
-  }
-  return true;
-}
-
-void FastRtUnit::filled(Cycle now, std::uint32_t id) {
-  Fetch& f = fetches_[id];
-  const Cycle seen = std::max(now + 1, fill_free_);
-  fill_free_ = seen + 1;
-  f.ready = std::max(f.ready, seen);
-  if (--f.missing == 0 && f.sent == f.sectors) arrive(f, static_cast<LaneId>(id));
-}
-
-void FastRtUnit::arrive(const Fetch& f, LaneId id) {
-  insert(arrived_, {f.ready, id});
-  due_ = std::min(due_, f.ready);
-}
-
-void FastRtUnit::take_fetch(Cycle now, LaneId id) {
-  Fetch& f = fetches_[id];
-  const unsigned entry = entry_of(id);
-  memory_counters_.fetch_latency.add(now - f.asked);
-  if (config_.memory.merge_in_flight) merge_[entry].erase(f.address / kSectorBytes | (f.header ? 1u : 0u));
-  const LaneMask lanes = f.lanes;
-  f.lanes = 0;
-  move(now, entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
-  Unit& unit = f.kind == NodeKind::internal ? box_ : f.kind == NodeKind::instance ? transform_ : leaf_;
-  const Warp& warp = warps_[entry];
-  for_each_bit(lanes, [&](unsigned i) {
-    unsigned tests = 1;
-    if (config_.box_op_per_child && f.kind == NodeKind::internal) {
-      tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[i].event.node].child_count});
-    }
-    prefetch_for_read(warp.lane[i].next + 1);
-    unit.enqueue(now, lane_id(entry, i), tests);
-  });
-}
-
 void FastRtUnit::step(Cycle now) {
   if (now > accounted_) scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += now - accounted_;
   accounted_ = now + 1;
-  for (Unit* unit : {&box_, &leaf_, &transform_}) {
-    while (!unit->flights.empty() && unit->flights.front().cycle <= now) {
-      const LaneId id = unit->flights.front().lane;
-      unit->flights.pop();
-      unit_result(now, id);
-    }
-  }
-  if (!arrived_.empty() && arrived_.front().cycle <= now) {
-    const LaneId id = arrived_.front().lane;
-    arrived_.pop();
-    take_fetch(now, id);
-  }
+  for (Unit* unit : {&box_, &leaf_, &transform_}) unit->places.advance(now);
+  results_.take(now, [&](LaneId id) { unit_result(now, id); });
   if (checkpoint_) {
     if (const auto id = checkpoint_->respond(now, *links_.checkpoint_responses)) {
       replay(now, *id, LaneState::waiting_checkpoint_read);
@@ -209,14 +116,11 @@ void FastRtUnit::step(Cycle now) {
            l.next == l.end ? LaneState::finished : LaneState::ready);
     });
   }
-  if (prefetcher_) {
-    while (links_.prefetch_responses->front(now) != nullptr) prefetcher_->respond(now, *links_.prefetch_responses);
-    prefetcher_->issue(now, *links_.prefetch_requests);
-  }
   any_hit_returns(now);
-  fire(now);
-  retire(now);
+  if (candidates_ != 0) fire(now);
+  if (done_ != 0) retire(now);
   schedule(now);
+  ask(now);
   accept(now);
   refresh_waits();
   due_ = next_due(now);
@@ -233,11 +137,6 @@ void FastRtUnit::schedule(Cycle now) {
   ++scheduler_counters_.selections;
   scheduler_counters_.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
   scheduler_counters_.lanes_active += static_cast<unsigned>(std::popcount(warp.active()));
-  if (!config_.memory.merge_in_flight) {
-    for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
-    visited_.clear();
-    visited_entry_ = entry;
-  }
   if (prefetcher_) prefetcher_->begin_warp();
   LaneMask fetching = 0;
   for_each_bit(lanes, [&](unsigned i) {
@@ -291,24 +190,87 @@ void FastRtUnit::visit(Cycle now, LaneId id, const Event& event) {
 void FastRtUnit::fetch(Cycle now, LaneId id, NodeKind kind, std::uint64_t address, bool header) {
   const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
   ++memory_counters_.visits[region];
-  const std::uint64_t key = address / kSectorBytes | (header ? 1u : 0u);
-  AddressIndex& merge = merge_[entry_of(id)];
-  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
-    fetches_[under_way].lanes |= bit(lane_of(id));
-    return;
+  const unsigned entry = entry_of(id);
+  // A visit joins a fetch of its warp that is under way, or without merging in flight one that begins in this cycle.
+  const std::uint64_t key = address / kSectorBytes << 1 | (header ? 1u : 0u);
+  FetchTable& table = fetches_[entry];
+  const std::size_t home = (key * 0x9E3779B97F4A7C15u) >> 58;
+  static_assert(kPlaces == 64);
+  std::size_t place = home;
+  bool found = false;
+  for (std::size_t i = 0; !found && (i < kProbes || table[place].ready == kNever); ++i) {
+    const std::size_t probe = (home + i) % kPlaces;
+    const Fetch& f = table[probe];
+    found = f.key == key && (config_.memory.merge_in_flight ? f.ready > now : f.asked == now);
+    if (found || f.ready < table[place].ready) place = probe;
   }
-  merge.insert(key, id);
-  if (!config_.memory.merge_in_flight) visited_.push_back(key);
-  ++memory_counters_.fetches[region];
-  unsigned sectors = traffic_.sectors(kind);
-  if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
-  const bool leaf = kind == NodeKind::triangle || kind == NodeKind::procedural;
-  if (leaf && traffic_.descriptor_read()) ++sectors;
-  const auto count = static_cast<std::uint8_t>(sectors);
-  fetches_[id] = {address, bit(lane_of(id)), now, 0, kind, header, count, 0, count};
-  // The first sector leaves in the next cycle and is at the L1 one later.
-  if (queue_.empty()) ask_next_ = std::max(ask_next_ == kNever ? 0 : ask_next_, now + 2);
-  queue_.push(id);
+  Fetch& f = table[place];
+  prefetch_for_read(warps_[entry].lane[lane_of(id)].next + 1);
+  if (found && f.ready != kNever) return await_result(now, id, kind, f.ready);
+  if (!found) {
+    ++memory_counters_.fetches[region];
+    f = {key, now, kNever, 0};
+    queue_.push({address, id, static_cast<std::uint8_t>(place), kind, header});
+  }
+  f.lanes |= bit(lane_of(id));
+}
+
+void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) {
+  unsigned tests = 1;
+  if (config_.box_op_per_child && kind == NodeKind::internal) {
+    const Warp& warp = warps_[entry_of(id)];
+    tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[lane_of(id)].event.node].child_count});
+  }
+  Unit& unit = kind == NodeKind::internal ? box_ : kind == NodeKind::instance ? transform_ : leaf_;
+  results_.add(now, unit.test(ready, tests), id);
+}
+
+// Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask a little ahead of time,
+// but not more: other clients of the L1 come in between when it is slow.
+void FastRtUnit::ask(Cycle now) {
+  constexpr Cycle kAhead = 8;
+  while (!queue_.empty() && ask_next_ <= now + kAhead) {
+    const Waiting waiting = queue_.front();
+    queue_.pop();
+    const unsigned entry = entry_of(waiting.lane);
+    Fetch& f = fetches_[entry][waiting.place];
+    ask_next_ = std::max(ask_next_, f.asked + 2);
+    f.ready = read(waiting);
+    memory_counters_.fetch_latency.add(f.ready - f.asked);
+    for_each_bit(f.lanes, [&](unsigned i) { await_result(now, lane_id(entry, i), waiting.kind, f.ready); });
+    f.lanes = 0;
+  }
+  if (!prefetcher_) return;
+  MemoryRequest request;
+  while (prefetch_next_ <= now + kAhead && prefetcher_->next(request)) {
+    prefetch_next_ = l1_.access(std::max(prefetch_next_, now + 1), request).taken + 1;
+  }
+}
+
+// The sectors of a node, one a cycle: descriptor (if any), the node's, the BLAS header (if any), as in MemoryScheduler.
+// The first leaves in the next cycle and is at the L1 one later. Returns when the last has been seen.
+Cycle FastRtUnit::read(const Waiting& fetch) {
+  Cycle seen = 0;
+  const auto read_sector = [&](std::uint64_t address, Region region) {
+    MemoryRequest request;
+    request.address = address;
+    request.region = region;
+    ++memory_counters_.sectors[static_cast<std::size_t>(region)];
+    const FastL1::Access access = l1_.access(ask_next_, request);
+    ask_next_ = access.taken + 1;
+    seen = std::max(seen, access.seen);
+  };
+  const Region region = traffic_.region(fetch.kind, fetch.address);
+  const bool leaf = fetch.kind == NodeKind::triangle || fetch.kind == NodeKind::procedural;
+  if (leaf && traffic_.descriptor_read()) read_sector(fetch.address, region);
+  const unsigned body = traffic_.sectors(fetch.kind);
+  for (unsigned i = 0; i < body; ++i) read_sector(fetch.address + kSectorBytes * i, region);
+  if (fetch.header) {
+    for (std::uint64_t offset = 0; offset < traces::kHeaderBytes; offset += kSectorBytes) {
+      read_sector(traffic_.blas_header() + offset, Region::blas);
+    }
+  }
+  return seen;
 }
 
 void FastRtUnit::pop(LaneId id) {
@@ -326,11 +288,11 @@ void FastRtUnit::unit_result(Cycle now, LaneId id) {
       l.stack_depth += static_cast<unsigned>(std::popcount(event.pushed()));
       buffer_counters_.max_stack_depth = std::max<std::uint64_t>(buffer_counters_.max_stack_depth, l.stack_depth);
       if (prefetcher_) prefetcher_->note_internal(id, *warps_[entry_of(id)].group, event.node, event.pushed());
-      complete(now, id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::in_unit);
+      complete(now, id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::waiting_memory);
       return;
     case EventKind::visit_instance:
       if (l.stack_depth == 0) refuse(id, "takes a node from an empty stack");
-      complete(now, id, 0, LaneState::in_unit);
+      complete(now, id, 0, LaneState::waiting_memory);
       return;
     default:
       pop(id);
@@ -338,7 +300,7 @@ void FastRtUnit::unit_result(Cycle now, LaneId id) {
         ++scheduler_counters_.any_hit_calls;
         any_hit_arrives(now, id);
       } else {
-        complete(now, id, event.checkpoints, LaneState::in_unit);
+        complete(now, id, event.checkpoints, LaneState::waiting_memory);
       }
   }
 }
@@ -380,7 +342,7 @@ void FastRtUnit::any_hit_arrives(Cycle now, LaneId id) {
     warp.any_hit_since = now;
     if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
   }
-  move(now, entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
+  move(now, entry, bit(lane_of(id)), LaneState::waiting_memory, LaneState::waiting_any_hit);
 }
 
 void FastRtUnit::any_hit_returns(Cycle now) {
@@ -469,25 +431,23 @@ void FastRtUnit::accept(Cycle now) {
 }
 
 Cycle FastRtUnit::next_due(Cycle now) const {
-  if ((ready_ != 0 && has_room()) || done_ != 0) return now + 1;
-  Cycle due = links_.shader_dones->next_visible();
+  if (done_ != 0) return now + 1;
+  Cycle due = std::min(links_.shader_dones->next_visible(), results_.next());
+  if (ready_ != 0 && has_room()) return now + 1;
+  if (!queue_.empty()) due = std::min(due, ask_next_ - 1);
+  if (prefetcher_ && prefetcher_->busy()) due = std::min(due, prefetch_next_ - 1);
   if (occupied_ != all_) due = std::min(due, links_.calls->next_visible());
-  for (const Unit* unit : {&box_, &leaf_, &transform_}) {
-    if (!unit->flights.empty()) due = std::min(due, unit->flights.front().cycle);
-  }
-  if (!arrived_.empty()) due = std::min(due, arrived_.front().cycle);
   for_each_bit(candidates_, [&](unsigned e) { due = std::min(due, any_hit_due(warps_[e])); });
   if (checkpoint_) {
     due = std::min(due, links_.checkpoint_responses->next_visible());
     if (checkpoint_->lanes_submitting() != 0) due = now + 1;
     if (checkpoint_->busy() && links_.checkpoint_requests->can_push(now + 1)) due = now + 1;
   }
-  if (prefetcher_ && prefetcher_->busy() && links_.prefetch_requests->can_push(now + 1)) due = now + 1;
   return std::max(due, now + 1);
 }
 
 bool FastRtUnit::idle() const {
-  return occupied_ == 0 && queue_.empty() && arrived_.empty() && (!checkpoint_ || checkpoint_->idle()) &&
+  return occupied_ == 0 && queue_.empty() && results_.empty() && (!checkpoint_ || checkpoint_->idle()) &&
          (!prefetcher_ || prefetcher_->idle());
 }
 

@@ -1,6 +1,6 @@
 // The RT unit in fast mode: the decisions of the cycle model (which warp, which lanes, what is fetched, merged,
-// prefetched, checkpointed), but the unit sleeps between the cycles in which one is due, and fetches and intersection
-// tests take their times from the resources that they reserve.
+// prefetched, checkpointed), but a visit is one event: when the lane starts it, the times of its fetch and of its
+// intersection tests follow from the resources that they reserve.
 #pragma once
 
 #include <array>
@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "modules/address_index.h"
 #include "modules/checkpoint_unit.h"
 #include "modules/link.h"
 #include "modules/memory_map.h"
@@ -21,13 +20,15 @@
 #include "modules/warp_messages.h"
 #include "modules/warp_selection.h"
 #include "rtl_tlm/fast/fast_l1.h"
+#include "rtl_tlm/fast/lane_wheel.h"
+#include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/rt_unit.h"
 
 namespace grtx::tlm {
 
 class FastRtUnit {
  public:
-  /// What connects it to the SIMT core and, for checkpoints and prefetches, to the L1.
+  /// What connects it to the SIMT core and, for checkpoints, to the L1.
   struct Links {
     modules::Link<modules::TraceCall>* calls = nullptr;
     modules::Link<modules::TraceDone>* dones = nullptr;
@@ -35,22 +36,13 @@ class FastRtUnit {
     modules::Link<modules::AnyHitDone>* shader_dones = nullptr;
     modules::Link<modules::MemoryRequest>* checkpoint_requests = nullptr;
     modules::Link<modules::MemoryResponse>* checkpoint_responses = nullptr;
-    modules::Link<modules::MemoryRequest>* prefetch_requests = nullptr;
-    modules::Link<modules::MemoryResponse>* prefetch_responses = nullptr;
   };
 
-  /// name: of the unit, for the parts that are modules. client: number of its node requests at the L1.
+  /// name: of the unit, for the parts that are modules.
   FastRtUnit(const std::string& name, const RtUnitConfig& config, const traces::Header& header,
-             const modules::MemoryMap& map, unsigned sm, std::uint8_t client, FastL1& l1, const Links& links);
+             const modules::MemoryMap& map, unsigned sm, FastL1& l1, const Links& links);
 
-  /// Asks the L1 for the next node sector, if one is due. Whether the L1 took it.
-  bool ask(Cycle now);
-  Cycle ask_due() const { return queue_.empty() ? modules::kNever : ask_next_; }
-  /// The L1 has room again.
-  void wake(Cycle now) { ask_next_ = std::min(ask_next_, now); }
-  /// A sector of this fetch has been filled into the L1 in cycle `now`.
-  void filled(Cycle now, std::uint32_t fetch);
-  /// All that is due in this cycle, but for ask().
+  /// All that is due in this cycle.
   void step(Cycle now);
   /// Next cycle in which step() has something to do.
   Cycle due() const { return due_; }
@@ -59,9 +51,9 @@ class FastRtUnit {
     due_ = std::min(due_, links_.shader_dones->next_visible());
     if (occupied_ != all_) due_ = std::min(due_, links_.calls->next_visible());
   }
-  /// The L1 has taken a checkpoint request or a prefetch: the link has room from the next cycle on.
+  /// The L1 has taken a checkpoint request: the link has room from the next cycle on.
   void client_has_room(Cycle now) {
-    if ((checkpoint_ && checkpoint_->busy()) || (prefetcher_ && prefetcher_->busy())) due_ = std::min(due_, now + 1);
+    if (checkpoint_ && checkpoint_->busy()) due_ = std::min(due_, now + 1);
   }
   /// A response that the unit waits for is seen in this cycle.
   void response_arrives(Cycle cycle) { due_ = std::min(due_, cycle); }
@@ -71,31 +63,33 @@ class FastRtUnit {
   RtUnitCounters counters() const;
 
  private:
+  /// A node on its way to a warp, or there already.
   struct Fetch {
-    std::uint64_t address = 0;
-    LaneMask lanes = 0;
+    std::uint64_t key = ~std::uint64_t{0};
     Cycle asked = 0;
-    Cycle ready = 0;  ///< when the sectors that are back were seen
+    Cycle ready = 0;     ///< all its sectors have been seen; kNever while it waits for its turn at the L1
+    LaneMask lanes = 0;  ///< that wait with it for its turn
+  };
+  /// The fetches of a warp by node. At most one a lane waits; what has arrived is overwritten.
+  static constexpr std::size_t kPlaces = 2 * modules::kMaxLanes;
+  static constexpr std::size_t kProbes = 4;
+  using FetchTable = std::array<Fetch, kPlaces>;
+  /// A fetch that waits for its turn.
+  struct Waiting {
+    std::uint64_t address = 0;
+    modules::LaneId lane = 0;  ///< that asked first
+    std::uint8_t place = 0;    ///< in its warp's table
     traces::NodeKind kind = traces::NodeKind::internal;
     bool header = false;
-    std::uint8_t sectors = 0;
-    std::uint8_t sent = 0;
-    std::uint8_t missing = 0;
   };
-  struct Due {
-    Cycle cycle = 0;
-    modules::LaneId lane = 0;
-  };
-  /// Ascending; insertion from the end.
-  static void insert(modules::RingQueue<Due>& queue, Due due);
 
   struct Unit {
-    explicit Unit(const modules::IntersectionUnit::Config& c) : config(c), free_from(c.count) {}
+    explicit Unit(const modules::IntersectionUnit::Config& c) : config(c), places(c.count, c.interval) {}
     modules::IntersectionUnit::Config config;
-    std::vector<Cycle> free_from;
-    modules::RingQueue<Due> flights;
+    SlotCalendar places;
     modules::IntersectionUnit::Counters counters;
-    void enqueue(Cycle now, modules::LaneId lane, unsigned tests);
+    /// When the result of tests on data that is there from cycle `ready` on is known.
+    Cycle test(Cycle ready, unsigned tests);
   };
   struct Times {
     Cycle since = 0;  ///< first cycle whose wait has not been counted
@@ -107,14 +101,15 @@ class FastRtUnit {
   void count_wait(Cycle end, unsigned entry);
   modules::Stall stall_reason() const;
   void refresh_waits();
-  void arrive(const Fetch& fetch, modules::LaneId id);
   Cycle next_due(Cycle now) const;
-  void take_fetch(Cycle now, modules::LaneId id);
   void unit_result(Cycle now, modules::LaneId id);
   void complete(Cycle now, modules::LaneId id, unsigned checkpoints, modules::LaneState from);
   void schedule(Cycle now);
   void visit(Cycle now, modules::LaneId id, const traces::Event& event);
   void fetch(Cycle now, modules::LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
+  void ask(Cycle now);
+  Cycle read(const Waiting& fetch);
+  void await_result(Cycle now, modules::LaneId id, traces::NodeKind kind, Cycle ready);
   void replay(Cycle now, modules::LaneId id, modules::LaneState from);
   void pop(modules::LaneId id);
   void any_hit_arrives(Cycle now, modules::LaneId id);
@@ -130,7 +125,6 @@ class FastRtUnit {
   RtUnitConfig config_;
   FastL1& l1_;
   Links links_;
-  std::uint8_t client_;
   modules::NodeTraffic traffic_;
   std::unique_ptr<modules::CheckpointUnit> checkpoint_;
   std::unique_ptr<modules::SiblingPrefetcher> prefetcher_;
@@ -147,14 +141,11 @@ class FastRtUnit {
   std::uint64_t next_age_ = 0;
 
   // Node fetches.
-  std::vector<Fetch> fetches_;  ///< by the lane that asked first
-  std::vector<modules::AddressIndex> merge_;
-  std::vector<std::uint64_t> visited_;  ///< without merging in flight: keys of the present warp's visits
-  unsigned visited_entry_ = 0;
-  modules::RingQueue<modules::LaneId> queue_;  ///< fetches with sectors to ask for
-  modules::RingQueue<Due> arrived_;            ///< fetches that are complete
-  Cycle ask_next_ = 0;
-  Cycle fill_free_ = 0;  ///< of the port on which filled sectors return
+  std::vector<FetchTable> fetches_;  ///< by entry
+  modules::RingQueue<Waiting> queue_;
+  Cycle ask_next_ = 0;       ///< of the node requests' port at the L1
+  Cycle prefetch_next_ = 0;  ///< of the prefetches' port
+  LaneWheel results_;        ///< lanes in the cycle in which their node has been tested
 
   Unit box_, leaf_, transform_;
   Cycle due_ = modules::kNever;

@@ -1,5 +1,5 @@
 // An SM in fast mode: the cycle model's SIMT core, and the RT unit and L1 of this mode. Advances by itself through the
-// cycles in which something is due, as far as the memory's answers are known.
+// cycles in which something is due.
 #pragma once
 
 #include <algorithm>
@@ -30,59 +30,50 @@ class FastSm final : public sc_core::sc_module {
   bool take_ended(Cycle end, Cycle& seen, std::uint16_t& slot);
   /// Advances to `end` (not included).
   void run(Cycle end);
-  /// So many of its requests have not crossed the crossbar in cycle `now`.
-  void crossing(std::size_t backlog, Cycle now) { l1_.crossing(backlog, now); }
-  /// Next cycle in which something is due, launches and replies of the memory included.
-  Cycle next_due() const {
-    const Cycle reply = replies_.empty() ? modules::kNever : replies_.front().due;
-    return std::min({due_, launch_.next_visible(), reply});
-  }
+  /// Next cycle in which something is due, launches included.
+  Cycle next_due() const { return std::min(due_, launch_.next_visible()); }
   bool idle() const;
   /// Closes per-cycle counts.
   void settle(Cycle end) { rt_->settle(end); }
   RtUnitCounters rt() const { return rt_->counters(); }
   modules::SimtCounters simt() const { return simt_->counters(); }
-  modules::L1Counters l1() const { return l1_.counters(); }
+  modules::L1Counters l1() {
+    l1_.drain();
+    return l1_.counters();
+  }
 
  private:
   struct Pending {
     modules::MemoryResponse response;
     Cycle due = 0;  ///< earliest cycle to enter the link
+    std::uint64_t order = 0;
+    bool operator<(const Pending& o) const { return due != o.due ? due > o.due : order > o.order; }  // for a heap
   };
-  /// A port of the L1 behind links; the node requests of the RT unit need none.
+  /// A port of the L1 behind links; the node requests and prefetches of the RT unit need none.
   struct Client {
     std::unique_ptr<modules::Link<modules::MemoryRequest>> request;
     std::unique_ptr<modules::Link<modules::MemoryResponse>> response;
-    modules::RingQueue<Pending> hits;
-    modules::RingQueue<Pending> fills;
-    Cycle next = 0;                   ///< earliest cycle in which the L1 looks at the head; kNever: after the next fill
-    Cycle ask_due = modules::kNever;  ///< when a request is there, and the L1 looks at it
-    Cycle respond_due = modules::kNever;  ///< when a response may enter the link
-    void request_changed() {
-      ask_due = next == modules::kNever ? modules::kNever : std::max(next, request->next_visible());
-    }
-    void response_changed() {
-      const Cycle hit = hits.empty() ? modules::kNever : hits.front().due;
-      respond_due = fills.empty() ? hit : std::min(hit, fills.front().due);
+    std::vector<Pending> answers;  ///< a heap, the earliest on top
+    std::uint64_t asked = 0;
+    Cycle next = 0;   ///< earliest cycle in which the L1 looks at the head
+    Cycle taken = 0;  ///< when the L1 takes the head, which it has looked at; 0: it has not
+    Cycle respond_next = 0;
+    Cycle ask_due() const { return std::max(next, request->next_visible()); }
+    Cycle respond_due() const {
+      return answers.empty() ? modules::kNever : std::max(answers.front().due, respond_next);
     }
   };
-  static constexpr std::uint8_t kNode = 0;
-  static constexpr std::uint8_t kSimt = 1;
 
-  unsigned add_client(const std::string& name, const SmLinks& links, std::size_t responses);
+  std::size_t add_client(const std::string& name, const SmLinks& links);
   void step(Cycle now);
-  void ask_all(Cycle now);
-  void take_reply(Cycle now);
-  bool ask(Cycle now, Client& client, std::uint8_t number);
+  void ask(Cycle now, Client& client);
   void respond(Cycle now, Client& client);
   Cycle earliest() const;
 
   modules::ClockDomain clock_;
   modules::ProcessBundle bundle_;
-  bool rotating_;
   FastL1 l1_;
-  modules::RingQueue<FastMemory::Reply>& replies_;
-  std::vector<Client> clients_;  ///< [0] stands for the RT unit's node requests
+  std::vector<Client> clients_;
   modules::Link<modules::LaunchWarp> launch_;
   modules::Link<modules::WarpEnded> ended_;
   modules::Link<modules::TraceCall> calls_;
@@ -91,8 +82,6 @@ class FastSm final : public sc_core::sc_module {
   modules::Link<modules::AnyHitDone> shader_dones_;
   std::unique_ptr<modules::SimtCore> simt_;
   std::unique_ptr<FastRtUnit> rt_;
-  std::size_t rt_client_ = 0;  ///< port whose responses the RT unit waits for: checkpoint reads
-  unsigned first_client_ = 0;
   Cycle due_ = modules::kNever;
 };
 
