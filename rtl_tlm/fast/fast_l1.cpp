@@ -15,19 +15,17 @@ FastL1::FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t 
       memory_(memory),
       tags_(config.geometry),
       misses_(config.mshr_entries),
+      arrivals_(config.mshr_entries),
       pending_(config.mshr_entries),
       crossed_(config.miss_queue + link_capacity) {
-  for (unsigned i = config.mshr_entries; i > 0; --i) free_.push_back(i - 1);
-}
-
-void FastL1::fill(Cycle now) {
-  while (!arrivals_.empty() && arrivals_.front().cycle <= now) fill_next();
+  for (unsigned i = config.mshr_entries; i > 0; --i) free_.push_back(static_cast<DueWheel::Number>(i - 1));
 }
 
 void FastL1::fill_next() {
-  const std::uint32_t number = arrivals_.front().miss;
-  std::pop_heap(arrivals_.begin(), arrivals_.end());
-  arrivals_.pop_back();
+  arrivals_.take(arrivals_.next(), [this](DueWheel::Number number) { store(number); });
+}
+
+void FastL1::store(DueWheel::Number number) {
   const Miss& miss = misses_[number];
   SectorCacheTags::Slot slot = tags_.find(miss.address);
   if (slot == SectorCacheTags::kNone) {
@@ -100,18 +98,17 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
     return {now, std::max(now + config_.latency, miss.arrives + 1)};
   }
   if (free_.empty()) {
-    const Cycle free = std::max(now, arrivals_.front().cycle);
+    const Cycle free = std::max(now, arrivals_.next());
     counters_.stalls[static_cast<std::size_t>(L1Stall::mshr_full)] += free - now;
     now = free;
     fill_next();
   }
   now = room(now);
   const FastMemory::Trip trip = send(now, request);
-  const std::uint32_t miss = free_.back();
+  const DueWheel::Number miss = free_.back();
   free_.pop_back();
   misses_[miss] = {request.address, trip.seen, !request.prefetch};
-  arrivals_.push_back({trip.seen, miss});
-  std::push_heap(arrivals_.begin(), arrivals_.end());
+  arrivals_.add(now, trip.seen, miss);
   pending_.insert(number, miss);
   ++counters_.sent_reads;
   counters_.miss_latency.add(trip.seen - now);

@@ -9,6 +9,7 @@
 #include "modules/l1_cache.h"
 #include "modules/memory_request.h"
 #include "modules/sector_cache_tags.h"
+#include "rtl_tlm/fast/due_wheel.h"
 #include "rtl_tlm/fast/fast_memory.h"
 
 namespace grtx::tlm {
@@ -28,6 +29,11 @@ class FastL1 {
   Access access(Cycle now, modules::MemoryRequest request) {
     return request.write ? write(now, request) : read(now, request);
   }
+  /// Asks the host for what an access will read.
+  void prefetch_host(std::uint64_t address) const {
+    tags_.prefetch(address);
+    memory_.prefetch_host(address);
+  }
   /// Takes in what is still under way at the end.
   void drain();
   modules::L1Counters counters() const;
@@ -36,8 +42,11 @@ class FastL1 {
   Access read(Cycle now, const modules::MemoryRequest& request);
   Access write(Cycle now, modules::MemoryRequest& request);
   /// Puts the sectors that have arrived by cycle `now` into the tags.
-  void fill(Cycle now);
+  void fill(Cycle now) {
+    while (arrivals_.next() <= now) fill_next();
+  }
   void fill_next();
+  void store(DueWheel::Number miss);
   /// The miss queue and the link behind it have room.
   Cycle room(Cycle now);
   void reference(modules::SectorCacheTags::Slot slot, std::uint8_t sector);
@@ -53,16 +62,11 @@ class FastL1 {
     Cycle arrives = 0;
     bool demanded = false;
   };
-  struct Arrival {
-    Cycle cycle = 0;
-    std::uint32_t miss = 0;
-    bool operator<(const Arrival& o) const { return cycle != o.cycle ? cycle > o.cycle : miss > o.miss; }  // for a heap
-  };
   std::vector<Miss> misses_;
-  std::vector<std::uint32_t> free_;  ///< of misses_
-  std::vector<Arrival> arrivals_;    ///< a heap, the earliest on top
-  modules::AddressIndex pending_;    ///< misses_ by sector
-  std::vector<Cycle> crossed_;       ///< of as many requests as miss queue and link hold
+  std::vector<DueWheel::Number> free_;  ///< of misses_
+  DueWheel arrivals_;                   ///< of misses_
+  modules::AddressIndex pending_;       ///< misses_ by sector
+  std::vector<Cycle> crossed_;          ///< of as many requests as miss queue and link hold
   std::size_t next_crossed_ = 0;
   modules::L1Counters counters_;
 };

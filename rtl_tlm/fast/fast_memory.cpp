@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 namespace grtx::tlm {
 
@@ -14,7 +13,7 @@ using modules::SectorCacheTags;
 namespace {
 
 constexpr unsigned kFoundBits = 16;
-constexpr double kWeight = 1.0 / 256;  // of a new interval in the running mean
+constexpr std::int64_t kWeight = 256;  // intervals in the running mean
 constexpr std::size_t kBusy = 16;      // requests from which on the DRAM's pace counts as its capacity
 
 }  // namespace
@@ -22,6 +21,8 @@ constexpr std::size_t kBusy = 16;      // requests from which on the DRAM's pace
 FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
     : core_fs_(modules::ClockDomain::period_fs(config.core_mhz)),
       memory_fs_(modules::ClockDomain::period_fs(config.memory_mhz)),
+      core_in_memory_(ratio(core_fs_, memory_fs_)),
+      memory_in_core_(ratio(memory_fs_, core_fs_)),
       link_(config.links.latency),
       latency_(config.links.latency + config.crossbar.latency),
       pipe_(config.l2.latency),
@@ -36,9 +37,25 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     Slice& slice = slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity);
     const modules::DramTiming& t = dram_.channel.timing;
-    slice.interval = t.ccd;
+    slice.interval = t.ccd * kParts;
     slice.errors.fill(static_cast<std::int32_t>(t.rcd + t.cl + t.ccd));
   }
+}
+
+FastMemory::Ratio FastMemory::ratio(std::uint64_t a, std::uint64_t b) {
+  const auto fraction = (static_cast<unsigned __int128>(a % b) << 64) / b;
+  return {a / b, static_cast<std::uint64_t>(fraction)};
+}
+
+void FastMemory::Slice::arrive(Cycle clock, const DramRequest& request) {
+  if (free_requests.empty()) {
+    free_requests.push_back(static_cast<std::uint32_t>(requests.size()));
+    requests.emplace_back();
+  }
+  const std::uint32_t number = free_requests.back();
+  free_requests.pop_back();
+  requests[number] = request;
+  arrivals.push_back({clock, number});
 }
 
 FastMemory::Trip FastMemory::access(const MemoryRequest& request, Cycle sent) {
@@ -107,8 +124,7 @@ void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Vi
       ++responses_;
       continue;
     }
-    slice.arrivals.push_back(
-        {victim.address + std::uint64_t{sector} * sector_bytes_, after_core(now), kWriteBack, true});
+    slice.arrive(after_core(now), {victim.address + std::uint64_t{sector} * sector_bytes_, kWriteBack});
   }
 }
 
@@ -122,9 +138,9 @@ Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local) {
     return after_memory(clock + dram_.fixed_latency);
   }
   const std::size_t found = std::min<std::size_t>(waiting(slice), (1u << kFoundBits) - 1);
-  slice.arrivals.push_back({local, clock, clock << kFoundBits | found, false});
-  const auto expected = static_cast<std::int64_t>(std::lround(static_cast<double>(found) * slice.interval)) +
-                        slice.errors[slice.next_error];
+  slice.arrive(clock, {local, clock << kFoundBits | found});
+  const std::int64_t expected =
+      static_cast<std::int64_t>(found) * slice.interval / kParts + slice.errors[slice.next_error];
   slice.next_error = slice.next_error + 1 == kErrors ? 0 : slice.next_error + 1;
   const modules::DramTiming& t = dram_.channel.timing;
   const auto latency = static_cast<Cycle>(std::max<std::int64_t>(expected, t.cl + t.ccd));
@@ -143,7 +159,7 @@ void FastMemory::advance(Cycle now) {
     const std::size_t room = slice.config.dram_queue + dram_.channel.queue;
     const std::size_t inside = waiting(slice);
     if (inside <= room) continue;
-    const double clocks = static_cast<double>(inside - room) * slice.interval;
+    const std::int64_t clocks = static_cast<std::int64_t>(inside - room) * slice.interval / kParts;
     slice.blocked_until = known + after_memory(static_cast<Cycle>(clocks));
     ++l2_[static_cast<std::size_t>(&slice - slices_.data())].stalls[static_cast<std::size_t>(L2Stall::dram_queue)];
   }
@@ -153,7 +169,7 @@ void FastMemory::drain() {
   for (Slice& slice : slices_) {
     while (!slice.arrivals.empty() || slice.outstanding != 0) {
       Cycle clock = slice.dram.next_command() == kNever ? 0 : slice.dram.next_command();
-      for (const DramRequest& request : slice.arrivals) clock = std::max(clock, request.clock);
+      for (const Arrival& arrival : slice.arrivals) clock = std::max(clock, arrival.clock);
       run_dram(slice, clock + 1);
     }
     while (!slice.done.empty()) slice.done.pop();
@@ -162,20 +178,20 @@ void FastMemory::drain() {
 
 // The DRAM up to this memory clock: no request that arrives before it is missing.
 void FastMemory::run_dram(Slice& slice, Cycle clock) {
-  std::sort(slice.arrivals.begin(), slice.arrivals.end(), [](const DramRequest& a, const DramRequest& b) {
-    return a.clock != b.clock ? a.clock < b.clock : a.address < b.address;
-  });
+  std::sort(slice.arrivals.begin(), slice.arrivals.end());
   std::size_t taken = 0;
   for (; taken < slice.arrivals.size() && slice.arrivals[taken].clock < clock; ++taken) {
-    const DramRequest& request = slice.arrivals[taken];
-    Cycle arrival = std::max(request.clock, slice.arrival_free);
+    const std::uint32_t number = slice.arrivals[taken].request;
+    const DramRequest& request = slice.requests[number];
+    Cycle arrival = std::max(slice.arrivals[taken].clock, slice.arrival_free);
     slice.dram.run_until(arrival - 1);
     if (!slice.dram.can_accept(sector_bytes_)) {
       const Cycle room = slice.dram.run_until_room(sector_bytes_) + 1;
       if (room > arrival) full_clocks_ += room - arrival;
       arrival = std::max(arrival, room);
     }
-    slice.dram.enqueue(arrival, request.id, request.address, sector_bytes_, request.write);
+    slice.dram.enqueue(arrival, request.id, request.address, sector_bytes_, request.id == kWriteBack);
+    slice.free_requests.push_back(number);
     slice.arrival_free = after_core(after_memory(arrival));
     ++slice.outstanding;
   }
@@ -183,17 +199,16 @@ void FastMemory::run_dram(Slice& slice, Cycle clock) {
   slice.dram.run_until(clock);
   for (auto& done = slice.dram.completions(); !done.empty(); done.pop()) {
     const Cycle at = std::max(done.front().done, slice.response_free);
-    slice.response_free = (at * memory_fs_ + core_fs_) / memory_fs_ + 1;
+    slice.response_free = at + core_in_memory_.whole + 1;
     if (slice.outstanding > kBusy && at > slice.last_done) {
-      slice.interval += (static_cast<double>(at - slice.last_done) - slice.interval) * kWeight;
+      slice.interval += (static_cast<std::int64_t>(at - slice.last_done) * kParts - slice.interval) / kWeight;
     }
     slice.last_done = at;
     const std::uint64_t id = done.front().id;
     if (id != kWriteBack) {
-      const auto found = static_cast<double>(id & ((1u << kFoundBits) - 1));
+      const auto found = static_cast<std::int64_t>(id & ((1u << kFoundBits) - 1));
       const auto latency = static_cast<std::int64_t>(at - (id >> kFoundBits));
-      slice.errors[slice.newest_error] =
-          static_cast<std::int32_t>(latency - static_cast<std::int64_t>(std::lround(found * slice.interval)));
+      slice.errors[slice.newest_error] = static_cast<std::int32_t>(latency - found * slice.interval / kParts);
       slice.newest_error = slice.newest_error + 1 == kErrors ? 0 : slice.newest_error + 1;
     }
     slice.done.push({id, at});

@@ -32,6 +32,10 @@ class FastMemory {
 
   /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
   Trip access(const modules::MemoryRequest& request, Cycle sent);
+  /// Asks the host for what an access will read.
+  void prefetch_host(std::uint64_t address) const {
+    slices_[interleave_.slice(address)].tags.prefetch(interleave_.local(address));
+  }
   /// Nothing will be sent before cycle `now` any more.
   void advance(Cycle now);
   /// Nothing will be sent any more.
@@ -48,12 +52,17 @@ class FastMemory {
  private:
   static constexpr std::uint64_t kWriteBack = ~std::uint64_t{0};
   static constexpr std::size_t kErrors = 64;
+  static constexpr std::int64_t kParts = 4096;
 
   struct DramRequest {
     std::uint64_t address = 0;  ///< inside the channel
-    Cycle clock = 0;            ///< of the memory: earliest arrival
     std::uint64_t id = 0;       ///< of a read: clock and the requests it found, packed
-    bool write = false;
+  };
+  /// In the order of time: the memory clock of the earliest arrival, and the request's number.
+  struct Arrival {
+    Cycle clock = 0;
+    std::uint32_t request = 0;
+    bool operator<(const Arrival& o) const { return clock != o.clock ? clock < o.clock : request < o.request; }
   };
   struct Done {
     std::uint64_t id = 0;
@@ -69,14 +78,17 @@ class FastMemory {
     std::size_t next = 0;          ///< in looked_up
     Cycle blocked_until = 0;       ///< the queue to the DRAM was full
     modules::DramChannel dram;
-    std::vector<DramRequest> arrivals;  ///< not at the DRAM yet, not in order
-    modules::RingQueue<Done> done;      ///< by the DRAM, later than the clock to which all is known
-    std::uint64_t outstanding = 0;      ///< in the DRAM
-    Cycle arrival_free = 0;             ///< memory clock of the next request
-    Cycle response_free = 0;            ///< memory clock of the next response
-    // What a read's latency is predicted from, in memory clocks: requests found times `interval`, plus the difference
-    // that an earlier read had to that.
-    double interval;
+    std::vector<Arrival> arrivals;  ///< not at the DRAM yet, not in order
+    std::vector<DramRequest> requests;
+    std::vector<std::uint32_t> free_requests;
+    void arrive(Cycle clock, const DramRequest& request);
+    modules::RingQueue<Done> done;  ///< by the DRAM, later than the clock to which all is known
+    std::uint64_t outstanding = 0;  ///< in the DRAM
+    Cycle arrival_free = 0;         ///< memory clock of the next request
+    Cycle response_free = 0;        ///< memory clock of the next response
+    // What a read's latency is predicted from: requests found times `interval` (of a memory clock, kParts parts), plus
+    // the difference that an earlier read had to that (memory clocks).
+    std::int64_t interval = 0;
     Cycle last_done = 0;
     std::array<std::int32_t, kErrors> errors{};
     std::size_t newest_error = 0, next_error = 0;
@@ -89,11 +101,22 @@ class FastMemory {
   std::size_t waiting(const Slice& slice) const {
     return slice.arrivals.size() + slice.outstanding + slice.done.size();
   }
-  Cycle after_core(Cycle cycle) const { return cycle * core_fs_ / memory_fs_ + 1; }
-  Cycle after_memory(Cycle clock) const { return clock * memory_fs_ / core_fs_ + 1; }
+  // First edge of the other clock after that of a cycle.
+  Cycle after_core(Cycle cycle) const { return scaled(cycle, core_in_memory_) + 1; }
+  Cycle after_memory(Cycle clock) const { return scaled(clock, memory_in_core_) + 1; }
+  /// The ratio is a whole number of 2^-64 and a part of 2^-64 ths: a multiplication, where a division would take
+  /// longer.
+  struct Ratio {
+    std::uint64_t whole, fraction;
+  };
+  static Ratio ratio(std::uint64_t a, std::uint64_t b);
+  static Cycle scaled(Cycle cycle, const Ratio& r) {
+    return cycle * r.whole + static_cast<Cycle>((static_cast<unsigned __int128>(cycle) * r.fraction) >> 64);
+  }
 
-  std::uint64_t core_fs_, memory_fs_;  ///< clock periods
-  Cycle link_;                         ///< from an L1 to the crossbar
+  std::uint64_t core_fs_, memory_fs_;      ///< clock periods
+  Ratio core_in_memory_, memory_in_core_;  ///< core_fs_ / memory_fs_ and its inverse
+  Cycle link_;                             ///< from an L1 to the crossbar
   Cycle latency_;  ///< crossbar with the link before it: from leaving an L1 or a slice to being seen at the other end
   Cycle pipe_;     ///< of a slice: from its input to its tags
   modules::AddressInterleave interleave_;

@@ -210,7 +210,9 @@ void FastRtUnit::fetch(Cycle now, LaneId id, NodeKind kind, std::uint64_t addres
   if (!found) {
     ++memory_counters_.fetches[region];
     f = {key, now, kNever, 0};
-    queue_.push({address, id, static_cast<std::uint8_t>(place), kind, header});
+    queue_.push({address, 0, id, static_cast<std::uint8_t>(place), kind, header,
+                 static_cast<std::uint8_t>(sectors_of(kind, header))});
+    l1_.prefetch_host(address);
   }
   f.lanes |= bit(lane_of(id));
 }
@@ -228,17 +230,21 @@ void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) 
 // Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask a little ahead of time,
 // but not more: other clients of the L1 come in between when it is slow.
 void FastRtUnit::ask(Cycle now) {
-  constexpr Cycle kAhead = 8;
+  constexpr Cycle kAhead = 4;
   while (!queue_.empty() && ask_next_ <= now + kAhead) {
-    const Waiting waiting = queue_.front();
-    queue_.pop();
+    Waiting& waiting = queue_.front();
     const unsigned entry = entry_of(waiting.lane);
     Fetch& f = fetches_[entry][waiting.place];
-    ask_next_ = std::max(ask_next_, f.asked + 2);
-    f.ready = read(waiting);
+    // The first leaves in the cycle after the visit and is at the L1 one later.
+    const FastL1::Access access = l1_.access(std::max(ask_next_, f.asked + 2), next_sector(waiting));
+    ask_next_ = access.taken + 1;
+    waiting.seen = std::max(waiting.seen, access.seen);
+    if (waiting.left > 0) continue;
+    f.ready = waiting.seen;
     memory_counters_.fetch_latency.add(f.ready - f.asked);
     for_each_bit(f.lanes, [&](unsigned i) { await_result(now, lane_id(entry, i), waiting.kind, f.ready); });
     f.lanes = 0;
+    queue_.pop();
   }
   if (!prefetcher_) return;
   MemoryRequest request;
@@ -247,30 +253,27 @@ void FastRtUnit::ask(Cycle now) {
   }
 }
 
-// The sectors of a node, one a cycle: descriptor (if any), the node's, the BLAS header (if any), as in MemoryScheduler.
-// The first leaves in the next cycle and is at the L1 one later. Returns when the last has been seen.
-Cycle FastRtUnit::read(const Waiting& fetch) {
-  Cycle seen = 0;
-  const auto read_sector = [&](std::uint64_t address, Region region) {
-    MemoryRequest request;
-    request.address = address;
-    request.region = region;
-    ++memory_counters_.sectors[static_cast<std::size_t>(region)];
-    const FastL1::Access access = l1_.access(ask_next_, request);
-    ask_next_ = access.taken + 1;
-    seen = std::max(seen, access.seen);
-  };
-  const Region region = traffic_.region(fetch.kind, fetch.address);
-  const bool leaf = fetch.kind == NodeKind::triangle || fetch.kind == NodeKind::procedural;
-  if (leaf && traffic_.descriptor_read()) read_sector(fetch.address, region);
+unsigned FastRtUnit::sectors_of(NodeKind kind, bool header) const {
+  const bool leaf = kind == NodeKind::triangle || kind == NodeKind::procedural;
+  return traffic_.sectors(kind) + (leaf && traffic_.descriptor_read() ? 1 : 0) +
+         (header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0);
+}
+
+// A fetch's sectors in the order of MemoryScheduler: descriptor (if any), the node's, the BLAS header (if any).
+MemoryRequest FastRtUnit::next_sector(Waiting& fetch) {
   const unsigned body = traffic_.sectors(fetch.kind);
-  for (unsigned i = 0; i < body; ++i) read_sector(fetch.address + kSectorBytes * i, region);
-  if (fetch.header) {
-    for (std::uint64_t offset = 0; offset < traces::kHeaderBytes; offset += kSectorBytes) {
-      read_sector(traffic_.blas_header() + offset, Region::blas);
-    }
+  const unsigned after = fetch.header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0;
+  const unsigned left = fetch.left--;
+  MemoryRequest request;
+  if (left <= after) {
+    request.address = traffic_.blas_header() + kSectorBytes * (after - left);
+    request.region = Region::blas;
+  } else {
+    request.address = fetch.address + (left > after + body ? 0 : kSectorBytes * (after + body - left));
+    request.region = traffic_.region(fetch.kind, fetch.address);
   }
-  return seen;
+  ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
+  return request;
 }
 
 void FastRtUnit::pop(LaneId id) {

@@ -19,8 +19,8 @@
 #include "modules/warp_buffer.h"
 #include "modules/warp_messages.h"
 #include "modules/warp_selection.h"
+#include "rtl_tlm/fast/due_wheel.h"
 #include "rtl_tlm/fast/fast_l1.h"
-#include "rtl_tlm/fast/lane_wheel.h"
 #include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/rt_unit.h"
 
@@ -77,10 +77,12 @@ class FastRtUnit {
   /// A fetch that waits for its turn.
   struct Waiting {
     std::uint64_t address = 0;
+    Cycle seen = 0;            ///< the sectors asked for so far
     modules::LaneId lane = 0;  ///< that asked first
     std::uint8_t place = 0;    ///< in its warp's table
     traces::NodeKind kind = traces::NodeKind::internal;
     bool header = false;
+    std::uint8_t left = 0;  ///< sectors to ask for
   };
 
   struct Unit {
@@ -108,7 +110,8 @@ class FastRtUnit {
   void visit(Cycle now, modules::LaneId id, const traces::Event& event);
   void fetch(Cycle now, modules::LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
   void ask(Cycle now);
-  Cycle read(const Waiting& fetch);
+  unsigned sectors_of(traces::NodeKind kind, bool header) const;
+  modules::MemoryRequest next_sector(Waiting& fetch);
   void await_result(Cycle now, modules::LaneId id, traces::NodeKind kind, Cycle ready);
   void replay(Cycle now, modules::LaneId id, modules::LaneState from);
   void pop(modules::LaneId id);
@@ -145,7 +148,7 @@ class FastRtUnit {
   modules::RingQueue<Waiting> queue_;
   Cycle ask_next_ = 0;       ///< of the node requests' port at the L1
   Cycle prefetch_next_ = 0;  ///< of the prefetches' port
-  LaneWheel results_;        ///< lanes in the cycle in which their node has been tested
+  DueWheel results_;         ///< lanes in the cycle in which their node has been tested
 
   Unit box_, leaf_, transform_;
   Cycle due_ = modules::kNever;
