@@ -16,8 +16,9 @@ using modules::kNever;
 
 namespace {
 
-// An SM's requests of a turn are ahead of those of the SMs after it by as much.
-constexpr Cycle kTurn = 16;
+// Long turns keep the state of an SM in the caches of the host; what SMs share takes their requests out of order by as
+// much, which must stay below the way to the L2 tags and back.
+constexpr Cycle kTurn = 64;
 
 void check_modelled(const GpuConfig& config) {
   const auto require = [](bool holds, const char* key, const char* rule) {

@@ -227,16 +227,19 @@ void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) 
   results_.add(now, unit.test(ready, tests), id);
 }
 
-// Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask a little ahead of time,
-// but not more: other clients of the L1 come in between when it is slow.
+// Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask ahead of time, unless the
+// L1 is slow: then its other clients come in between.
 void FastRtUnit::ask(Cycle now) {
-  constexpr Cycle kAhead = 4;
-  while (!queue_.empty() && ask_next_ <= now + kAhead) {
+  constexpr Cycle kAhead = 8;
+  bool slow = false;
+  while (!queue_.empty() && ask_next_ <= now + (slow ? 1 : kAhead)) {
     Waiting& waiting = queue_.front();
     const unsigned entry = entry_of(waiting.lane);
     Fetch& f = fetches_[entry][waiting.place];
     // The first leaves in the cycle after the visit and is at the L1 one later.
-    const FastL1::Access access = l1_.access(std::max(ask_next_, f.asked + 2), next_sector(waiting));
+    const Cycle at = std::max(ask_next_, f.asked + 2);
+    const FastL1::Access access = l1_.access(at, next_sector(waiting));
+    slow = access.taken > at;
     ask_next_ = access.taken + 1;
     waiting.seen = std::max(waiting.seen, access.seen);
     if (waiting.left > 0) continue;
@@ -248,8 +251,11 @@ void FastRtUnit::ask(Cycle now) {
   }
   if (!prefetcher_) return;
   MemoryRequest request;
-  while (prefetch_next_ <= now + kAhead && prefetcher_->next(request)) {
-    prefetch_next_ = l1_.access(std::max(prefetch_next_, now + 1), request).taken + 1;
+  slow = false;
+  while (prefetch_next_ <= now + (slow ? 1 : kAhead) && prefetcher_->next(request)) {
+    const Cycle at = std::max(prefetch_next_, now + 1);
+    prefetch_next_ = l1_.access(at, request).taken + 1;
+    slow = prefetch_next_ > at + 1;
   }
 }
 
