@@ -1,0 +1,62 @@
+#include "frontend/tile_structure.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "frontend/embree_builder.h"
+
+namespace grtx::frontend {
+namespace {
+
+TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id, const Box& box) {
+  const GaussianRecord& record = gaussians.record(id);
+  TileGaussian g{};
+  g.mean = record.mean;
+  double squares = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    g.to_unit[i] = record.to_unit[i];
+    const glm::dvec3 row(record.to_unit[i]);
+    squares += (row.x * row.x + row.y * row.y) + row.z * row.z;
+  }
+  g.norm = static_cast<float>(std::sqrt(squares));
+  g.id = id;
+  g.box = box;
+  g.kappa2 = record.kappa2;
+  g.opacity = record.opacity;
+  return g;
+}
+
+}  // namespace
+
+TileStructure::TileStructure(const PreparedGaussians& gaussians, ProxyKind proxy) : proxy_(proxy) {
+  const auto start = std::chrono::steady_clock::now();
+  const Tree tree = build_tree(
+      gaussians.size(),
+      [&](std::size_t g) { return gaussians.instance_box(static_cast<std::uint32_t>(g), proxy_, false); },
+      kTileNodeWidth);
+  build_seconds_ = tree.build_seconds;
+  bounds_ = tree.bounds;
+  nodes_.resize(tree.internals.size());
+  gaussians_.reserve(gaussians.size());
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    TileNode& node = nodes_[n];
+    node.count = tree.internals[n].child_count;
+    for (unsigned slot = 0; slot < kTileNodeWidth; ++slot) {
+      const bool used = slot < node.count;
+      const TreeChild child = used ? tree.children[tree.internals[n].first_child + slot] : TreeChild{};
+      for (int axis = 0; axis < 3; ++axis) {
+        node.bounds[2 * axis][slot] = used ? child.box.lower[axis] : 0.0f;
+        node.bounds[2 * axis + 1][slot] = used ? child.box.upper[axis] : 0.0f;
+      }
+      if (used && child.leaf) {
+        node.child[slot] = kTileLeaf | static_cast<std::uint32_t>(gaussians_.size());
+        gaussians_.push_back(tile_gaussian(gaussians, child.index, child.box));
+      } else {
+        node.child[slot] = child.index;
+      }
+    }
+  }
+  total_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace grtx::frontend

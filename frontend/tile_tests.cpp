@@ -1,0 +1,397 @@
+#include "frontend/tile_tests.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "frontend/gaussian_math.h"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace grtx::frontend {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// What fp32 rounds in the outline test and in the hit function, as a multiple of the sizes that are rounded: 64 units
+/// of 2^-24. docs/tracer.md counts some 30.
+constexpr float kOutlineSlack = 1.0f / (1 << 18);
+
+/// Coefficients of q(u, v) = one + u2 uu + v2 vv + ... <= slack: the tile's rays that may pass within the radius.
+struct Outline {
+  float one, u, v, uu, uv, vv;
+  float slack;
+};
+
+/// From w = a x l (l: a direction, a: the origin's place, both in the unit frame): |w|^2 - |l|^2 of products of the
+/// columns axis, right, down.
+float outline_slack(const TileRays& tile, float norm, float mean2, float a2, const float* ww, const float* ll) {
+  const float size_w = ww[0] + tile.extent2 * (ww[1] + ww[2]);
+  const float size_l = ll[0] + tile.extent2 * (ll[1] + ll[2]);
+  if (!(size_l > 1e-30f && size_w < 1e30f)) return kInfinity;
+  const float l = std::sqrt(3.0f * size_l);
+  const float error = kOutlineSlack * norm * (std::sqrt(mean2) * l + (std::sqrt(a2) + 1.0f));
+  return 2.0f * l * error + error * error + kOutlineSlack * (size_w + size_l);
+}
+
+Outline outline_portable(const TileGaussian& g, const TileRays& tile) {
+  const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
+  float a[3], l[3][3], w[3][3];  // l and w: by column
+  for (int i = 0; i < 3; ++i) {
+    const glm::vec3& row = g.to_unit[i];
+    a[i] = (row.x * mean[0] + row.y * mean[1]) + row.z * mean[2];
+    for (int c = 0; c < 3; ++c) {
+      l[c][i] = (row.x * tile.frame[0][c] + row.y * tile.frame[1][c]) + row.z * tile.frame[2][c];
+    }
+  }
+  float ww[3], ll[3], product[3];
+  for (int c = 0; c < 3; ++c) {
+    w[c][0] = a[1] * l[c][2] - a[2] * l[c][1];
+    w[c][1] = a[2] * l[c][0] - a[0] * l[c][2];
+    w[c][2] = a[0] * l[c][1] - a[1] * l[c][0];
+    ww[c] = detail::dot3(w[c], w[c]);
+    ll[c] = detail::dot3(l[c], l[c]);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const int d = (c + 1) % 3;
+    product[c] = detail::dot3(w[c], w[d]) - detail::dot3(l[c], l[d]);
+  }
+  Outline o;
+  o.one = ww[0] - ll[0];
+  o.uu = ww[1] - ll[1];
+  o.vv = ww[2] - ll[2];
+  o.u = 2.0f * product[0];
+  o.uv = 2.0f * product[1];
+  o.v = 2.0f * product[2];
+  o.slack = outline_slack(tile, g.norm, detail::dot3(mean, mean), detail::dot3(a, a), ww, ll);
+  return o;
+}
+
+std::uint64_t test_outline_portable(const TileGaussian& g, const TileRays& tile, std::uint64_t wanted) {
+  if (!tile.narrow) return wanted;
+  const Outline o = outline_portable(g, tile);
+  std::uint64_t rays = 0;
+  for (unsigned r = 0; r < kTileRays; ++r) {
+    const float u = tile.u[r], v = tile.v[r];
+    const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
+    rays |= std::uint64_t{!(q > o.slack)} << r;
+  }
+  return rays & wanted;
+}
+
+unsigned test_node_portable(const TileNode& node, const TileRays& tile, float* enter) {
+  unsigned mask = 0;
+  for (unsigned slot = 0; slot < node.count; ++slot) {
+    float relative[6];
+    float near_t = -kInfinity, far_t = kInfinity;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* bounds[2] = {node.bounds[2 * axis], node.bounds[2 * axis + 1]};
+      float first = kInfinity, last = -kInfinity;
+      for (int side = 0; side < 2; ++side) {
+        const float at = bounds[side][slot] - tile.origin[axis];
+        relative[2 * axis + side] = at;
+        for (const float inverse : {tile.inverse_min[axis], tile.inverse_max[axis]}) {
+          first = std::min(first, at * inverse);
+          last = std::max(last, at * inverse);
+        }
+      }
+      near_t = std::max(near_t, first);
+      far_t = std::min(far_t, last);
+    }
+    enter[slot] = std::max(near_t, 0.0f) * (1.0f - kSlabSlack);
+    bool outside = enter[slot] > far_t * (1.0f + kSlabSlack);
+    for (int p = 0; p < 4 && tile.narrow; ++p) {
+      const float* n = tile.planes[p];
+      const float distance = (n[0] * relative[n[0] > 0.0f ? 1 : 0] + n[1] * relative[n[1] > 0.0f ? 3 : 2]) +
+                             n[2] * relative[n[2] > 0.0f ? 5 : 4];
+      outside = outside || distance < 0.0f;
+    }
+    mask |= (outside ? 0u : 1u) << slot;
+  }
+  return mask;
+}
+
+void test_hit_portable(const TileGaussian&, const TileRays&, unsigned, unsigned wanted, bool, TileHits& hits) {
+  hits.hit = 0;
+  hits.unsure = wanted;
+}
+
+unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis, const float* sh, unsigned stride,
+                        unsigned coefficients, float ert, TileLight& light) {
+  std::array<float, kShFunctions> functions;
+  std::copy(basis, basis + kShFunctions, functions.begin());
+  glm::vec3 sum(light.colour[0], light.colour[1], light.colour[2]);
+  unsigned done = 0;
+  while (done < count) {
+    const TileHit& hit = hits[done++];
+    const glm::vec3 colour = sh_colour(sh + std::size_t{hit.id()} * stride, functions, coefficients);
+    const float weight = hit.alpha * light.transmittance;
+    sum += weight * colour;
+    light.transmittance *= 1.0f - hit.alpha;
+    if (light.transmittance < ert) break;
+  }
+  for (int i = 0; i < 3; ++i) light.colour[i] = sum[i];
+  return done;
+}
+
+#if defined(__x86_64__)
+
+[[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile,
+                                                        std::uint64_t wanted) {
+  if (!tile.narrow) return wanted;
+  const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
+  // Lanes: axis, right, down, mean.
+  const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
+  const __m128 y = _mm_insert_ps(_mm_load_ps(tile.frame[1]), _mm_set_ss(mean[1]), 0x30);
+  const __m128 z = _mm_insert_ps(_mm_load_ps(tile.frame[2]), _mm_set_ss(mean[2]), 0x30);
+  __m128 l[3], a[3];
+  for (int i = 0; i < 3; ++i) {
+    const glm::vec3& row = g.to_unit[i];
+    l[i] = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_set1_ps(row.x), x), _mm_mul_ps(_mm_set1_ps(row.y), y)),
+                      _mm_mul_ps(_mm_set1_ps(row.z), z));
+    a[i] = _mm_permute_ps(l[i], 0xFF);
+  }
+  const __m128 wx = _mm_sub_ps(_mm_mul_ps(a[1], l[2]), _mm_mul_ps(a[2], l[1]));
+  const __m128 wy = _mm_sub_ps(_mm_mul_ps(a[2], l[0]), _mm_mul_ps(a[0], l[2]));
+  const __m128 wz = _mm_sub_ps(_mm_mul_ps(a[0], l[1]), _mm_mul_ps(a[1], l[0]));
+  const __m128 ww = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, wx), _mm_mul_ps(wy, wy)), _mm_mul_ps(wz, wz));
+  const __m128 ll = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], l[0]), _mm_mul_ps(l[1], l[1])), _mm_mul_ps(l[2], l[2]));
+  constexpr int kNext = 0xC9;  // right, down, axis
+  const __m128 cross_w = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, _mm_permute_ps(wx, kNext)),
+                                               _mm_mul_ps(wy, _mm_permute_ps(wy, kNext))),
+                                    _mm_mul_ps(wz, _mm_permute_ps(wz, kNext)));
+  const __m128 cross_l = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], _mm_permute_ps(l[0], kNext)),
+                                               _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
+                                    _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
+  alignas(16) float same[4], mixed[4], w2[4], l2[4];
+  _mm_store_ps(same, _mm_sub_ps(ww, ll));
+  const __m128 product = _mm_sub_ps(cross_w, cross_l);
+  _mm_store_ps(mixed, _mm_add_ps(product, product));
+  _mm_store_ps(w2, ww);
+  _mm_store_ps(l2, ll);
+  const float slack = outline_slack(tile, g.norm, detail::dot3(mean, mean), l2[3], w2, l2);
+  const __m256 one = _mm256_set1_ps(same[0]), uu = _mm256_set1_ps(same[1]), vv = _mm256_set1_ps(same[2]);
+  const __m256 u1 = _mm256_set1_ps(mixed[0]), uv = _mm256_set1_ps(mixed[1]), v1 = _mm256_set1_ps(mixed[2]);
+  const __m256 limit = _mm256_set1_ps(slack);
+  std::uint64_t rays = 0;
+  for (unsigned i = 0; i < kTileVectors; ++i) {
+    const __m256 u = _mm256_load_ps(&tile.u[std::size_t{i} * kTileLanes]);
+    const __m256 v = _mm256_load_ps(&tile.v[std::size_t{i} * kTileLanes]);
+    const __m256 across = _mm256_add_ps(_mm256_mul_ps(u, _mm256_add_ps(_mm256_mul_ps(uu, u), u1)), one);
+    const __m256 down = _mm256_mul_ps(
+        v, _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(vv, v), v1), _mm256_mul_ps(uv, u)));
+    const __m256 near = _mm256_cmp_ps(_mm256_add_ps(across, down), limit, _CMP_NGT_UQ);
+    rays |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(near))) << (i * kTileLanes);
+  }
+  return rays & wanted;
+}
+
+[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, float* enter) {
+  alignas(32) float relative[6][kTileNodeWidth];
+  __m256 near_t = _mm256_set1_ps(-kInfinity), far_t = _mm256_set1_ps(kInfinity);
+  for (int axis = 0; axis < 3; ++axis) {
+    const __m256 origin = _mm256_set1_ps(tile.origin[axis]);
+    const __m256 low = _mm256_sub_ps(_mm256_load_ps(node.bounds[2 * axis]), origin);
+    const __m256 high = _mm256_sub_ps(_mm256_load_ps(node.bounds[2 * axis + 1]), origin);
+    _mm256_store_ps(relative[2 * axis], low);
+    _mm256_store_ps(relative[2 * axis + 1], high);
+    const __m256 least = _mm256_set1_ps(tile.inverse_min[axis]), most = _mm256_set1_ps(tile.inverse_max[axis]);
+    const __m256 a = _mm256_mul_ps(low, least), b = _mm256_mul_ps(low, most);
+    const __m256 c = _mm256_mul_ps(high, least), d = _mm256_mul_ps(high, most);
+    const __m256 first = _mm256_min_ps(_mm256_min_ps(a, b), _mm256_min_ps(c, d));
+    const __m256 last = _mm256_max_ps(_mm256_max_ps(a, b), _mm256_max_ps(c, d));
+    near_t = _mm256_max_ps(first, near_t);  // what is no number leaves the bound alone
+    far_t = _mm256_min_ps(last, far_t);
+  }
+  const __m256 zero = _mm256_setzero_ps();
+  const __m256 entry = _mm256_mul_ps(_mm256_max_ps(near_t, zero), _mm256_set1_ps(1.0f - kSlabSlack));
+  const __m256 exit = _mm256_mul_ps(far_t, _mm256_set1_ps(1.0f + kSlabSlack));
+  _mm256_storeu_ps(enter, entry);
+  __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
+  if (tile.narrow) {
+    for (const float* n : tile.planes) {
+      const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[n[0] > 0.0f ? 1 : 0]));
+      const __m256 y = _mm256_mul_ps(_mm256_set1_ps(n[1]), _mm256_load_ps(relative[n[1] > 0.0f ? 3 : 2]));
+      const __m256 z = _mm256_mul_ps(_mm256_set1_ps(n[2]), _mm256_load_ps(relative[n[2] > 0.0f ? 5 : 4]));
+      outside = _mm256_or_ps(outside, _mm256_cmp_ps(_mm256_add_ps(_mm256_add_ps(x, y), z), zero, _CMP_LT_OQ));
+    }
+  }
+  return ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & ((1u << node.count) - 1u);
+}
+
+/// exp_negative() of four numbers.
+[[gnu::target("avx2"), gnu::always_inline]] inline __m128 exp_negative_avx2(__m128 x) {
+  const __m256d value = _mm256_cvtps_pd(x);
+  const __m256d scaled = _mm256_mul_pd(value, _mm256_set1_pd(1.4426950408889634));
+  const __m128i n = _mm256_cvttpd_epi32(_mm256_sub_pd(scaled, _mm256_set1_pd(0.5)));
+  const __m256d r = _mm256_sub_pd(value, _mm256_mul_pd(_mm256_cvtepi32_pd(n), _mm256_set1_pd(0.6931471805599453)));
+  __m256d p = _mm256_set1_pd(1.0 / 362880.0);
+  for (const double c : {1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0}) {
+    p = _mm256_add_pd(_mm256_mul_pd(p, r), _mm256_set1_pd(c));
+  }
+  const __m256i power =
+      _mm256_slli_epi64(_mm256_add_epi64(_mm256_cvtepi32_epi64(n), _mm256_set1_epi64x(1023)), 52);
+  return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
+}
+
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 dot_avx2(__m256 ax, __m256 ay, __m256 az, __m256 bx,
+                                                                   __m256 by, __m256 bz) {
+  return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(ax, bx), _mm256_mul_ps(ay, by)), _mm256_mul_ps(az, bz));
+}
+
+/// safe_inverse().
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 safe_inverse_avx2(__m256 d) {
+  const __m256 sign = _mm256_set1_ps(-0.0f), most = _mm256_set1_ps(std::numeric_limits<float>::max());
+  const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), d);
+  const __m256 fits = _mm256_cmp_ps(_mm256_andnot_ps(sign, inverse), most, _CMP_LE_OQ);
+  return _mm256_blendv_ps(_mm256_or_ps(_mm256_and_ps(sign, d), most), inverse, fits);
+}
+
+/// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction.
+[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis_avx2(__m256 low, __m256 high, __m256 origin,
+                                                                       __m256 inverse, __m256& enter, __m256& exit) {
+  const __m256 a = _mm256_mul_ps(_mm256_sub_ps(low, origin), inverse);
+  const __m256 b = _mm256_mul_ps(_mm256_sub_ps(high, origin), inverse);
+  enter = _mm256_max_ps(_mm256_blendv_ps(a, b, inverse), enter);
+  exit = _mm256_min_ps(_mm256_blendv_ps(b, a, inverse), exit);
+}
+
+[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const TileRays& tile, unsigned vector,
+                                           unsigned wanted, bool sphere, const Box& unit_box, TileHits& hits) {
+  const std::size_t at = std::size_t{vector} * kTileLanes;
+  const __m256 dx = _mm256_load_ps(&tile.direction[0][at]);
+  const __m256 dy = _mm256_load_ps(&tile.direction[1][at]);
+  const __m256 dz = _mm256_load_ps(&tile.direction[2][at]);
+  const __m256 mx = _mm256_set1_ps(g.mean.x - tile.origin.x);
+  const __m256 my = _mm256_set1_ps(g.mean.y - tile.origin.y);
+  const __m256 mz = _mm256_set1_ps(g.mean.z - tile.origin.z);
+  const __m256 tc = _mm256_mul_ps(dot_avx2(mx, my, mz, dx, dy, dz), _mm256_load_ps(&tile.inverse_length2[at]));
+  const __m256 px = _mm256_sub_ps(_mm256_mul_ps(dx, tc), mx);
+  const __m256 py = _mm256_sub_ps(_mm256_mul_ps(dy, tc), my);
+  const __m256 pz = _mm256_sub_ps(_mm256_mul_ps(dz, tc), mz);
+  __m256 lo[3], ld[3];
+  for (int i = 0; i < 3; ++i) {
+    const __m256 rx = _mm256_set1_ps(g.to_unit[i].x), ry = _mm256_set1_ps(g.to_unit[i].y);
+    const __m256 rz = _mm256_set1_ps(g.to_unit[i].z);
+    lo[i] = dot_avx2(rx, ry, rz, px, py, pz);
+    ld[i] = dot_avx2(rx, ry, rz, dx, dy, dz);
+  }
+  const __m256 sign = _mm256_set1_ps(-0.0f), zero = _mm256_setzero_ps();
+  const __m256 length2 = dot_avx2(ld[0], ld[1], ld[2], ld[0], ld[1], ld[2]);
+  const __m256 dt =
+      _mm256_div_ps(_mm256_xor_ps(sign, dot_avx2(lo[0], lo[1], lo[2], ld[0], ld[1], ld[2])), length2);
+  __m256 peak[3];
+  for (int i = 0; i < 3; ++i) peak[i] = _mm256_add_ps(lo[i], _mm256_mul_ps(dt, ld[i]));
+  const __m256 d2 = dot_avx2(peak[0], peak[1], peak[2], peak[0], peak[1], peak[2]);
+  // Those that to_unit_ray() transforms in double.
+  const __m256 in_range = _mm256_and_ps(_mm256_and_ps(_mm256_cmp_ps(length2, _mm256_set1_ps(1e-30f), _CMP_GT_OQ),
+                                                      _mm256_cmp_ps(length2, _mm256_set1_ps(1e30f), _CMP_LT_OQ)),
+                                        _mm256_cmp_ps(d2, _mm256_set1_ps(1e30f), _CMP_LT_OQ));
+  const unsigned extreme = ~static_cast<unsigned>(_mm256_movemask_ps(in_range)) & wanted;
+  const __m256 within = _mm256_and_ps(in_range, _mm256_cmp_ps(d2, _mm256_set1_ps(1.0f), _CMP_LE_OQ));
+  unsigned candidates = static_cast<unsigned>(_mm256_movemask_ps(within)) & wanted;
+  hits.hit = 0;
+  hits.unsure = extreme;
+  if (candidates == 0) return;
+
+  // hit_alpha()
+  const __m256 exponent =
+      _mm256_mul_ps(_mm256_set1_ps(-0.5f), _mm256_mul_ps(_mm256_set1_ps(g.kappa2), _mm256_and_ps(d2, within)));
+  const __m256 response = _mm256_set_m128(exp_negative_avx2(_mm256_extractf128_ps(exponent, 1)),
+                                          exp_negative_avx2(_mm256_castps256_ps128(exponent)));
+  const __m256 alpha =
+      _mm256_min_ps(_mm256_mul_ps(_mm256_set1_ps(g.opacity), response), _mm256_set1_ps(kAlphaMax));
+  _mm256_store_ps(hits.alpha, alpha);
+  candidates &= static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(alpha, _mm256_set1_ps(kAlphaMin), _CMP_GE_OQ)));
+  if (candidates == 0) return;
+  if (!sphere) {
+    hits.unsure |= candidates;
+    return;
+  }
+
+  // canonical_hit() of a sphere with entry keys.
+  const __m256 t_peak = _mm256_add_ps(tc, dt);
+  const __m256 half = _mm256_sqrt_ps(_mm256_div_ps(_mm256_sub_ps(_mm256_set1_ps(1.0f), d2), length2));
+  const __m256 t_enter = _mm256_add_ps(t_peak, _mm256_xor_ps(sign, half));
+  const __m256 t_exit = _mm256_add_ps(t_peak, half);
+  candidates &= static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(t_exit, zero, _CMP_GT_OQ)));
+  const unsigned ahead = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(t_enter, zero, _CMP_GT_OQ)));
+  hits.unsure |= candidates & ~ahead;
+  candidates &= ahead;
+  __m256 enter = _mm256_set1_ps(-kInfinity), exit = _mm256_set1_ps(kInfinity);
+  for (int axis = 0; axis < 3; ++axis) {
+    clip_axis_avx2(_mm256_set1_ps(g.box.lower[axis]), _mm256_set1_ps(g.box.upper[axis]),
+                   _mm256_set1_ps(tile.origin[axis]), _mm256_load_ps(&tile.inverse[axis][at]), enter, exit);
+  }
+  enter = _mm256_mul_ps(_mm256_max_ps(enter, zero), _mm256_set1_ps(1.0f - kSlabSlack));
+  exit = _mm256_mul_ps(exit, _mm256_set1_ps(1.0f + kSlabSlack));
+  __m256 unit_enter = _mm256_set1_ps(-kInfinity), unit_exit = _mm256_set1_ps(kInfinity);
+  for (int axis = 0; axis < 3; ++axis) {
+    clip_axis_avx2(_mm256_set1_ps(unit_box.lower[axis]), _mm256_set1_ps(unit_box.upper[axis]), peak[axis],
+                   safe_inverse_avx2(ld[axis]), unit_enter, unit_exit);
+  }
+  const __m256 meets = _mm256_and_ps(_mm256_cmp_ps(enter, exit, _CMP_LE_OQ),
+                                     _mm256_cmp_ps(unit_enter, unit_exit, _CMP_LE_OQ));
+  const __m256 lower = _mm256_max_ps(_mm256_add_ps(t_peak, unit_enter), enter);
+  const __m256 upper = _mm256_min_ps(_mm256_add_ps(t_peak, unit_exit), exit);
+  const __m256 lies = _mm256_and_ps(meets, _mm256_cmp_ps(lower, upper, _CMP_LE_OQ));
+  const __m256 t = _mm256_min_ps(upper, _mm256_max_ps(lower, t_enter));
+  _mm256_store_ps(hits.t, t);
+  _mm256_store_ps(hits.d2, d2);
+  hits.hit = candidates & static_cast<unsigned>(_mm256_movemask_ps(lies));
+}
+
+const Box& unit_sphere_box() {
+  static const Proxy sphere(ProxyKind::sphere);
+  return sphere.face_box(0);
+}
+
+void hit_avx2(const TileGaussian& g, const TileRays& tile, unsigned vector, unsigned wanted, bool sphere,
+              TileHits& hits) {
+  static const Box unit_box = unit_sphere_box();
+  test_hit_avx2(g, tile, vector, wanted, sphere, unit_box, hits);
+}
+
+[[gnu::target("avx2")]] unsigned blend_avx2(const TileHit* hits, unsigned count, const float* basis, const float* sh,
+                                            unsigned stride, unsigned coefficients, float ert, TileLight& light) {
+  __m128 sum = _mm_load_ps(light.colour);
+  const __m128 zero = _mm_setzero_ps(), half = _mm_set1_ps(0.5f);
+  float transmittance = light.transmittance;
+  unsigned done = 0;
+  while (done < count) {
+    const TileHit& hit = hits[done++];
+    const float* c = sh + std::size_t{hit.id()} * stride;
+    __m128 colour = zero;
+    // A vector of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
+    for (unsigned j = 0; j + 1 < coefficients; ++j) {
+      colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + j), _mm_loadu_ps(c + std::size_t{3} * j)));
+    }
+    const float* last = c + std::size_t{3} * (coefficients - 1);
+    const __m128 rgb = _mm_movelh_ps(_mm_loadl_pi(zero, reinterpret_cast<const __m64*>(last)), _mm_load_ss(last + 2));
+    colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + coefficients - 1), rgb));
+    colour = _mm_max_ps(zero, _mm_add_ps(colour, half));
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(hit.alpha * transmittance), colour));
+    transmittance *= 1.0f - hit.alpha;
+    if (transmittance < ert) break;
+  }
+  _mm_store_ps(light.colour, sum);
+  light.transmittance = transmittance;
+  return done;
+}
+
+#endif
+
+}  // namespace
+
+TileTests tile_tests(SimdPath path) {
+#if defined(__x86_64__)
+  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, hit_avx2, blend_avx2};
+#endif
+  static_cast<void>(path);
+  return {test_node_portable, test_outline_portable, test_hit_portable, blend_portable};
+}
+
+}  // namespace grtx::frontend

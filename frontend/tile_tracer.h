@@ -1,0 +1,124 @@
+// Tile tracing: an image-only mode for camera rays. A tile of 8x8 rays walks the structure once, nearest first, instead
+// of each ray in rounds; hits are blended as soon as nothing nearer can come. Image bit for bit as RayTracer's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "frontend/prepared_gaussians.h"
+#include "frontend/scene.h"
+#include "frontend/tile_rays.h"
+#include "frontend/tile_structure.h"
+#include "frontend/tile_tests.h"
+#include "frontend/tracer.h"
+#include "frontend/tracer_options.h"
+
+namespace grtx::frontend {
+
+/// Sums, so they do not depend on the number of threads.
+struct TileCounters {
+  std::uint64_t tiles = 0;
+  std::uint64_t rays = 0;
+  std::uint64_t nodes = 0;       ///< internal nodes tested against a tile
+  std::uint64_t gaussians = 0;   ///< outlines tested against a tile
+  std::uint64_t hit_tests = 0;   ///< vectors of eight rays tested against a Gaussian
+  std::uint64_t candidates = 0;  ///< rays in them that the outline left
+  std::uint64_t hits = 0;        ///< those that count (alpha >= 1/255)
+  std::uint64_t blended = 0;
+  std::uint64_t terminated = 0;  ///< rays that ended by early ray termination
+
+  void add(const TileCounters& o) {
+    tiles += o.tiles;
+    rays += o.rays;
+    nodes += o.nodes;
+    gaussians += o.gaussians;
+    hit_tests += o.hit_tests;
+    candidates += o.candidates;
+    hits += o.hits;
+    blended += o.blended;
+    terminated += o.terminated;
+  }
+};
+
+/// One a thread.
+class TileTracer {
+ public:
+  /// structure: of these Gaussians and the proxy whose rule decides the hits. Of the options: ert, sort_key, inside,
+  /// sh_direction, response_precision and simd; the others change no image, or check_tile_options() refuses them.
+  TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
+             const TracerOptions& options);
+
+  /// Adds up the light of the tile's live rays; result: by ray.
+  const std::array<TileLight, kTileRays>& trace(const TileRays& tile);
+  const TileCounters& counters() const { return counters_; }
+
+ private:
+  /// Of depths along the rays; what lies in one is put in order together.
+  static constexpr unsigned kBuckets = 256;
+  static constexpr std::uint32_t kNone = ~0u;
+
+  struct QueuedChild {
+    std::uint32_t child = 0;
+    std::uint32_t next = kNone;
+  };
+  struct QueuedHit {
+    TileHit hit;
+    std::uint32_t ray = 0;
+    std::uint32_t next = kNone;
+  };
+  struct Bucket {
+    std::uint32_t nodes = kNone;
+    std::uint32_t gaussians = kNone;
+    std::uint32_t hits = kNone;
+  };
+
+  void begin(const TileRays& tile);
+  unsigned bucket_of(float t) const;
+  void mark(unsigned bucket) { occupied_[bucket / 64] |= std::uint64_t{1} << (bucket % 64); }
+  unsigned next_bucket(unsigned from) const;
+  void walk_nodes(const TileRays& tile, unsigned bucket);
+  void test_gaussians(const TileRays& tile, unsigned bucket);
+  void decide(const TileRays& tile, const TileGaussian& g, std::uint32_t index, unsigned ray, unsigned bucket);
+  void add_hit(unsigned ray, float t, float alpha, const TileGaussian& g, std::uint32_t index, unsigned bucket);
+  void blend_bucket(const TileRays& tile, unsigned bucket);
+  void blend_ray(const TileRays& tile, unsigned ray, TileHit* hits, unsigned count);
+
+  const Scene& scene_;
+  const PreparedGaussians& gaussians_;
+  const TileStructure& structure_;
+  const TracerOptions options_;
+  const TileTests tests_;
+  const FaceTest test_faces_;
+  const bool sphere_;  ///< entries of spheres: decided eight at a time
+  const unsigned stride_;
+  const unsigned coefficients_;
+
+  std::uint64_t alive_ = 0;
+  std::uint32_t first_depth_ = 0;  ///< bits of the float at which bucket 1 begins
+  unsigned depth_shift_ = 0;
+  std::array<Bucket, kBuckets> buckets_{};
+  std::array<std::uint64_t, kBuckets / 64> occupied_{};
+  std::vector<QueuedChild> children_;
+  std::vector<QueuedHit> queued_hits_;
+  std::vector<std::uint32_t> work_;
+  std::vector<TileHit> sorted_;
+  std::array<TileLight, kTileRays> lights_;
+  alignas(32) std::array<std::array<float, kShFunctions>, kTileRays> basis_;
+  TileCounters counters_;
+};
+
+/// Throws Error when tile tracing cannot give the image of these options.
+void check_tile_options(const TracerOptions& options);
+
+struct TileResult {
+  Image image;
+  TileCounters counters;
+  double seconds = 0.0;  ///< tracing alone
+};
+
+/// The image of a view. The same for any number of threads. Of RenderOptions: threads and quiet.
+TileResult render_tiles(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
+                        const Camera& camera, const TracerOptions& options, const RenderOptions& render);
+
+}  // namespace grtx::frontend
