@@ -7,10 +7,6 @@
 namespace grtx::frontend {
 namespace {
 
-/// Of lane `lane` of vector `vector`, from the tile's first pixel.
-unsigned x_of(unsigned ray) { return ray / kTileLanes % 2 * 4 + ray % 4; }
-unsigned y_of(unsigned ray) { return ray / kTileLanes / 2 * 2 + ray % kTileLanes / 4; }
-
 glm::vec3 orthonormal(const glm::dvec3& candidate, const glm::dvec3& axis) {
   return glm::vec3(glm::normalize(candidate - glm::dot(candidate, axis) * axis));
 }
@@ -21,7 +17,7 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
     : origin(camera_origin) {
   unsigned some = 0;
   for (unsigned r = 0; r < kTileRays; ++r) {
-    const unsigned i = x + x_of(r), j = y + y_of(r);
+    const unsigned i = x + tile_x(r), j = y + tile_y(r);
     if (i >= camera.width || j >= camera.height) continue;
     const glm::dvec3 d = camera.direction(i, j);
     if (d == glm::dvec3(0.0)) continue;  // the projection has no ray here
@@ -31,7 +27,6 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
     some = r;
   }
   if (live == 0) return;
-  glm::dvec3 sum(0.0);
   for (int axis = 0; axis < 3; ++axis) {
     inverse_min[axis] = std::numeric_limits<float>::infinity();
     inverse_max[axis] = -std::numeric_limits<float>::infinity();
@@ -46,8 +41,14 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
       inverse_max[axis] = std::max(inverse_max[axis], ray.slabs.inverse[axis]);
     }
     inverse_length2[r] = ray.inverse_length2;
-    sum += glm::dvec3(ray.direction);
   }
+  bound(camera);
+  find_grid(camera, x, y);
+}
+
+void TileRays::bound(const Camera& camera) {
+  glm::dvec3 sum(0.0);
+  for (const TraceRay& ray : rays) sum += glm::dvec3(ray.direction);
   if (!(glm::dot(sum, sum) > 1.0)) return;  // rays all around
   const glm::vec3 axis(glm::normalize(sum));
   const glm::dvec3 exact_axis(axis);
@@ -58,12 +59,12 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
   narrow = true;
   for (unsigned r = 0; r < kTileRays; ++r) {
     const glm::dvec3 d(rays[r].direction);
-    const double along = glm::dot(d, exact_axis);
-    if (!(along > 0.1)) {
+    const double depth = glm::dot(d, exact_axis);
+    if (!(depth > 0.1)) {
       narrow = false;
       return;
     }
-    const double at[2] = {glm::dot(d, glm::dvec3(first)) / along, glm::dot(d, glm::dvec3(second)) / along};
+    const double at[2] = {glm::dot(d, glm::dvec3(first)) / depth, glm::dot(d, glm::dvec3(second)) / depth};
     u[r] = static_cast<float>(at[0]);
     v[r] = static_cast<float>(at[1]);
     extent2 = std::max({extent2, u[r] * u[r], v[r] * v[r]});
@@ -79,14 +80,40 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
     frame[i][3] = 0.0f;
   }
   for (int p = 0; p < 4; ++p) {
-    const glm::dvec3 across(p < 2 ? first : second);
+    const glm::dvec3 side(p < 2 ? first : second);
     const double edge = p % 2 == 0 ? low[p / 2] - 4.0 * kPlaneTilt : high[p / 2] + 4.0 * kPlaneTilt;
-    const glm::dvec3 inward = p % 2 == 0 ? across - edge * exact_axis : edge * exact_axis - across;
+    const glm::dvec3 inward = p % 2 == 0 ? side - edge * exact_axis : edge * exact_axis - side;
     glm::vec3 plane(glm::normalize(inward));
     for (const TraceRay& ray : rays) {
       if (!(glm::dot(glm::dvec3(plane), glm::dvec3(ray.direction)) >= kPlaneTilt)) plane = glm::vec3(0.0f);
     }
     for (int i = 0; i < 3; ++i) planes[p][i] = plane[i];
+  }
+}
+
+void TileRays::find_grid(const Camera& camera, unsigned x, unsigned y) {
+  if (camera.projection != Projection::pinhole) return;
+  constexpr double kMiddle = 0.5 * (kTileEdge - 1);
+  const double middle[2] = {(x + kMiddle + 0.5 - camera.cx) / camera.fx, (y + kMiddle + 0.5 - camera.cy) / camera.fy};
+  scale[0] = static_cast<float>(camera.fx);
+  scale[1] = static_cast<float>(camera.fy);
+  for (int i = 0; i < 3; ++i) {
+    along[i] = static_cast<float>(camera.rotation[2][i]);
+    across[i] = static_cast<float>(camera.rotation[0][i] - middle[0] * camera.rotation[2][i]);
+    down[i] = static_cast<float>(camera.rotation[1][i] - middle[1] * camera.rotation[2][i]);
+  }
+  // A box's corners and its hits are known to 2^-19 of their distance.
+  const double steepness = 1.0 + middle[0] * middle[0] + middle[1] * middle[1];
+  margin = static_cast<float>(1.0 / 256 + steepness * std::max(camera.fx, camera.fy) / (1 << 17));
+  grid = margin < 0.25f;
+  for (unsigned r = 0; r < kTileRays && grid; ++r) {
+    if ((live >> r & 1) == 0) continue;
+    const glm::dvec3 d(rays[r].direction);
+    const double depth = glm::dot(d, glm::dvec3(along[0], along[1], along[2]));
+    const double i = glm::dot(d, glm::dvec3(across[0], across[1], across[2])) / depth * static_cast<double>(scale[0]);
+    const double j = glm::dot(d, glm::dvec3(down[0], down[1], down[2])) / depth * static_cast<double>(scale[1]);
+    const double off = std::max(std::fabs(i + kMiddle - tile_x(r)), std::fabs(j + kMiddle - tile_y(r)));
+    grid = depth > 0.0 && off < 0.25 * static_cast<double>(margin);
   }
 }
 

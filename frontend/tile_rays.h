@@ -22,6 +22,7 @@ struct TileRays {
   /// The tile whose first pixel is (x, y). Pixels beyond the image and directions that the projection does not have are
   /// no live rays; their lanes repeat one that is.
   TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigned x, unsigned y);
+  TileRays(const TileRays&) = delete;
 
   glm::vec3 origin{0.0f};
   std::uint64_t live = 0;
@@ -45,10 +46,27 @@ struct TileRays {
   float extent2 = 0.0f;  ///< the largest u^2 or v^2
   /// n . direction >= kPlaneTilt for all rays.
   float planes[4][3];
+
+  /// The rays lie on a grid, as a pinhole's do: for p = x - origin, ray (i, j) has p . across / p . along * scale[0] +
+  /// 3.5 = i, and j likewise with down.
+  bool grid = false;
+  float across[3];
+  float down[3];
+  float along[3];
+  float scale[2];  ///< pixels
+  float margin;    ///< pixels: what fp32 rounds in this and in a test of a box against it
+
+ private:
+  void bound(const Camera& camera);
+  void find_grid(const Camera& camera, unsigned x, unsigned y);
 };
 
 /// Rays keep this distance (sine of an angle) from the planes around their tile. It stands for all that fp32 rounds in a
 /// test of a box against a plane, which is below 2^-20 of the box's distance from the origin.
 inline constexpr double kPlaneTilt = 1.0 / (1 << 17);
+
+/// Columns and rows of a tile (from its first pixel) and lanes: ray r is pixel (tile_x(r), tile_y(r)).
+constexpr unsigned tile_x(unsigned ray) { return ray / kTileLanes % 2 * 4 + ray % 4; }
+constexpr unsigned tile_y(unsigned ray) { return ray / kTileLanes / 2 * 2 + ray % kTileLanes / 4; }
 
 }  // namespace grtx::frontend

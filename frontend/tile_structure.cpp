@@ -1,14 +1,16 @@
 #include "frontend/tile_structure.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "frontend/embree_builder.h"
+#include "frontend/gaussian_math.h"
 
 namespace grtx::frontend {
 namespace {
 
-TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id, const Box& box) {
+TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id) {
   const GaussianRecord& record = gaussians.record(id);
   TileGaussian g{};
   g.mean = record.mean;
@@ -20,7 +22,6 @@ TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id,
   }
   g.norm = static_cast<float>(std::sqrt(squares));
   g.id = id;
-  g.box = box;
   g.kappa2 = record.kappa2;
   g.opacity = record.opacity;
   return g;
@@ -28,7 +29,8 @@ TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id,
 
 }  // namespace
 
-TileStructure::TileStructure(const PreparedGaussians& gaussians, ProxyKind proxy) : proxy_(proxy) {
+TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussians, ProxyKind proxy)
+    : proxy_(proxy), coefficients_(std::min(kShFunctions, scene.sh_coefficients())) {
   const auto start = std::chrono::steady_clock::now();
   const Tree tree = build_tree(
       gaussians.size(),
@@ -38,6 +40,10 @@ TileStructure::TileStructure(const PreparedGaussians& gaussians, ProxyKind proxy
   bounds_ = tree.bounds;
   nodes_.resize(tree.internals.size());
   gaussians_.reserve(gaussians.size());
+  boxes_.reserve(gaussians.size());
+  // Whole vectors of four; no Gaussian of degree 3 straddles more cache lines than it fills.
+  sh_stride_ = (std::size_t{3} * coefficients_ + 3) / 4 * 4;
+  sh_.resize(gaussians.size() * sh_stride_ + 4);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     TileNode& node = nodes_[n];
     node.count = tree.internals[n].child_count;
@@ -50,7 +56,10 @@ TileStructure::TileStructure(const PreparedGaussians& gaussians, ProxyKind proxy
       }
       if (used && child.leaf) {
         node.child[slot] = kTileLeaf | static_cast<std::uint32_t>(gaussians_.size());
-        gaussians_.push_back(tile_gaussian(gaussians, child.index, child.box));
+        const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
+        std::copy(from, from + std::size_t{3} * coefficients_, sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
+        gaussians_.push_back(tile_gaussian(gaussians, child.index));
+        boxes_.push_back({child.box});
       } else {
         node.child[slot] = child.index;
       }

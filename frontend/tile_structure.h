@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "frontend/prepared_gaussians.h"
 #include "frontend/proxy.h"
+#include "frontend/scene.h"
 #include "frontend/slab_test.h"
 
 namespace grtx::frontend {
@@ -24,28 +25,34 @@ struct alignas(64) TileNode {
 };
 static_assert(sizeof(TileNode) == 256);
 
-/// The first cache line decides which rays come close, the second what they hit.
+/// What decides which rays come close to a Gaussian, and all but the box of what decides where they hit it.
 struct alignas(64) TileGaussian {
   glm::vec3 mean;
-  float norm;             ///< Frobenius norm of to_unit
-  glm::vec3 to_unit[3];   ///< as in GaussianRecord
-  std::uint32_t id;       ///< in the scene
-  std::uint32_t unused[2];
-  Box box;                ///< of the whole proxy; of a sphere, the box that its hit must lie in
+  float norm;            ///< Frobenius norm of to_unit
+  glm::vec3 to_unit[3];  ///< as in GaussianRecord
   float kappa2;
   float opacity;
-  float unused2[8];
+  std::uint32_t id;  ///< in the scene
 };
-static_assert(sizeof(TileGaussian) == 128);
+static_assert(sizeof(TileGaussian) == 64);
+
+/// Of the whole proxy; of a sphere, the box that its hit must lie in.
+struct alignas(32) TileBox {
+  Box box;
+};
 
 class TileStructure {
  public:
-  TileStructure(const PreparedGaussians& gaussians, ProxyKind proxy);
+  TileStructure(const Scene& scene, const PreparedGaussians& gaussians, ProxyKind proxy);
 
   const Proxy& proxy() const { return proxy_; }
   /// Node 0 is the root.
   const TileNode& node(std::uint32_t index) const { return nodes_[index]; }
   const TileGaussian& gaussian(std::uint32_t index) const { return gaussians_[index]; }
+  const TileBox& box(std::uint32_t index) const { return boxes_[index]; }
+  /// Spherical harmonics up to degree 3 of a Gaussian: coefficient-major, r g b inner. One float more may be read.
+  const float* sh(std::uint32_t index) const { return sh_.data() + index * sh_stride_; }
+  unsigned coefficients() const { return coefficients_; }
   std::size_t nodes() const { return nodes_.size(); }
   const Box& bounds() const { return bounds_; }
   double build_seconds() const { return build_seconds_; }  ///< rtcBuildBVH alone
@@ -55,6 +62,10 @@ class TileStructure {
   Proxy proxy_;
   HugePageVector<TileNode> nodes_;
   HugePageVector<TileGaussian> gaussians_;
+  HugePageVector<TileBox> boxes_;
+  HugePageVector<float> sh_;
+  std::size_t sh_stride_;
+  unsigned coefficients_;
   Box bounds_;
   double build_seconds_ = 0.0;
   double total_seconds_ = 0.0;

@@ -20,6 +20,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// of 2^-24. docs/tracer.md counts some 30.
 constexpr float kOutlineSlack = 1.0f / (1 << 18);
 
+/// And in a box's place on the grid, as a multiple of its size there.
+constexpr float kGridSlack = 1.0f / (1 << 14);
+
 /// Coefficients of q(u, v) = one + u2 uu + v2 vv + ... <= slack: the tile's rays that may pass within the radius.
 struct Outline {
   float one, u, v, uu, uv, vv;
@@ -70,28 +73,50 @@ Outline outline_portable(const TileGaussian& g, const TileRays& tile) {
   return o;
 }
 
-std::uint64_t test_outline_portable(const TileGaussian& g, const TileRays& tile, std::uint64_t wanted) {
-  if (!tile.narrow) return wanted;
-  const Outline o = outline_portable(g, tile);
+std::uint64_t test_outline_portable(const TileGaussian& g, const TileRays& tile, unsigned wanted) {
   std::uint64_t rays = 0;
-  for (unsigned r = 0; r < kTileRays; ++r) {
-    const float u = tile.u[r], v = tile.v[r];
-    const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
-    rays |= std::uint64_t{!(q > o.slack)} << r;
+  const Outline o = tile.narrow ? outline_portable(g, tile) : Outline{};
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const auto vector = static_cast<unsigned>(std::countr_zero(wanted));
+    for (unsigned r = vector * kTileLanes; r < (vector + 1) * kTileLanes; ++r) {
+      const float u = tile.u[r], v = tile.v[r];
+      const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
+      rays |= std::uint64_t{!(tile.narrow && q > o.slack)} << r;
+    }
   }
-  return rays & wanted;
+  return rays;
 }
 
-unsigned test_node_portable(const TileNode& node, const TileRays& tile, float* enter) {
+/// Of columns first..last and rows top..bottom, all in 0..7.
+std::uint32_t vectors_of(int first, int last, int top, int bottom) {
+  const unsigned columns = last < 4 ? 0x55u : first >= 4 ? 0xAAu : 0xFFu;
+  return columns & (0xFFu << (top / 2 * 2)) & (0xFFu >> (6 - bottom / 2 * 2));
+}
+
+/// Columns or rows of the grid that a box whose coordinate times depth lies in [low, high], and whose depth in [near,
+/// far], may cover.
+struct Covered {
+  int first, last;
+  Covered(float low, float high, float near, float far, float scale, float margin) {
+    float a = std::min(low / near, low / far) * scale + 0.5f * (kTileEdge - 1);
+    float b = std::max(high / near, high / far) * scale + 0.5f * (kTileEdge - 1);
+    const float slack = margin + (b - a) * kGridSlack;
+    a -= slack;
+    b += slack;
+    first = static_cast<int>(std::ceil(std::min(std::max(a, 0.0f), 8.0f)));
+    last = static_cast<int>(std::floor(std::max(std::min(b, 7.0f), -1.0f)));
+  }
+};
+
+unsigned test_node_portable(const TileNode& node, const TileRays& tile, TileNodeHits& hits) {
   unsigned mask = 0;
   for (unsigned slot = 0; slot < node.count; ++slot) {
     float relative[6];
     float near_t = -kInfinity, far_t = kInfinity;
     for (int axis = 0; axis < 3; ++axis) {
-      const float* bounds[2] = {node.bounds[2 * axis], node.bounds[2 * axis + 1]};
       float first = kInfinity, last = -kInfinity;
       for (int side = 0; side < 2; ++side) {
-        const float at = bounds[side][slot] - tile.origin[axis];
+        const float at = node.bounds[2 * axis + side][slot] - tile.origin[axis];
         relative[2 * axis + side] = at;
         for (const float inverse : {tile.inverse_min[axis], tile.inverse_max[axis]}) {
           first = std::min(first, at * inverse);
@@ -101,33 +126,44 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, float* e
       near_t = std::max(near_t, first);
       far_t = std::min(far_t, last);
     }
-    enter[slot] = std::max(near_t, 0.0f) * (1.0f - kSlabSlack);
-    bool outside = enter[slot] > far_t * (1.0f + kSlabSlack);
-    for (int p = 0; p < 4 && tile.narrow; ++p) {
-      const float* n = tile.planes[p];
-      const float distance = (n[0] * relative[n[0] > 0.0f ? 1 : 0] + n[1] * relative[n[1] > 0.0f ? 3 : 2]) +
-                             n[2] * relative[n[2] > 0.0f ? 5 : 4];
-      outside = outside || distance < 0.0f;
+    /// The farthest that the box reaches along n, or with -n how little.
+    const auto reach = [&relative](const float* n, bool most) {
+      float sum = 0.0f;
+      for (int axis = 0; axis < 3; ++axis) sum += n[axis] * relative[2 * axis + ((n[axis] > 0.0f) == most ? 1 : 0)];
+      return sum;
+    };
+    hits.enter[slot] = std::max(near_t, 0.0f) * (1.0f - kSlabSlack);
+    hits.vectors[slot] = 0xFF;
+    bool outside = hits.enter[slot] > far_t * (1.0f + kSlabSlack);
+    for (int p = 0; p < 4 && tile.narrow; ++p) outside = outside || reach(tile.planes[p], true) < 0.0f;
+    if (tile.grid) {
+      const float near = reach(tile.along, false), far = reach(tile.along, true);
+      if (near > 0.0f && far <= 2.0f * near) {
+        const Covered x(reach(tile.across, false), reach(tile.across, true), near, far, tile.scale[0], tile.margin);
+        const Covered y(reach(tile.down, false), reach(tile.down, true), near, far, tile.scale[1], tile.margin);
+        outside = outside || x.first > x.last || y.first > y.last;
+        if (!outside) hits.vectors[slot] = vectors_of(x.first, x.last, y.first, y.last);
+      }
     }
     mask |= (outside ? 0u : 1u) << slot;
   }
   return mask;
 }
 
-void test_hit_portable(const TileGaussian&, const TileRays&, unsigned, unsigned wanted, bool, TileHits& hits) {
+void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool, TileHits& hits) {
   hits.hit = 0;
   hits.unsure = wanted;
 }
 
-unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis, const float* sh, unsigned stride,
-                        unsigned coefficients, float ert, TileLight& light) {
+unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis, const TileStructure& structure,
+                        float ert, TileLight& light) {
   std::array<float, kShFunctions> functions;
   std::copy(basis, basis + kShFunctions, functions.begin());
   glm::vec3 sum(light.colour[0], light.colour[1], light.colour[2]);
   unsigned done = 0;
   while (done < count) {
     const TileHit& hit = hits[done++];
-    const glm::vec3 colour = sh_colour(sh + std::size_t{hit.id()} * stride, functions, coefficients);
+    const glm::vec3 colour = sh_colour(structure.sh(hit.gaussian), functions, structure.coefficients());
     const float weight = hit.alpha * light.transmittance;
     sum += weight * colour;
     light.transmittance *= 1.0f - hit.alpha;
@@ -140,8 +176,8 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
 #if defined(__x86_64__)
 
 [[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile,
-                                                        std::uint64_t wanted) {
-  if (!tile.narrow) return wanted;
+                                                        unsigned wanted) {
+  if (!tile.narrow) return test_outline_portable(g, tile, wanted);
   const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
   // Lanes: axis, right, down, mean.
   const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
@@ -177,7 +213,8 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   const __m256 u1 = _mm256_set1_ps(mixed[0]), uv = _mm256_set1_ps(mixed[1]), v1 = _mm256_set1_ps(mixed[2]);
   const __m256 limit = _mm256_set1_ps(slack);
   std::uint64_t rays = 0;
-  for (unsigned i = 0; i < kTileVectors; ++i) {
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(wanted));
     const __m256 u = _mm256_load_ps(&tile.u[std::size_t{i} * kTileLanes]);
     const __m256 v = _mm256_load_ps(&tile.v[std::size_t{i} * kTileLanes]);
     const __m256 across = _mm256_add_ps(_mm256_mul_ps(u, _mm256_add_ps(_mm256_mul_ps(uu, u), u1)), one);
@@ -186,10 +223,34 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
     const __m256 near = _mm256_cmp_ps(_mm256_add_ps(across, down), limit, _CMP_NGT_UQ);
     rays |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(near))) << (i * kTileLanes);
   }
-  return rays & wanted;
+  return rays;
 }
 
-[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, float* enter) {
+/// Of eight boxes (bounds relative to the origin) the least or the most that they reach along n.
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 reach_avx2(const float (*relative)[kTileNodeWidth],
+                                                                     const float* n, bool most) {
+  const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[(n[0] > 0.0f) == most ? 1 : 0]));
+  const __m256 y = _mm256_mul_ps(_mm256_set1_ps(n[1]), _mm256_load_ps(relative[(n[1] > 0.0f) == most ? 3 : 2]));
+  const __m256 z = _mm256_mul_ps(_mm256_set1_ps(n[2]), _mm256_load_ps(relative[(n[2] > 0.0f) == most ? 5 : 4]));
+  return _mm256_add_ps(_mm256_add_ps(x, y), z);
+}
+
+/// Columns or rows covered, as whole numbers; inverse_near and inverse_far: of the depth.
+[[gnu::target("avx2"), gnu::always_inline]] inline void cover_avx2(__m256 low, __m256 high, __m256 inverse_near,
+                                                                   __m256 inverse_far, float scale, float margin,
+                                                                   __m256& first, __m256& last) {
+  const __m256 scales = _mm256_set1_ps(scale), middle = _mm256_set1_ps(0.5f * (kTileEdge - 1));
+  const __m256 a = _mm256_min_ps(_mm256_mul_ps(low, inverse_near), _mm256_mul_ps(low, inverse_far));
+  const __m256 b = _mm256_max_ps(_mm256_mul_ps(high, inverse_near), _mm256_mul_ps(high, inverse_far));
+  const __m256 from = _mm256_add_ps(_mm256_mul_ps(a, scales), middle);
+  const __m256 to = _mm256_add_ps(_mm256_mul_ps(b, scales), middle);
+  const __m256 slack =
+      _mm256_add_ps(_mm256_set1_ps(margin), _mm256_mul_ps(_mm256_sub_ps(to, from), _mm256_set1_ps(kGridSlack)));
+  first = _mm256_ceil_ps(_mm256_max_ps(_mm256_sub_ps(from, slack), _mm256_setzero_ps()));
+  last = _mm256_floor_ps(_mm256_min_ps(_mm256_add_ps(to, slack), _mm256_set1_ps(kTileEdge - 1)));
+}
+
+[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, TileNodeHits& hits) {
   alignas(32) float relative[6][kTileNodeWidth];
   __m256 near_t = _mm256_set1_ps(-kInfinity), far_t = _mm256_set1_ps(kInfinity);
   for (int axis = 0; axis < 3; ++axis) {
@@ -209,17 +270,44 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   const __m256 zero = _mm256_setzero_ps();
   const __m256 entry = _mm256_mul_ps(_mm256_max_ps(near_t, zero), _mm256_set1_ps(1.0f - kSlabSlack));
   const __m256 exit = _mm256_mul_ps(far_t, _mm256_set1_ps(1.0f + kSlabSlack));
-  _mm256_storeu_ps(enter, entry);
+  _mm256_store_ps(hits.enter, entry);
   __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
   if (tile.narrow) {
     for (const float* n : tile.planes) {
-      const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[n[0] > 0.0f ? 1 : 0]));
-      const __m256 y = _mm256_mul_ps(_mm256_set1_ps(n[1]), _mm256_load_ps(relative[n[1] > 0.0f ? 3 : 2]));
-      const __m256 z = _mm256_mul_ps(_mm256_set1_ps(n[2]), _mm256_load_ps(relative[n[2] > 0.0f ? 5 : 4]));
-      outside = _mm256_or_ps(outside, _mm256_cmp_ps(_mm256_add_ps(_mm256_add_ps(x, y), z), zero, _CMP_LT_OQ));
+      outside = _mm256_or_ps(outside, _mm256_cmp_ps(reach_avx2(relative, n, true), zero, _CMP_LT_OQ));
     }
   }
-  return ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & ((1u << node.count) - 1u);
+  const unsigned used = (1u << node.count) - 1u;
+  unsigned mask = ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & used;
+  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors), _mm256_set1_epi32(0xFF));
+  if (!tile.grid || mask == 0) return mask;
+  const __m256 near = reach_avx2(relative, tile.along, false), far = reach_avx2(relative, tile.along, true);
+  const __m256 usable = _mm256_and_ps(_mm256_cmp_ps(near, zero, _CMP_GT_OQ),
+                                      _mm256_cmp_ps(far, _mm256_add_ps(near, near), _CMP_LE_OQ));
+  const __m256 inverse_near = _mm256_div_ps(_mm256_set1_ps(1.0f), near);
+  const __m256 inverse_far = _mm256_div_ps(_mm256_set1_ps(1.0f), far);
+  __m256 left, right, top, bottom;
+  cover_avx2(reach_avx2(relative, tile.across, false), reach_avx2(relative, tile.across, true), inverse_near,
+             inverse_far, tile.scale[0], tile.margin, left, right);
+  cover_avx2(reach_avx2(relative, tile.down, false), reach_avx2(relative, tile.down, true), inverse_near, inverse_far,
+             tile.scale[1], tile.margin, top, bottom);
+  const __m256 between = _mm256_or_ps(_mm256_cmp_ps(left, right, _CMP_GT_OQ), _mm256_cmp_ps(top, bottom, _CMP_GT_OQ));
+  mask &= ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_and_ps(usable, between)));
+  // The vectors, 4x2 pixels each, that the covered pixels lie in.
+  const __m256i ones = _mm256_set1_epi32(0xFF), two = _mm256_set1_epi32(-2);
+  const __m256i first_row = _mm256_and_si256(_mm256_cvttps_epi32(top), two);
+  const __m256i last_row = _mm256_and_si256(_mm256_cvttps_epi32(bottom), two);
+  const __m256i rows = _mm256_and_si256(_mm256_sllv_epi32(ones, first_row),
+                                        _mm256_srlv_epi32(ones, _mm256_sub_epi32(_mm256_set1_epi32(6), last_row)));
+  const __m256 four = _mm256_set1_ps(4.0f);
+  const __m256i left_half = _mm256_castps_si256(_mm256_cmp_ps(left, four, _CMP_LT_OQ));
+  const __m256i right_half = _mm256_castps_si256(_mm256_cmp_ps(right, four, _CMP_GE_OQ));
+  const __m256i columns = _mm256_or_si256(_mm256_and_si256(left_half, _mm256_set1_epi32(0x55)),
+                                          _mm256_and_si256(right_half, _mm256_set1_epi32(0xAA)));
+  const __m256i covered = _mm256_and_si256(rows, columns);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors),
+                     _mm256_blendv_epi8(ones, covered, _mm256_castps_si256(usable)));
+  return mask;
 }
 
 /// exp_negative() of four numbers.
@@ -242,14 +330,6 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(ax, bx), _mm256_mul_ps(ay, by)), _mm256_mul_ps(az, bz));
 }
 
-/// safe_inverse().
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256 safe_inverse_avx2(__m256 d) {
-  const __m256 sign = _mm256_set1_ps(-0.0f), most = _mm256_set1_ps(std::numeric_limits<float>::max());
-  const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), d);
-  const __m256 fits = _mm256_cmp_ps(_mm256_andnot_ps(sign, inverse), most, _CMP_LE_OQ);
-  return _mm256_blendv_ps(_mm256_or_ps(_mm256_and_ps(sign, d), most), inverse, fits);
-}
-
 /// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction.
 [[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis_avx2(__m256 low, __m256 high, __m256 origin,
                                                                        __m256 inverse, __m256& enter, __m256& exit) {
@@ -259,8 +339,8 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   exit = _mm256_min_ps(_mm256_blendv_ps(b, a, inverse), exit);
 }
 
-[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const TileRays& tile, unsigned vector,
-                                           unsigned wanted, bool sphere, const Box& unit_box, TileHits& hits) {
+[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile,
+                                           unsigned vector, unsigned wanted, bool sphere, TileHits& hits) {
   const std::size_t at = std::size_t{vector} * kTileLanes;
   const __m256 dx = _mm256_load_ps(&tile.direction[0][at]);
   const __m256 dy = _mm256_load_ps(&tile.direction[1][at]);
@@ -323,55 +403,43 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   candidates &= ahead;
   __m256 enter = _mm256_set1_ps(-kInfinity), exit = _mm256_set1_ps(kInfinity);
   for (int axis = 0; axis < 3; ++axis) {
-    clip_axis_avx2(_mm256_set1_ps(g.box.lower[axis]), _mm256_set1_ps(g.box.upper[axis]),
+    clip_axis_avx2(_mm256_set1_ps(box.lower[axis]), _mm256_set1_ps(box.upper[axis]),
                    _mm256_set1_ps(tile.origin[axis]), _mm256_load_ps(&tile.inverse[axis][at]), enter, exit);
   }
   enter = _mm256_mul_ps(_mm256_max_ps(enter, zero), _mm256_set1_ps(1.0f - kSlabSlack));
   exit = _mm256_mul_ps(exit, _mm256_set1_ps(1.0f + kSlabSlack));
-  __m256 unit_enter = _mm256_set1_ps(-kInfinity), unit_exit = _mm256_set1_ps(kInfinity);
-  for (int axis = 0; axis < 3; ++axis) {
-    clip_axis_avx2(_mm256_set1_ps(unit_box.lower[axis]), _mm256_set1_ps(unit_box.upper[axis]), peak[axis],
-                   safe_inverse_avx2(ld[axis]), unit_enter, unit_exit);
+  const __m256 meets = _mm256_cmp_ps(enter, exit, _CMP_LE_OQ);
+  const __m256 t = _mm256_min_ps(exit, _mm256_max_ps(enter, t_enter));
+  // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
+  // the ray enters the box before the sphere and leaves it later, rounded or not: it changes nothing.
+  __m256 farthest = zero;
+  for (const int axis : {0, 1, 2}) {
+    const __m256 at_entry = _mm256_sub_ps(peak[axis], _mm256_mul_ps(half, ld[axis]));
+    farthest = _mm256_max_ps(_mm256_andnot_ps(sign, at_entry), farthest);
   }
-  const __m256 meets = _mm256_and_ps(_mm256_cmp_ps(enter, exit, _CMP_LE_OQ),
-                                     _mm256_cmp_ps(unit_enter, unit_exit, _CMP_LE_OQ));
-  const __m256 lower = _mm256_max_ps(_mm256_add_ps(t_peak, unit_enter), enter);
-  const __m256 upper = _mm256_min_ps(_mm256_add_ps(t_peak, unit_exit), exit);
-  const __m256 lies = _mm256_and_ps(meets, _mm256_cmp_ps(lower, upper, _CMP_LE_OQ));
-  const __m256 t = _mm256_min_ps(upper, _mm256_max_ps(lower, t_enter));
+  const unsigned inside_box =
+      static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(farthest, _mm256_set1_ps(1.000005f), _CMP_LE_OQ)));
+  hits.unsure |= candidates & ~inside_box;
+  candidates &= inside_box;
   _mm256_store_ps(hits.t, t);
   _mm256_store_ps(hits.d2, d2);
-  hits.hit = candidates & static_cast<unsigned>(_mm256_movemask_ps(lies));
+  hits.hit = candidates & static_cast<unsigned>(_mm256_movemask_ps(meets));
 }
 
-const Box& unit_sphere_box() {
-  static const Proxy sphere(ProxyKind::sphere);
-  return sphere.face_box(0);
-}
-
-void hit_avx2(const TileGaussian& g, const TileRays& tile, unsigned vector, unsigned wanted, bool sphere,
-              TileHits& hits) {
-  static const Box unit_box = unit_sphere_box();
-  test_hit_avx2(g, tile, vector, wanted, sphere, unit_box, hits);
-}
-
-[[gnu::target("avx2")]] unsigned blend_avx2(const TileHit* hits, unsigned count, const float* basis, const float* sh,
-                                            unsigned stride, unsigned coefficients, float ert, TileLight& light) {
+[[gnu::target("avx2")]] unsigned blend_avx2(const TileHit* hits, unsigned count, const float* basis,
+                                            const TileStructure& structure, float ert, TileLight& light) {
   __m128 sum = _mm_load_ps(light.colour);
   const __m128 zero = _mm_setzero_ps(), half = _mm_set1_ps(0.5f);
+  const unsigned coefficients = structure.coefficients();
   float transmittance = light.transmittance;
   unsigned done = 0;
   while (done < count) {
     const TileHit& hit = hits[done++];
-    const float* c = sh + std::size_t{hit.id()} * stride;
+    const float* sh = structure.sh(hit.gaussian);
     __m128 colour = zero;
-    // A vector of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
-    for (unsigned j = 0; j + 1 < coefficients; ++j) {
-      colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + j), _mm_loadu_ps(c + std::size_t{3} * j)));
+    for (unsigned j = 0; j < coefficients; ++j) {
+      colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + j), _mm_loadu_ps(sh + std::size_t{3} * j)));
     }
-    const float* last = c + std::size_t{3} * (coefficients - 1);
-    const __m128 rgb = _mm_movelh_ps(_mm_loadl_pi(zero, reinterpret_cast<const __m64*>(last)), _mm_load_ss(last + 2));
-    colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + coefficients - 1), rgb));
     colour = _mm_max_ps(zero, _mm_add_ps(colour, half));
     sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(hit.alpha * transmittance), colour));
     transmittance *= 1.0f - hit.alpha;
@@ -388,7 +456,7 @@ void hit_avx2(const TileGaussian& g, const TileRays& tile, unsigned vector, unsi
 
 TileTests tile_tests(SimdPath path) {
 #if defined(__x86_64__)
-  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, hit_avx2, blend_avx2};
+  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, test_hit_avx2, blend_avx2};
 #endif
   static_cast<void>(path);
   return {test_node_portable, test_outline_portable, test_hit_portable, blend_portable};

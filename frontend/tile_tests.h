@@ -11,11 +11,17 @@
 
 namespace grtx::frontend {
 
-/// Mask of the children that a ray of the tile may meet, and for each a lower bound of the t of every hit inside.
-using TileNodeTest = unsigned (*)(const TileNode& node, const TileRays& tile, float* enter);
+/// What a tile may meet of a node's children.
+struct alignas(32) TileNodeHits {
+  float enter[kTileNodeWidth];           ///< no hit inside has a smaller t
+  std::uint32_t vectors[kTileNodeWidth];  ///< mask of the vectors of rays that may meet the child
+};
 
-/// Which of `wanted` rays may pass the Gaussian within its radius (d2 <= 1).
-using TileOutlineTest = std::uint64_t (*)(const TileGaussian& g, const TileRays& tile, std::uint64_t wanted);
+/// Mask of the children that a ray of the tile may meet; the others' entries mean nothing.
+using TileNodeTest = unsigned (*)(const TileNode& node, const TileRays& tile, TileNodeHits& hits);
+
+/// Which rays of `wanted` vectors may pass the Gaussian within its radius (d2 <= 1).
+using TileOutlineTest = std::uint64_t (*)(const TileGaussian& g, const TileRays& tile, unsigned wanted);
 
 struct alignas(32) TileHits {
   float t[kTileLanes];
@@ -27,16 +33,14 @@ struct alignas(32) TileHits {
 
 /// Lanes `wanted` of one vector. `sphere`: with t of the sphere's entry; otherwise lanes with d2 <= 1 and an alpha that
 /// counts are left unsure.
-using TileHitTest = void (*)(const TileGaussian& g, const TileRays& tile, unsigned vector, unsigned wanted, bool sphere,
-                             TileHits& hits);
+using TileHitTest = void (*)(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
+                             unsigned wanted, bool sphere, TileHits& hits);
 
 /// A hit of a ray, ready to be blended.
 struct TileHit {
   std::uint64_t order = 0;  ///< bits of t (never negative), then id: compares as (t, id)
   float alpha = 0.0f;
   std::uint32_t gaussian = 0;  ///< in the structure
-
-  std::uint32_t id() const { return static_cast<std::uint32_t>(order); }
 };
 
 /// Light gathered by a ray so far.
@@ -45,10 +49,10 @@ struct alignas(16) TileLight {
   float transmittance = 1.0f;
 };
 
-/// Blends a ray's next hits, sorted, until its transmittance falls below `ert`; returns how many. sh: of the scene,
-/// `stride` floats a Gaussian, of which `coefficients` (1..16) triples are evaluated.
-using TileBlend = unsigned (*)(const TileHit* hits, unsigned count, const float* basis, const float* sh, unsigned stride,
-                               unsigned coefficients, float ert, TileLight& light);
+/// Blends a ray's next hits, sorted, until its transmittance falls below `ert`; returns how many. `basis`: of the ray,
+/// coefficients() functions.
+using TileBlend = unsigned (*)(const TileHit* hits, unsigned count, const float* basis, const TileStructure& structure,
+                               float ert, TileLight& light);
 
 struct TileTests {
   TileNodeTest node;

@@ -29,6 +29,20 @@ void prefetch_lines(const void* first, unsigned lines) {
   for (unsigned i = 0; i < lines; ++i) __builtin_prefetch(static_cast<const char*>(first) + std::size_t{64} * i);
 }
 
+/// By (t, id). A bucket holds few hits of a ray.
+void sort_hits(TileHit* hits, unsigned count) {
+  if (count > 24) {
+    std::sort(hits, hits + count, [](const TileHit& a, const TileHit& b) { return a.order < b.order; });
+    return;
+  }
+  for (unsigned i = 1; i < count; ++i) {
+    const TileHit hit = hits[i];
+    unsigned at = i;
+    for (; at > 0 && hit.order < hits[at - 1].order; --at) hits[at] = hits[at - 1];
+    hits[at] = hit;
+  }
+}
+
 }  // namespace
 
 TileTracer::TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
@@ -40,8 +54,7 @@ TileTracer::TileTracer(const Scene& scene, const PreparedGaussians& gaussians, c
       tests_(tests_of(options)),
       test_faces_(face_test(options.simd)),
       sphere_(structure.proxy().is_sphere() && options.sort_key == SortKey::entry),
-      stride_(3 * scene.sh_coefficients()),
-      coefficients_(std::min(kShFunctions, scene.sh_coefficients())) {}
+      sh_lines_((12 * structure.coefficients() + 63) / 64) {}
 
 /// Depths grow by a constant factor from bucket to bucket: bits of non-negative floats count like their logarithms.
 void TileTracer::begin(const TileRays& tile) {
@@ -94,7 +107,7 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
   ++counters_.tiles;
   counters_.rays += static_cast<std::uint64_t>(std::popcount(tile.live));
   if (alive_ == 0) return lights_;
-  children_.push_back({0, kNone});
+  children_.push_back({0, 0, kNone});
   buckets_[0].nodes = 0;
   mark(0);
   for (unsigned b = next_bucket(0); b < kBuckets && alive_ != 0; b = next_bucket(b + 1)) {
@@ -112,15 +125,14 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     prefetch_lines(&structure_.node(children_[i].child), 4);
   }
   counters_.nodes += work_.size();
-  alignas(32) float enter[kTileNodeWidth];
   for (std::size_t at = 0; at < work_.size(); ++at) {
     const TileNode& node = structure_.node(work_[at]);
-    for (unsigned rest = tests_.node(node, tile, enter); rest != 0; rest &= rest - 1) {
+    for (unsigned rest = tests_.node(node, tile, node_hits_); rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
       const std::uint32_t child = node.child[slot];
-      const unsigned b = std::max(bucket, bucket_of(enter[slot]));
+      const unsigned b = std::max(bucket, bucket_of(node_hits_.enter[slot]));
       if ((child & kTileLeaf) != 0) {
-        children_.push_back({child & ~kTileLeaf, buckets_[b].gaussians});
+        children_.push_back({child & ~kTileLeaf, node_hits_.vectors[slot], buckets_[b].gaussians});
         buckets_[b].gaussians = static_cast<std::uint32_t>(children_.size() - 1);
       } else if (b == bucket) {
         prefetch_lines(&structure_.node(child), 4);
@@ -128,7 +140,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
         ++counters_.nodes;
         continue;
       } else {
-        children_.push_back({child, buckets_[b].nodes});
+        children_.push_back({child, 0, buckets_[b].nodes});
         buckets_[b].nodes = static_cast<std::uint32_t>(children_.size() - 1);
       }
       mark(b);
@@ -137,36 +149,47 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
 }
 
 void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
-  work_.clear();
+  candidates_.clear();
   for (std::uint32_t i = buckets_[bucket].gaussians; i != kNone; i = children_[i].next) {
-    work_.push_back(children_[i].child);
-    prefetch_lines(&structure_.gaussian(children_[i].child), 2);
+    candidates_.push_back({children_[i].vectors, children_[i].child});
+    __builtin_prefetch(&structure_.gaussian(children_[i].child));
   }
-  counters_.gaussians += work_.size();
+  counters_.gaussians += candidates_.size();
+  std::size_t left = 0;
+  for (const Candidate& queued : candidates_) {
+    const std::uint64_t rays =
+        tests_.outline(structure_.gaussian(queued.gaussian), tile, static_cast<unsigned>(queued.rays)) & alive_;
+    if (rays == 0) continue;
+    __builtin_prefetch(&structure_.box(queued.gaussian));
+    candidates_[left++] = {rays, queued.gaussian};
+  }
+  candidates_.resize(left);
+  for (const Candidate& candidate : candidates_) test_hits(tile, candidate, bucket);
+}
+
+void TileTracer::test_hits(const TileRays& tile, const Candidate& candidate, unsigned bucket) {
+  const TileGaussian& g = structure_.gaussian(candidate.gaussian);
+  const Box& box = structure_.box(candidate.gaussian).box;
+  prefetch_lines(structure_.sh(candidate.gaussian), sh_lines_);
+  counters_.candidates += static_cast<std::uint64_t>(std::popcount(candidate.rays));
   TileHits hits;
-  for (const std::uint32_t index : work_) {
-    const TileGaussian& g = structure_.gaussian(index);
-    const std::uint64_t candidates = tests_.outline(g, tile, alive_);
-    if (candidates == 0) continue;
-    counters_.candidates += static_cast<std::uint64_t>(std::popcount(candidates));
-    for (unsigned vector = 0; vector < kTileVectors; ++vector) {
-      const unsigned wanted = candidates >> (vector * kTileLanes) & 0xFFu;
-      if (wanted == 0) continue;
-      ++counters_.hit_tests;
-      tests_.hit(g, tile, vector, wanted, sphere_, hits);
-      for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
-        const auto lane = static_cast<unsigned>(std::countr_zero(rest));
-        add_hit(vector * kTileLanes + lane, hits.t[lane], hits.alpha[lane], g, index, bucket);
-      }
-      for (unsigned rest = hits.unsure; rest != 0; rest &= rest - 1) {
-        decide(tile, g, index, vector * kTileLanes + static_cast<unsigned>(std::countr_zero(rest)), bucket);
-      }
+  for (unsigned vector = 0; vector < kTileVectors; ++vector) {
+    const auto wanted = static_cast<unsigned>(candidate.rays >> (vector * kTileLanes)) & 0xFFu;
+    if (wanted == 0) continue;
+    ++counters_.hit_tests;
+    tests_.hit(g, box, tile, vector, wanted, sphere_, hits);
+    for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<unsigned>(std::countr_zero(rest));
+      add_hit(vector * kTileLanes + lane, hits.t[lane], hits.alpha[lane], g.id, candidate.gaussian, bucket);
+    }
+    for (unsigned rest = hits.unsure; rest != 0; rest &= rest - 1) {
+      decide(tile, candidate.gaussian, vector * kTileLanes + static_cast<unsigned>(std::countr_zero(rest)), bucket);
     }
   }
 }
 
-void TileTracer::decide(const TileRays& tile, const TileGaussian& g, std::uint32_t index, unsigned ray,
-                        unsigned bucket) {
+void TileTracer::decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned bucket) {
+  const TileGaussian& g = structure_.gaussian(gaussian);
   const UnitRay unit = to_unit_ray(tile.rays[ray], gaussians_.record(g.id));
   if (!(unit.d2 <= 1.0f)) return;
   const Hit hit = canonical_hit(tile.rays[ray], unit, gaussians_, g.id, structure_.proxy(), options_.sort_key,
@@ -175,15 +198,15 @@ void TileTracer::decide(const TileRays& tile, const TileGaussian& g, std::uint32
   const float alpha = options_.response_precision == ResponsePrecision::fp32
                           ? hit_alpha(g.opacity, g.kappa2, hit.d2)
                           : hit_alpha_16(g.opacity, g.kappa2, hit.d2, options_.response_precision);
-  if (alpha > 0.0f) add_hit(ray, hit.t, alpha, g, index, bucket);
+  if (alpha > 0.0f) add_hit(ray, hit.t, alpha, g.id, gaussian, bucket);
 }
 
-void TileTracer::add_hit(unsigned ray, float t, float alpha, const TileGaussian& g, std::uint32_t index,
+void TileTracer::add_hit(unsigned ray, float t, float alpha, std::uint32_t id, std::uint32_t gaussian,
                          unsigned bucket) {
   ++counters_.hits;
   const unsigned b = std::max(bucket, bucket_of(t));
-  const std::uint64_t order = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id;
-  queued_hits_.push_back({{order, alpha, index}, ray, buckets_[b].hits});
+  const std::uint64_t order = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | id;
+  queued_hits_.push_back({{order, alpha, gaussian}, ray, buckets_[b].hits});
   buckets_[b].hits = static_cast<std::uint32_t>(queued_hits_.size() - 1);
   mark(b);
 }
@@ -219,16 +242,16 @@ void TileTracer::blend_bucket(const TileRays& tile, unsigned bucket) {
 }
 
 void TileTracer::blend_ray(const TileRays& tile, unsigned ray, TileHit* hits, unsigned count) {
-  std::sort(hits, hits + count, [](const TileHit& a, const TileHit& b) { return a.order < b.order; });
+  sort_hits(hits, count);
   TileLight& light = lights_[ray];
   unsigned done = 0;
   if (options_.sh_direction == ShDirection::ray) {
-    done = tests_.blend(hits, count, basis_[ray].data(), scene_.sh.data(), stride_, coefficients_, options_.ert, light);
+    done = tests_.blend(hits, count, basis_[ray].data(), structure_, options_.ert, light);
   } else {
     while (done < count) {
-      const glm::vec3 to_centre = gaussians_.record(hits[done].id()).mean - tile.origin;
+      const glm::vec3 to_centre = gaussians_.record(static_cast<std::uint32_t>(hits[done].order)).mean - tile.origin;
       basis_[ray] = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
-      tests_.blend(hits + done, 1, basis_[ray].data(), scene_.sh.data(), stride_, coefficients_, options_.ert, light);
+      tests_.blend(hits + done, 1, basis_[ray].data(), structure_, options_.ert, light);
       ++done;
       if (light.transmittance < options_.ert) break;
     }

@@ -59,13 +59,18 @@ class TileTracer {
   static constexpr std::uint32_t kNone = ~0u;
 
   struct QueuedChild {
-    std::uint32_t child = 0;
-    std::uint32_t next = kNone;
+    std::uint32_t child;
+    std::uint32_t vectors;  ///< mask; of Gaussians
+    std::uint32_t next;
   };
   struct QueuedHit {
     TileHit hit;
-    std::uint32_t ray = 0;
-    std::uint32_t next = kNone;
+    std::uint32_t ray;
+    std::uint32_t next;
+  };
+  struct Candidate {
+    std::uint64_t rays;
+    std::uint32_t gaussian;
   };
   struct Bucket {
     std::uint32_t nodes = kNone;
@@ -79,8 +84,9 @@ class TileTracer {
   unsigned next_bucket(unsigned from) const;
   void walk_nodes(const TileRays& tile, unsigned bucket);
   void test_gaussians(const TileRays& tile, unsigned bucket);
-  void decide(const TileRays& tile, const TileGaussian& g, std::uint32_t index, unsigned ray, unsigned bucket);
-  void add_hit(unsigned ray, float t, float alpha, const TileGaussian& g, std::uint32_t index, unsigned bucket);
+  void test_hits(const TileRays& tile, const Candidate& candidate, unsigned bucket);
+  void decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned bucket);
+  void add_hit(unsigned ray, float t, float alpha, std::uint32_t id, std::uint32_t gaussian, unsigned bucket);
   void blend_bucket(const TileRays& tile, unsigned bucket);
   void blend_ray(const TileRays& tile, unsigned ray, TileHit* hits, unsigned count);
 
@@ -91,8 +97,8 @@ class TileTracer {
   const TileTests tests_;
   const FaceTest test_faces_;
   const bool sphere_;  ///< entries of spheres: decided eight at a time
-  const unsigned stride_;
-  const unsigned coefficients_;
+
+  const unsigned sh_lines_;
 
   std::uint64_t alive_ = 0;
   std::uint32_t first_depth_ = 0;  ///< bits of the float at which bucket 1 begins
@@ -102,6 +108,8 @@ class TileTracer {
   std::vector<QueuedChild> children_;
   std::vector<QueuedHit> queued_hits_;
   std::vector<std::uint32_t> work_;
+  TileNodeHits node_hits_;
+  std::vector<Candidate> candidates_;
   std::vector<TileHit> sorted_;
   std::array<TileLight, kTileRays> lights_;
   alignas(32) std::array<std::array<float, kShFunctions>, kTileRays> basis_;
