@@ -69,7 +69,7 @@ void TileTracer::begin(const TileRays& tile) {
                                tile.origin[axis] - structure_.bounds().upper[axis]);
     near_t = axis == 0 ? gap : std::max(near_t, gap);
   }
-  constexpr float kFirst = 1.0f / 1024;
+  constexpr float kFirst = 1.0f / (1 << 16);
   const std::uint32_t last = std::bit_cast<std::uint32_t>(far_t);
   first_depth_ = std::bit_cast<std::uint32_t>(std::max(near_t, far_t * kFirst));
   depth_shift_ = 16;
@@ -132,6 +132,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
       const std::uint32_t child = node.child[slot];
       const unsigned b = std::max(bucket, bucket_of(node_hits_.enter[slot]));
       if ((child & kTileLeaf) != 0) {
+        __builtin_prefetch(&structure_.gaussian(child & ~kTileLeaf), 0, 2);
         children_.push_back({child & ~kTileLeaf, node_hits_.vectors[slot], buckets_[b].gaussians});
         buckets_[b].gaussians = static_cast<std::uint32_t>(children_.size() - 1);
       } else if (b == bucket) {
@@ -140,6 +141,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
         ++counters_.nodes;
         continue;
       } else {
+        prefetch_lines(&structure_.node(child), 4);
         children_.push_back({child, 0, buckets_[b].nodes});
         buckets_[b].nodes = static_cast<std::uint32_t>(children_.size() - 1);
       }

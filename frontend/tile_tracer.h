@@ -55,7 +55,7 @@ class TileTracer {
 
  private:
   /// Of depths along the rays; what lies in one is put in order together.
-  static constexpr unsigned kBuckets = 256;
+  static constexpr unsigned kBuckets = 512;
   static constexpr std::uint32_t kNone = ~0u;
 
   struct QueuedChild {
