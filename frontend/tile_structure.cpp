@@ -41,21 +41,23 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
   nodes_.resize(tree.internals.size());
   gaussians_.reserve(gaussians.size());
   boxes_.reserve(gaussians.size());
-  // Whole vectors of four; no Gaussian of degree 3 straddles more cache lines than it fills.
-  sh_stride_ = (std::size_t{3} * coefficients_ + 3) / 4 * 4;
-  sh_.resize(gaussians.size() * sh_stride_ + 4);
+  sh_stride_ = (std::size_t{3} * coefficients_ + 3) / 4 * 4;  // degree 3 fills whole cache lines
+  sh_.resize(gaussians.size() * sh_stride_);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     TileNode& node = nodes_[n];
-    node.count = tree.internals[n].child_count;
+    const unsigned count = tree.internals[n].child_count;
+    node.used = (1u << count) - 1u;
+    node.leaves = 0;
     for (unsigned slot = 0; slot < kTileNodeWidth; ++slot) {
-      const bool used = slot < node.count;
+      const bool used = slot < count;
       const TreeChild child = used ? tree.children[tree.internals[n].first_child + slot] : TreeChild{};
       for (int axis = 0; axis < 3; ++axis) {
         node.bounds[2 * axis][slot] = used ? child.box.lower[axis] : 0.0f;
         node.bounds[2 * axis + 1][slot] = used ? child.box.upper[axis] : 0.0f;
       }
       if (used && child.leaf) {
-        node.child[slot] = kTileLeaf | static_cast<std::uint32_t>(gaussians_.size());
+        node.leaves |= 1u << slot;
+        node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
         const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
         std::copy(from, from + std::size_t{3} * coefficients_, sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
         gaussians_.push_back(tile_gaussian(gaussians, child.index));

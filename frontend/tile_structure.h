@@ -14,14 +14,14 @@
 namespace grtx::frontend {
 
 inline constexpr unsigned kTileNodeWidth = 8;
-inline constexpr std::uint32_t kTileLeaf = 0x80000000u;  ///< marks a child that is a Gaussian
 
 struct alignas(64) TileNode {
   /// Lower x of the children, upper x, lower y, upper y, lower z, upper z; world space.
   float bounds[6][kTileNodeWidth];
-  /// Index of a node; or of a Gaussian, with kTileLeaf.
+  /// Index of a node or of a Gaussian.
   std::uint32_t child[kTileNodeWidth];
-  std::uint32_t count;
+  std::uint32_t used;    ///< mask of children that are
+  std::uint32_t leaves;  ///< mask of children that are Gaussians
 };
 static_assert(sizeof(TileNode) == 256);
 
@@ -50,7 +50,7 @@ class TileStructure {
   const TileNode& node(std::uint32_t index) const { return nodes_[index]; }
   const TileGaussian& gaussian(std::uint32_t index) const { return gaussians_[index]; }
   const TileBox& box(std::uint32_t index) const { return boxes_[index]; }
-  /// Spherical harmonics up to degree 3 of a Gaussian: coefficient-major, r g b inner. One float more may be read.
+  /// Spherical harmonics up to degree 3 of a Gaussian: coefficient-major, r g b inner.
   const float* sh(std::uint32_t index) const { return sh_.data() + index * sh_stride_; }
   unsigned coefficients() const { return coefficients_; }
   std::size_t nodes() const { return nodes_.size(); }

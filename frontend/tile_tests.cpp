@@ -31,12 +31,16 @@ struct Outline {
 
 /// From w = a x l (l: a direction, a: the origin's place, both in the unit frame): |w|^2 - |l|^2 of products of the
 /// columns axis, right, down.
-float outline_slack(const TileRays& tile, float norm, float mean2, float a2, const float* ww, const float* ll) {
+float outline_slack(const TileRays& tile, float norm, const float* mean, const float* a, const float* ww,
+                    const float* ll) {
   const float size_w = ww[0] + tile.extent2 * (ww[1] + ww[2]);
   const float size_l = ll[0] + tile.extent2 * (ll[1] + ll[2]);
   if (!(size_l > 1e-30f && size_w < 1e30f)) return kInfinity;
+  // Sums of sizes in place of lengths: never smaller.
+  const float distance = std::fabs(mean[0]) + std::fabs(mean[1]) + std::fabs(mean[2]);
+  const float place = std::fabs(a[0]) + std::fabs(a[1]) + std::fabs(a[2]) + 1.0f;
   const float l = std::sqrt(3.0f * size_l);
-  const float error = kOutlineSlack * norm * (std::sqrt(mean2) * l + (std::sqrt(a2) + 1.0f));
+  const float error = kOutlineSlack * norm * (distance * l + place);
   return 2.0f * l * error + error * error + kOutlineSlack * (size_w + size_l);
 }
 
@@ -69,7 +73,7 @@ Outline outline_portable(const TileGaussian& g, const TileRays& tile) {
   o.u = 2.0f * product[0];
   o.uv = 2.0f * product[1];
   o.v = 2.0f * product[2];
-  o.slack = outline_slack(tile, g.norm, detail::dot3(mean, mean), detail::dot3(a, a), ww, ll);
+  o.slack = outline_slack(tile, g.norm, mean, a, ww, ll);
   return o;
 }
 
@@ -108,9 +112,10 @@ struct Covered {
   }
 };
 
-unsigned test_node_portable(const TileNode& node, const TileRays& tile, TileNodeHits& hits) {
+unsigned test_node_portable(const TileNode& node, const TileRays& tile, const TileDepths& depths, std::uint32_t bucket,
+                            TileNodeHits& hits) {
   unsigned mask = 0;
-  for (unsigned slot = 0; slot < node.count; ++slot) {
+  for (unsigned slot = 0; slot < kTileNodeWidth; ++slot) {
     float relative[6];
     float near_t = -kInfinity, far_t = kInfinity;
     for (int axis = 0; axis < 3; ++axis) {
@@ -132,9 +137,10 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, TileNode
       for (int axis = 0; axis < 3; ++axis) sum += n[axis] * relative[2 * axis + ((n[axis] > 0.0f) == most ? 1 : 0)];
       return sum;
     };
-    hits.enter[slot] = std::max(near_t, 0.0f) * (1.0f - kSlabSlack);
+    const float enter = std::max(near_t, 0.0f) * (1.0f - kSlabSlack);
+    hits.bucket[slot] = std::max(bucket, depths.bucket_of(enter));
     hits.vectors[slot] = 0xFF;
-    bool outside = hits.enter[slot] > far_t * (1.0f + kSlabSlack);
+    bool outside = enter > far_t * (1.0f + kSlabSlack);
     for (int p = 0; p < 4 && tile.narrow; ++p) outside = outside || reach(tile.planes[p], true) < 0.0f;
     if (tile.grid) {
       const float near = reach(tile.along, false), far = reach(tile.along, true);
@@ -147,7 +153,7 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, TileNode
     }
     mask |= (outside ? 0u : 1u) << slot;
   }
-  return mask;
+  return mask & node.used;
 }
 
 void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool, TileHits& hits) {
@@ -155,22 +161,14 @@ void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigne
   hits.unsure = wanted;
 }
 
-unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis, const TileStructure& structure,
-                        float ert, TileLight& light) {
-  std::array<float, kShFunctions> functions;
-  std::copy(basis, basis + kShFunctions, functions.begin());
-  glm::vec3 sum(light.colour[0], light.colour[1], light.colour[2]);
-  unsigned done = 0;
-  while (done < count) {
-    const TileHit& hit = hits[done++];
-    const glm::vec3 colour = sh_colour(structure.sh(hit.gaussian), functions, structure.coefficients());
-    const float weight = hit.alpha * light.transmittance;
-    sum += weight * colour;
-    light.transmittance *= 1.0f - hit.alpha;
-    if (light.transmittance < ert) break;
+void colour_portable(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes, TileHits& hits) {
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<unsigned>(std::countr_zero(lanes));
+    std::array<float, kShFunctions> functions;
+    for (unsigned j = 0; j < kShFunctions; ++j) functions[j] = basis.values[j][lane];
+    const glm::vec3 colour = sh_colour(sh, functions, coefficients);
+    for (int c = 0; c < 3; ++c) hits.colour[c][lane] = colour[c];
   }
-  for (int i = 0; i < 3; ++i) light.colour[i] = sum[i];
-  return done;
 }
 
 #if defined(__x86_64__)
@@ -203,12 +201,13 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
                                                _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
                                     _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
   alignas(16) float same[4], mixed[4], w2[4], l2[4];
+  const float place[3] = {_mm_cvtss_f32(a[0]), _mm_cvtss_f32(a[1]), _mm_cvtss_f32(a[2])};
   _mm_store_ps(same, _mm_sub_ps(ww, ll));
   const __m128 product = _mm_sub_ps(cross_w, cross_l);
   _mm_store_ps(mixed, _mm_add_ps(product, product));
   _mm_store_ps(w2, ww);
   _mm_store_ps(l2, ll);
-  const float slack = outline_slack(tile, g.norm, detail::dot3(mean, mean), l2[3], w2, l2);
+  const float slack = outline_slack(tile, g.norm, mean, place, w2, l2);
   const __m256 one = _mm256_set1_ps(same[0]), uu = _mm256_set1_ps(same[1]), vv = _mm256_set1_ps(same[2]);
   const __m256 u1 = _mm256_set1_ps(mixed[0]), uv = _mm256_set1_ps(mixed[1]), v1 = _mm256_set1_ps(mixed[2]);
   const __m256 limit = _mm256_set1_ps(slack);
@@ -250,7 +249,8 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   last = _mm256_floor_ps(_mm256_min_ps(_mm256_add_ps(to, slack), _mm256_set1_ps(kTileEdge - 1)));
 }
 
-[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, TileNodeHits& hits) {
+[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, const TileDepths& depths,
+                                                std::uint32_t bucket, TileNodeHits& hits) {
   alignas(32) float relative[6][kTileNodeWidth];
   __m256 near_t = _mm256_set1_ps(-kInfinity), far_t = _mm256_set1_ps(kInfinity);
   for (int axis = 0; axis < 3; ++axis) {
@@ -260,25 +260,37 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
     _mm256_store_ps(relative[2 * axis], low);
     _mm256_store_ps(relative[2 * axis + 1], high);
     const __m256 least = _mm256_set1_ps(tile.inverse_min[axis]), most = _mm256_set1_ps(tile.inverse_max[axis]);
-    const __m256 a = _mm256_mul_ps(low, least), b = _mm256_mul_ps(low, most);
-    const __m256 c = _mm256_mul_ps(high, least), d = _mm256_mul_ps(high, most);
-    const __m256 first = _mm256_min_ps(_mm256_min_ps(a, b), _mm256_min_ps(c, d));
-    const __m256 last = _mm256_max_ps(_mm256_max_ps(a, b), _mm256_max_ps(c, d));
+    __m256 first, last;
+    if (tile.inverse_min[axis] > 0.0f || tile.inverse_max[axis] < 0.0f) {
+      const __m256 near = tile.inverse_min[axis] > 0.0f ? low : high;
+      const __m256 far = tile.inverse_min[axis] > 0.0f ? high : low;
+      first = _mm256_min_ps(_mm256_mul_ps(near, least), _mm256_mul_ps(near, most));
+      last = _mm256_max_ps(_mm256_mul_ps(far, least), _mm256_mul_ps(far, most));
+    } else {
+      const __m256 a = _mm256_mul_ps(low, least), b = _mm256_mul_ps(low, most);
+      const __m256 c = _mm256_mul_ps(high, least), d = _mm256_mul_ps(high, most);
+      first = _mm256_min_ps(_mm256_min_ps(a, b), _mm256_min_ps(c, d));
+      last = _mm256_max_ps(_mm256_max_ps(a, b), _mm256_max_ps(c, d));
+    }
     near_t = _mm256_max_ps(first, near_t);  // what is no number leaves the bound alone
     far_t = _mm256_min_ps(last, far_t);
   }
   const __m256 zero = _mm256_setzero_ps();
   const __m256 entry = _mm256_mul_ps(_mm256_max_ps(near_t, zero), _mm256_set1_ps(1.0f - kSlabSlack));
   const __m256 exit = _mm256_mul_ps(far_t, _mm256_set1_ps(1.0f + kSlabSlack));
-  _mm256_store_ps(hits.enter, entry);
+  const __m256i steps = _mm256_sra_epi32(_mm256_sub_epi32(_mm256_castps_si256(entry), _mm256_set1_epi32(depths.first)),
+                                         _mm_cvtsi32_si128(depths.shift));
+  const __m256i buckets = _mm256_add_epi32(
+      _mm256_min_epi32(steps, _mm256_set1_epi32(static_cast<int>(TileDepths::kBuckets) - 2)), _mm256_set1_epi32(1));
+  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.bucket),
+                     _mm256_max_epi32(buckets, _mm256_set1_epi32(static_cast<int>(bucket))));
   __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
   if (tile.narrow) {
     for (const float* n : tile.planes) {
       outside = _mm256_or_ps(outside, _mm256_cmp_ps(reach_avx2(relative, n, true), zero, _CMP_LT_OQ));
     }
   }
-  const unsigned used = (1u << node.count) - 1u;
-  unsigned mask = ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & used;
+  unsigned mask = ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & node.used;
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors), _mm256_set1_epi32(0xFF));
   if (!tile.grid || mask == 0) return mask;
   const __m256 near = reach_avx2(relative, tile.along, false), far = reach_avx2(relative, tile.along, true);
@@ -422,32 +434,48 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
   hits.unsure |= candidates & ~inside_box;
   candidates &= inside_box;
   _mm256_store_ps(hits.t, t);
-  _mm256_store_ps(hits.d2, d2);
   hits.hit = candidates & static_cast<unsigned>(_mm256_movemask_ps(meets));
 }
 
-[[gnu::target("avx2")]] unsigned blend_avx2(const TileHit* hits, unsigned count, const float* basis,
-                                            const TileStructure& structure, float ert, TileLight& light) {
-  __m128 sum = _mm_load_ps(light.colour);
-  const __m128 zero = _mm_setzero_ps(), half = _mm_set1_ps(0.5f);
-  const unsigned coefficients = structure.coefficients();
-  float transmittance = light.transmittance;
-  unsigned done = 0;
-  while (done < count) {
-    const TileHit& hit = hits[done++];
-    const float* sh = structure.sh(hit.gaussian);
-    __m128 colour = zero;
-    for (unsigned j = 0; j < coefficients; ++j) {
-      colour = _mm_add_ps(colour, _mm_mul_ps(_mm_broadcast_ss(basis + j), _mm_loadu_ps(sh + std::size_t{3} * j)));
-    }
-    colour = _mm_max_ps(zero, _mm_add_ps(colour, half));
-    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(hit.alpha * transmittance), colour));
-    transmittance *= 1.0f - hit.alpha;
-    if (transmittance < ert) break;
+constexpr int kFewLanes = 2;  ///< that are faster one by one
+
+/// One lane, the three channels side by side. basis, colour: kTileLanes apart.
+[[gnu::target("avx2"), gnu::always_inline]] inline void colour_lane_avx2(const float* sh, unsigned coefficients,
+                                                                         const float* basis, float* colour) {
+  const __m128 zero = _mm_setzero_ps();
+  __m128 sum = zero;
+  // A load of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
+  for (unsigned j = 1; j < coefficients; ++j, sh += 3, basis += kTileLanes) {
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), _mm_loadu_ps(sh)));
   }
-  _mm_store_ps(light.colour, sum);
-  light.transmittance = transmittance;
-  return done;
+  const __m128 last = _mm_movelh_ps(_mm_loadl_pi(zero, reinterpret_cast<const __m64*>(sh)), _mm_load_ss(sh + 2));
+  sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), last));
+  sum = _mm_max_ps(zero, _mm_add_ps(sum, _mm_set1_ps(0.5f)));
+  colour[0] = _mm_cvtss_f32(sum);
+  colour[kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 1));
+  colour[2 * kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 2));
+}
+
+[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis,
+                                         unsigned lanes, TileHits& hits) {
+  if (__builtin_popcount(lanes) <= kFewLanes) {
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(lanes);
+      colour_lane_avx2(sh, coefficients, &basis.values[0][lane], &hits.colour[0][lane]);
+    }
+    return;
+  }
+  __m256 red = _mm256_setzero_ps(), green = red, blue = red;
+  for (unsigned j = 0; j < coefficients; ++j, sh += 3) {
+    const __m256 value = _mm256_load_ps(basis.values[j]);
+    red = _mm256_add_ps(red, _mm256_mul_ps(value, _mm256_broadcast_ss(sh)));
+    green = _mm256_add_ps(green, _mm256_mul_ps(value, _mm256_broadcast_ss(sh + 1)));
+    blue = _mm256_add_ps(blue, _mm256_mul_ps(value, _mm256_broadcast_ss(sh + 2)));
+  }
+  const __m256 half = _mm256_set1_ps(0.5f), zero = _mm256_setzero_ps();
+  _mm256_store_ps(hits.colour[0], _mm256_max_ps(zero, _mm256_add_ps(red, half)));
+  _mm256_store_ps(hits.colour[1], _mm256_max_ps(zero, _mm256_add_ps(green, half)));
+  _mm256_store_ps(hits.colour[2], _mm256_max_ps(zero, _mm256_add_ps(blue, half)));
 }
 
 #endif
@@ -456,10 +484,10 @@ unsigned blend_portable(const TileHit* hits, unsigned count, const float* basis,
 
 TileTests tile_tests(SimdPath path) {
 #if defined(__x86_64__)
-  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, test_hit_avx2, blend_avx2};
+  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, test_hit_avx2, colour_avx2};
 #endif
   static_cast<void>(path);
-  return {test_node_portable, test_outline_portable, test_hit_portable, blend_portable};
+  return {test_node_portable, test_outline_portable, test_hit_portable, colour_portable};
 }
 
 }  // namespace grtx::frontend

@@ -3,62 +3,70 @@
 // gives the bits of frontend/canonical_hit.h. docs/tracer.md has the reasons.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 
+#include "frontend/gaussian_math.h"
 #include "frontend/simd_path.h"
 #include "frontend/tile_rays.h"
 #include "frontend/tile_structure.h"
 
 namespace grtx::frontend {
 
+/// Depths along the rays are cut into buckets that grow by a constant factor: the bits of non-negative floats count like
+/// their logarithms. Bucket 0 ends where bucket 1 begins, the last one never.
+struct TileDepths {
+  static constexpr unsigned kBuckets = 512;
+  std::int32_t first = 0;  ///< bits of the float at which bucket 1 begins
+  std::int32_t shift = 0;
+
+  unsigned bucket_of(float t) const {
+    const std::int32_t steps = (std::bit_cast<std::int32_t>(t) - first) >> shift;
+    return static_cast<unsigned>(std::max(std::min(steps, static_cast<std::int32_t>(kBuckets) - 2) + 1, 0));
+  }
+};
+
 /// What a tile may meet of a node's children.
 struct alignas(32) TileNodeHits {
-  float enter[kTileNodeWidth];           ///< no hit inside has a smaller t
+  std::uint32_t bucket[kTileNodeWidth];   ///< no hit inside lies in an earlier one
   std::uint32_t vectors[kTileNodeWidth];  ///< mask of the vectors of rays that may meet the child
 };
 
-/// Mask of the children that a ray of the tile may meet; the others' entries mean nothing.
-using TileNodeTest = unsigned (*)(const TileNode& node, const TileRays& tile, TileNodeHits& hits);
+/// Mask of the children that a ray of the tile may meet; the others' entries mean nothing. bucket: the node's own.
+using TileNodeTest = unsigned (*)(const TileNode& node, const TileRays& tile, const TileDepths& depths,
+                                  std::uint32_t bucket, TileNodeHits& hits);
 
 /// Which rays of `wanted` vectors may pass the Gaussian within its radius (d2 <= 1).
 using TileOutlineTest = std::uint64_t (*)(const TileGaussian& g, const TileRays& tile, unsigned wanted);
 
 struct alignas(32) TileHits {
   float t[kTileLanes];
-  float d2[kTileLanes];
   float alpha[kTileLanes];
-  unsigned hit = 0;     ///< lanes that hit, with t, d2 and alpha (fp32 response)
+  float colour[3][kTileLanes];
+  unsigned hit = 0;     ///< lanes that hit and count, with t and alpha (fp32 response)
   unsigned unsure = 0;  ///< lanes that canonical_hit() has to decide
 };
 
-/// Lanes `wanted` of one vector. `sphere`: with t of the sphere's entry; otherwise lanes with d2 <= 1 and an alpha that
-/// counts are left unsure.
+/// Lanes `wanted` of one vector; leaves the colours alone. `sphere`: with t of the sphere's entry; otherwise lanes with
+/// d2 <= 1 and an alpha that counts are left unsure.
 using TileHitTest = void (*)(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
                              unsigned wanted, bool sphere, TileHits& hits);
 
-/// A hit of a ray, ready to be blended.
-struct TileHit {
-  std::uint64_t order = 0;  ///< bits of t (never negative), then id: compares as (t, id)
-  float alpha = 0.0f;
-  std::uint32_t gaussian = 0;  ///< in the structure
+/// Functions of a vector's rays, by function and lane.
+struct alignas(32) TileBasis {
+  float values[kShFunctions][kTileLanes];
 };
 
-/// Light gathered by a ray so far.
-struct alignas(16) TileLight {
-  float colour[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-  float transmittance = 1.0f;
-};
-
-/// Blends a ray's next hits, sorted, until its transmittance falls below `ert`; returns how many. `basis`: of the ray,
-/// coefficients() functions.
-using TileBlend = unsigned (*)(const TileHit* hits, unsigned count, const float* basis, const TileStructure& structure,
-                               float ert, TileLight& light);
+/// sh_colour() of the lanes in `lanes`; the others' mean nothing.
+using TileColour = void (*)(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes,
+                            TileHits& hits);
 
 struct TileTests {
   TileNodeTest node;
   TileOutlineTest outline;
   TileHitTest hit;
-  TileBlend blend;
+  TileColour colour;
 };
 
 /// The path must be available.

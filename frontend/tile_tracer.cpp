@@ -30,13 +30,14 @@ void prefetch_lines(const void* first, unsigned lines) {
 }
 
 /// By (t, id). A bucket holds few hits of a ray.
-void sort_hits(TileHit* hits, unsigned count) {
+template <typename Hit>
+void sort_hits(Hit* hits, unsigned count) {
   if (count > 24) {
-    std::sort(hits, hits + count, [](const TileHit& a, const TileHit& b) { return a.order < b.order; });
+    std::sort(hits, hits + count, [](const Hit& a, const Hit& b) { return a.order < b.order; });
     return;
   }
   for (unsigned i = 1; i < count; ++i) {
-    const TileHit hit = hits[i];
+    const Hit hit = hits[i];
     unsigned at = i;
     for (; at > 0 && hit.order < hits[at - 1].order; --at) hits[at] = hits[at - 1];
     hits[at] = hit;
@@ -70,10 +71,10 @@ void TileTracer::begin(const TileRays& tile) {
     near_t = axis == 0 ? gap : std::max(near_t, gap);
   }
   constexpr float kFirst = 1.0f / (1 << 16);
-  const std::uint32_t last = std::bit_cast<std::uint32_t>(far_t);
-  first_depth_ = std::bit_cast<std::uint32_t>(std::max(near_t, far_t * kFirst));
-  depth_shift_ = 16;
-  while (last > first_depth_ && (last - first_depth_) >> depth_shift_ >= kBuckets - 2) ++depth_shift_;
+  const auto last = std::bit_cast<std::int32_t>(far_t);
+  depths_.first = std::bit_cast<std::int32_t>(std::max(near_t, far_t * kFirst));
+  depths_.shift = 16;
+  while (last > depths_.first && (last - depths_.first) >> depths_.shift >= static_cast<int>(TileDepths::kBuckets) - 2) ++depths_.shift;
   buckets_.fill({});
   occupied_.fill(0);
   children_.clear();
@@ -83,15 +84,10 @@ void TileTracer::begin(const TileRays& tile) {
   if (options_.sh_direction == ShDirection::ray) {
     for (std::uint64_t rest = alive_; rest != 0; rest &= rest - 1) {
       const auto r = static_cast<unsigned>(std::countr_zero(rest));
-      basis_[r] = sh_basis(tile.rays[r].direction, scene_.sh_degree);
+      const auto basis = sh_basis(tile.rays[r].direction, scene_.sh_degree);
+      for (unsigned j = 0; j < kShFunctions; ++j) basis_[r / kTileLanes].values[j][r % kTileLanes] = basis[j];
     }
   }
-}
-
-unsigned TileTracer::bucket_of(float t) const {
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(t);
-  if (bits < first_depth_) return 0;
-  return std::min((bits - first_depth_) >> depth_shift_, kBuckets - 2) + 1;
 }
 
 unsigned TileTracer::next_bucket(unsigned from) const {
@@ -99,7 +95,7 @@ unsigned TileTracer::next_bucket(unsigned from) const {
     const std::uint64_t left = word == from / 64 ? occupied_[word] >> (from % 64) << (from % 64) : occupied_[word];
     if (left != 0) return 64 * word + static_cast<unsigned>(std::countr_zero(left));
   }
-  return kBuckets;
+  return TileDepths::kBuckets;
 }
 
 const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) {
@@ -110,10 +106,10 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
   children_.push_back({0, 0, kNone});
   buckets_[0].nodes = 0;
   mark(0);
-  for (unsigned b = next_bucket(0); b < kBuckets && alive_ != 0; b = next_bucket(b + 1)) {
+  for (unsigned b = next_bucket(0); b < TileDepths::kBuckets && alive_ != 0; b = next_bucket(b + 1)) {
     walk_nodes(tile, b);
     test_gaussians(tile, b);
-    blend_bucket(tile, b);
+    blend_bucket(b);
   }
   return lights_;
 }
@@ -124,30 +120,31 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     work_.push_back(children_[i].child);
     prefetch_lines(&structure_.node(children_[i].child), 4);
   }
-  counters_.nodes += work_.size();
   for (std::size_t at = 0; at < work_.size(); ++at) {
     const TileNode& node = structure_.node(work_[at]);
-    for (unsigned rest = tests_.node(node, tile, node_hits_); rest != 0; rest &= rest - 1) {
+    const unsigned met = tests_.node(node, tile, depths_, bucket, node_hits_);
+    for (unsigned rest = met & node.leaves; rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
-      const std::uint32_t child = node.child[slot];
-      const unsigned b = std::max(bucket, bucket_of(node_hits_.enter[slot]));
-      if ((child & kTileLeaf) != 0) {
-        __builtin_prefetch(&structure_.gaussian(child & ~kTileLeaf), 0, 2);
-        children_.push_back({child & ~kTileLeaf, node_hits_.vectors[slot], buckets_[b].gaussians});
-        buckets_[b].gaussians = static_cast<std::uint32_t>(children_.size() - 1);
-      } else if (b == bucket) {
-        prefetch_lines(&structure_.node(child), 4);
-        work_.push_back(child);
-        ++counters_.nodes;
+      const std::uint32_t b = node_hits_.bucket[slot];
+      __builtin_prefetch(&structure_.gaussian(node.child[slot]), 0, 2);
+      children_.push_back({node.child[slot], node_hits_.vectors[slot], buckets_[b].gaussians});
+      buckets_[b].gaussians = static_cast<std::uint32_t>(children_.size() - 1);
+      mark(b);
+    }
+    for (unsigned rest = met & ~node.leaves; rest != 0; rest &= rest - 1) {
+      const auto slot = static_cast<unsigned>(std::countr_zero(rest));
+      const std::uint32_t b = node_hits_.bucket[slot];
+      prefetch_lines(&structure_.node(node.child[slot]), 4);
+      if (b == bucket) {
+        work_.push_back(node.child[slot]);
         continue;
-      } else {
-        prefetch_lines(&structure_.node(child), 4);
-        children_.push_back({child, 0, buckets_[b].nodes});
-        buckets_[b].nodes = static_cast<std::uint32_t>(children_.size() - 1);
       }
+      children_.push_back({node.child[slot], 0, buckets_[b].nodes});
+      buckets_[b].nodes = static_cast<std::uint32_t>(children_.size() - 1);
       mark(b);
     }
   }
+  counters_.nodes += work_.size();
 }
 
 void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
@@ -174,46 +171,62 @@ void TileTracer::test_hits(const TileRays& tile, const Candidate& candidate, uns
   const Box& box = structure_.box(candidate.gaussian).box;
   prefetch_lines(structure_.sh(candidate.gaussian), sh_lines_);
   counters_.candidates += static_cast<std::uint64_t>(std::popcount(candidate.rays));
-  TileHits hits;
   for (unsigned vector = 0; vector < kTileVectors; ++vector) {
     const auto wanted = static_cast<unsigned>(candidate.rays >> (vector * kTileLanes)) & 0xFFu;
     if (wanted == 0) continue;
     ++counters_.hit_tests;
-    tests_.hit(g, box, tile, vector, wanted, sphere_, hits);
-    for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
+    tests_.hit(g, box, tile, vector, wanted, sphere_, hits_);
+    unsigned hit = hits_.hit;
+    for (unsigned rest = hits_.unsure; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<unsigned>(std::countr_zero(rest));
-      add_hit(vector * kTileLanes + lane, hits.t[lane], hits.alpha[lane], g.id, candidate.gaussian, bucket);
+      if (decide(tile, g, vector, lane)) hit |= 1u << lane;
     }
-    for (unsigned rest = hits.unsure; rest != 0; rest &= rest - 1) {
-      decide(tile, candidate.gaussian, vector * kTileLanes + static_cast<unsigned>(std::countr_zero(rest)), bucket);
+    if (hit == 0) continue;
+    counters_.hits += static_cast<std::uint64_t>(std::popcount(hit));
+    set_colours(tile, candidate.gaussian, vector, hit);
+    for (unsigned rest = hit; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<unsigned>(std::countr_zero(rest));
+      const float t = hits_.t[lane];
+      const unsigned b = std::max(bucket, depths_.bucket_of(t));
+      queued_hits_.push_back({static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id,
+                              hits_.alpha[lane],
+                              {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
+                              vector * kTileLanes + lane,
+                              buckets_[b].hits});
+      buckets_[b].hits = static_cast<std::uint32_t>(queued_hits_.size() - 1);
+      mark(b);
     }
   }
 }
 
-void TileTracer::decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned bucket) {
-  const TileGaussian& g = structure_.gaussian(gaussian);
-  const UnitRay unit = to_unit_ray(tile.rays[ray], gaussians_.record(g.id));
-  if (!(unit.d2 <= 1.0f)) return;
-  const Hit hit = canonical_hit(tile.rays[ray], unit, gaussians_, g.id, structure_.proxy(), options_.sort_key,
-                                options_.inside, test_faces_);
-  if (hit.kind != HitKind::hit) return;
-  const float alpha = options_.response_precision == ResponsePrecision::fp32
+/// The hit function itself, for one ray; the hit goes to its lane.
+bool TileTracer::decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane) {
+  const TraceRay& ray = tile.rays[vector * kTileLanes + lane];
+  const UnitRay unit = to_unit_ray(ray, gaussians_.record(g.id));
+  if (!(unit.d2 <= 1.0f)) return false;
+  const Hit hit = canonical_hit(ray, unit, gaussians_, g.id, structure_.proxy(), options_.sort_key, options_.inside,
+                                test_faces_);
+  if (hit.kind != HitKind::hit) return false;
+  hits_.t[lane] = hit.t;
+  hits_.alpha[lane] = options_.response_precision == ResponsePrecision::fp32
                           ? hit_alpha(g.opacity, g.kappa2, hit.d2)
                           : hit_alpha_16(g.opacity, g.kappa2, hit.d2, options_.response_precision);
-  if (alpha > 0.0f) add_hit(ray, hit.t, alpha, g.id, gaussian, bucket);
+  return hits_.alpha[lane] > 0.0f;
 }
 
-void TileTracer::add_hit(unsigned ray, float t, float alpha, std::uint32_t id, std::uint32_t gaussian,
-                         unsigned bucket) {
-  ++counters_.hits;
-  const unsigned b = std::max(bucket, bucket_of(t));
-  const std::uint64_t order = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | id;
-  queued_hits_.push_back({{order, alpha, gaussian}, ray, buckets_[b].hits});
-  buckets_[b].hits = static_cast<std::uint32_t>(queued_hits_.size() - 1);
-  mark(b);
+void TileTracer::set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes) {
+  const float* sh = structure_.sh(gaussian);
+  if (options_.sh_direction == ShDirection::ray) {
+    tests_.colour(sh, structure_.coefficients(), basis_[vector], lanes, hits_);
+    return;
+  }
+  const glm::vec3 to_centre = structure_.gaussian(gaussian).mean - tile.origin;
+  const auto basis = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
+  const glm::vec3 colour = sh_colour(sh, basis, structure_.coefficients());
+  for (int c = 0; c < 3; ++c) std::fill_n(hits_.colour[c], kTileLanes, colour[c]);
 }
 
-void TileTracer::blend_bucket(const TileRays& tile, unsigned bucket) {
+void TileTracer::blend_bucket(unsigned bucket) {
   if (buckets_[bucket].hits == kNone) return;
   // Hits of one ray next to each other: count, then place.
   std::array<std::uint32_t, kTileRays> end{};
@@ -234,34 +247,29 @@ void TileTracer::blend_bucket(const TileRays& tile, unsigned bucket) {
   }
   if (sorted_.size() < total) sorted_.resize(total);
   for (std::uint32_t i = buckets_[bucket].hits; i != kNone; i = queued_hits_[i].next) {
-    sorted_[end[queued_hits_[i].ray]++] = queued_hits_[i].hit;
+    sorted_[end[queued_hits_[i].ray]++] = queued_hits_[i];
   }
   for (std::uint64_t rest = rays; rest != 0; rest &= rest - 1) {
     const auto ray = static_cast<unsigned>(std::countr_zero(rest));
     const std::uint32_t first = ray == 0 ? 0 : end[ray - 1];
-    blend_ray(tile, ray, &sorted_[first], end[ray] - first);
+    blend_ray(ray, &sorted_[first], end[ray] - first);
   }
 }
 
-void TileTracer::blend_ray(const TileRays& tile, unsigned ray, TileHit* hits, unsigned count) {
+void TileTracer::blend_ray(unsigned ray, QueuedHit* hits, unsigned count) {
   sort_hits(hits, count);
   TileLight& light = lights_[ray];
-  unsigned done = 0;
-  if (options_.sh_direction == ShDirection::ray) {
-    done = tests_.blend(hits, count, basis_[ray].data(), structure_, options_.ert, light);
-  } else {
-    while (done < count) {
-      const glm::vec3 to_centre = gaussians_.record(static_cast<std::uint32_t>(hits[done].order)).mean - tile.origin;
-      basis_[ray] = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
-      tests_.blend(hits + done, 1, basis_[ray].data(), structure_, options_.ert, light);
-      ++done;
-      if (light.transmittance < options_.ert) break;
+  for (unsigned i = 0; i < count; ++i) {
+    const QueuedHit& hit = hits[i];
+    const float weight = hit.alpha * light.transmittance;
+    light.colour += weight * glm::vec3(hit.colour[0], hit.colour[1], hit.colour[2]);
+    light.transmittance *= 1.0f - hit.alpha;
+    ++counters_.blended;
+    if (light.transmittance < options_.ert) {
+      alive_ &= ~(std::uint64_t{1} << ray);
+      ++counters_.terminated;
+      return;
     }
-  }
-  counters_.blended += done;
-  if (light.transmittance < options_.ert) {
-    alive_ &= ~(std::uint64_t{1} << ray);
-    ++counters_.terminated;
   }
 }
 
@@ -300,8 +308,7 @@ TileResult render_tiles(const Scene& scene, const PreparedGaussians& gaussians, 
             const auto& lights = tracer.trace(tile);
             for (std::uint64_t rest = tile.live; rest != 0; rest &= rest - 1) {
               const auto r = static_cast<unsigned>(std::countr_zero(rest));
-              const float* c = lights[r].colour;
-              result.image.pixels[tile.pixel[r]] = glm::vec3(c[0], c[1], c[2]);
+              result.image.pixels[tile.pixel[r]] = lights[r].colour;
             }
             progress.add(static_cast<std::uint64_t>(std::popcount(tile.live)));
           }

@@ -41,6 +41,12 @@ struct TileCounters {
   }
 };
 
+/// Light gathered by a ray.
+struct TileLight {
+  glm::vec3 colour{0.0f};
+  float transmittance = 1.0f;
+};
+
 /// One a thread.
 class TileTracer {
  public:
@@ -54,8 +60,6 @@ class TileTracer {
   const TileCounters& counters() const { return counters_; }
 
  private:
-  /// Of depths along the rays; what lies in one is put in order together.
-  static constexpr unsigned kBuckets = 512;
   static constexpr std::uint32_t kNone = ~0u;
 
   struct QueuedChild {
@@ -63,8 +67,11 @@ class TileTracer {
     std::uint32_t vectors;  ///< mask; of Gaussians
     std::uint32_t next;
   };
+  /// A hit that waits for its bucket.
   struct QueuedHit {
-    TileHit hit;
+    std::uint64_t order;  ///< bits of t (never negative), then id: compares as (t, id)
+    float alpha;
+    float colour[3];
     std::uint32_t ray;
     std::uint32_t next;
   };
@@ -79,16 +86,15 @@ class TileTracer {
   };
 
   void begin(const TileRays& tile);
-  unsigned bucket_of(float t) const;
   void mark(unsigned bucket) { occupied_[bucket / 64] |= std::uint64_t{1} << (bucket % 64); }
   unsigned next_bucket(unsigned from) const;
   void walk_nodes(const TileRays& tile, unsigned bucket);
   void test_gaussians(const TileRays& tile, unsigned bucket);
   void test_hits(const TileRays& tile, const Candidate& candidate, unsigned bucket);
-  void decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned bucket);
-  void add_hit(unsigned ray, float t, float alpha, std::uint32_t id, std::uint32_t gaussian, unsigned bucket);
-  void blend_bucket(const TileRays& tile, unsigned bucket);
-  void blend_ray(const TileRays& tile, unsigned ray, TileHit* hits, unsigned count);
+  bool decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane);
+  void set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes);
+  void blend_bucket(unsigned bucket);
+  void blend_ray(unsigned ray, QueuedHit* hits, unsigned count);
 
   const Scene& scene_;
   const PreparedGaussians& gaussians_;
@@ -101,18 +107,18 @@ class TileTracer {
   const unsigned sh_lines_;
 
   std::uint64_t alive_ = 0;
-  std::uint32_t first_depth_ = 0;  ///< bits of the float at which bucket 1 begins
-  unsigned depth_shift_ = 0;
-  std::array<Bucket, kBuckets> buckets_{};
-  std::array<std::uint64_t, kBuckets / 64> occupied_{};
+  TileDepths depths_;
+  std::array<Bucket, TileDepths::kBuckets> buckets_{};
+  std::array<std::uint64_t, TileDepths::kBuckets / 64> occupied_{};
   std::vector<QueuedChild> children_;
   std::vector<QueuedHit> queued_hits_;
   std::vector<std::uint32_t> work_;
   TileNodeHits node_hits_;
+  TileHits hits_;
   std::vector<Candidate> candidates_;
-  std::vector<TileHit> sorted_;
+  std::vector<QueuedHit> sorted_;
   std::array<TileLight, kTileRays> lights_;
-  alignas(32) std::array<std::array<float, kShFunctions>, kTileRays> basis_;
+  std::array<TileBasis, kTileVectors> basis_;
   TileCounters counters_;
 };
 
