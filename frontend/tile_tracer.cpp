@@ -29,21 +29,6 @@ void prefetch_lines(const void* first, unsigned lines) {
   for (unsigned i = 0; i < lines; ++i) __builtin_prefetch(static_cast<const char*>(first) + std::size_t{64} * i);
 }
 
-/// By (t, id). A bucket holds few hits of a ray.
-template <typename Hit>
-void sort_hits(Hit* hits, unsigned count) {
-  if (count > 24) {
-    std::sort(hits, hits + count, [](const Hit& a, const Hit& b) { return a.order < b.order; });
-    return;
-  }
-  for (unsigned i = 1; i < count; ++i) {
-    const Hit hit = hits[i];
-    unsigned at = i;
-    for (; at > 0 && hit.order < hits[at - 1].order; --at) hits[at] = hits[at - 1];
-    hits[at] = hit;
-  }
-}
-
 }  // namespace
 
 TileTracer::TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
@@ -103,8 +88,7 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
   ++counters_.tiles;
   counters_.rays += static_cast<std::uint64_t>(std::popcount(tile.live));
   if (alive_ == 0) return lights_;
-  children_.push_back({0, 0, kNone});
-  buckets_[0].nodes = 0;
+  buckets_[0].nodes = children_.add({0, 0, kNone});
   mark(0);
   for (unsigned b = next_bucket(0); b < TileDepths::kBuckets && alive_ != 0; b = next_bucket(b + 1)) {
     walk_nodes(tile, b);
@@ -116,10 +100,13 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
 
 void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
   work_.clear();
+  std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].nodes; i != kNone; i = children_[i].next) {
     work_.push_back(children_[i].child);
     prefetch_lines(&structure_.node(children_[i].child), 4);
+    end = i;
   }
+  if (end != kNone) children_.free(buckets_[bucket].nodes, end);
   for (std::size_t at = 0; at < work_.size(); ++at) {
     const TileNode& node = structure_.node(work_[at]);
     const unsigned met = tests_.node(node, tile, depths_, bucket, node_hits_);
@@ -127,8 +114,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
       const std::uint32_t b = node_hits_.bucket[slot];
       __builtin_prefetch(&structure_.gaussian(node.child[slot]), 0, 2);
-      children_.push_back({node.child[slot], node_hits_.vectors[slot], buckets_[b].gaussians});
-      buckets_[b].gaussians = static_cast<std::uint32_t>(children_.size() - 1);
+      buckets_[b].gaussians = children_.add({node.child[slot], node_hits_.vectors[slot], buckets_[b].gaussians});
       mark(b);
     }
     for (unsigned rest = met & ~node.leaves; rest != 0; rest &= rest - 1) {
@@ -139,8 +125,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
         work_.push_back(node.child[slot]);
         continue;
       }
-      children_.push_back({node.child[slot], 0, buckets_[b].nodes});
-      buckets_[b].nodes = static_cast<std::uint32_t>(children_.size() - 1);
+      buckets_[b].nodes = children_.add({node.child[slot], 0, buckets_[b].nodes});
       mark(b);
     }
   }
@@ -149,10 +134,13 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
 
 void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
   candidates_.clear();
+  std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].gaussians; i != kNone; i = children_[i].next) {
     candidates_.push_back({children_[i].vectors, children_[i].child});
     __builtin_prefetch(&structure_.gaussian(children_[i].child));
+    end = i;
   }
+  if (end != kNone) children_.free(buckets_[bucket].gaussians, end);
   counters_.gaussians += candidates_.size();
   std::size_t left = 0;
   for (const Candidate& queued : candidates_) {
@@ -188,12 +176,11 @@ void TileTracer::test_hits(const TileRays& tile, const Candidate& candidate, uns
       const auto lane = static_cast<unsigned>(std::countr_zero(rest));
       const float t = hits_.t[lane];
       const unsigned b = std::max(bucket, depths_.bucket_of(t));
-      queued_hits_.push_back({static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id,
+      buckets_[b].hits = queued_hits_.add({static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id,
                               hits_.alpha[lane],
                               {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
                               vector * kTileLanes + lane,
                               buckets_[b].hits});
-      buckets_[b].hits = static_cast<std::uint32_t>(queued_hits_.size() - 1);
       mark(b);
     }
   }
@@ -227,40 +214,60 @@ void TileTracer::set_colours(const TileRays& tile, std::uint32_t gaussian, unsig
 }
 
 void TileTracer::blend_bucket(unsigned bucket) {
-  if (buckets_[bucket].hits == kNone) return;
+  const std::uint32_t first = buckets_[bucket].hits;
+  if (first == kNone) return;
   // Hits of one ray next to each other: count, then place.
   std::array<std::uint32_t, kTileRays> end{};
   std::uint64_t rays = 0;
-  std::uint32_t total = 0;
-  for (std::uint32_t i = buckets_[bucket].hits; i != kNone; i = queued_hits_[i].next) {
+  std::uint32_t total = 0, last = first;
+  for (std::uint32_t i = first; i != kNone; i = queued_hits_[i].next) {
     const std::uint32_t ray = queued_hits_[i].ray;
     ++end[ray];
     rays |= std::uint64_t{1} << ray;
     ++total;
+    last = i;
   }
-  rays &= alive_;
   std::uint32_t sum = 0;
-  for (std::uint32_t& e : end) {
-    const std::uint32_t count = e;
-    e = sum;
+  for (std::uint64_t rest = rays; rest != 0; rest &= rest - 1) {
+    std::uint32_t& place = end[static_cast<unsigned>(std::countr_zero(rest))];
+    const std::uint32_t count = place;
+    place = sum;
     sum += count;
   }
-  if (sorted_.size() < total) sorted_.resize(total);
-  for (std::uint32_t i = buckets_[bucket].hits; i != kNone; i = queued_hits_[i].next) {
-    sorted_[end[queued_hits_[i].ray]++] = queued_hits_[i];
+  if (ordered_.size() < total) ordered_.resize(total);
+  for (std::uint32_t i = first; i != kNone; i = queued_hits_[i].next) {
+    const QueuedHit& hit = queued_hits_[i];
+    ordered_[end[hit.ray]++] = {hit.order, i};
   }
+  OrderedHit* begin_of_ray = ordered_.data();
   for (std::uint64_t rest = rays; rest != 0; rest &= rest - 1) {
     const auto ray = static_cast<unsigned>(std::countr_zero(rest));
-    const std::uint32_t first = ray == 0 ? 0 : end[ray - 1];
-    blend_ray(ray, &sorted_[first], end[ray] - first);
+    OrderedHit* const end_of_ray = ordered_.data() + end[ray];
+    if ((alive_ >> ray & 1) != 0) blend_ray(ray, begin_of_ray, static_cast<unsigned>(end_of_ray - begin_of_ray));
+    begin_of_ray = end_of_ray;
+  }
+  queued_hits_.free(first, last);
+}
+
+/// By (t, id). A bucket holds few hits of a ray.
+void TileTracer::sort_hits(OrderedHit* hits, unsigned count) {
+  if (count > 24) {
+    std::sort(hits, hits + count, [](const OrderedHit& a, const OrderedHit& b) { return a.order < b.order; });
+    return;
+  }
+  for (unsigned i = 1; i < count; ++i) {
+    const OrderedHit hit = hits[i];
+    unsigned at = i;
+    for (; at > 0 && hit.order < hits[at - 1].order; --at) hits[at] = hits[at - 1];
+    hits[at] = hit;
   }
 }
 
-void TileTracer::blend_ray(unsigned ray, QueuedHit* hits, unsigned count) {
+void TileTracer::blend_ray(unsigned ray, OrderedHit* hits, unsigned count) {
   sort_hits(hits, count);
-  TileLight& light = lights_[ray];
+  TileLight light = lights_[ray];
   for (unsigned i = 0; i < count; ++i) {
-    const QueuedHit& hit = hits[i];
+    const QueuedHit& hit = queued_hits_[hits[i].hit];
     const float weight = hit.alpha * light.transmittance;
     light.colour += weight * glm::vec3(hit.colour[0], hit.colour[1], hit.colour[2]);
     light.transmittance *= 1.0f - hit.alpha;
@@ -268,9 +275,10 @@ void TileTracer::blend_ray(unsigned ray, QueuedHit* hits, unsigned count) {
     if (light.transmittance < options_.ert) {
       alive_ &= ~(std::uint64_t{1} << ray);
       ++counters_.terminated;
-      return;
+      break;
     }
   }
+  lights_[ray] = light;
 }
 
 void check_tile_options(const TracerOptions& options) {

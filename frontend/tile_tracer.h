@@ -67,6 +67,36 @@ class TileTracer {
     std::uint32_t vectors;  ///< mask; of Gaussians
     std::uint32_t next;
   };
+  /// Elements that are linked by `next`. Freed ones are taken again first, so that what is in use stays close together.
+  template <typename T>
+  class Pool {
+   public:
+    T& operator[](std::uint32_t index) { return elements_[index]; }
+    std::uint32_t add(const T& element) {
+      const std::uint32_t index = free_;
+      if (index == kNone) {
+        elements_.push_back(element);
+        return static_cast<std::uint32_t>(elements_.size() - 1);
+      }
+      free_ = elements_[index].next;
+      elements_[index] = element;
+      return index;
+    }
+    /// The list that begins with `first`, one or more elements, and ends with `last`.
+    void free(std::uint32_t first, std::uint32_t last) {
+      elements_[last].next = free_;
+      free_ = first;
+    }
+    void clear() {
+      elements_.clear();
+      free_ = kNone;
+    }
+
+   private:
+    std::vector<T> elements_;
+    std::uint32_t free_ = kNone;
+  };
+
   /// A hit that waits for its bucket.
   struct QueuedHit {
     std::uint64_t order;  ///< bits of t (never negative), then id: compares as (t, id)
@@ -74,6 +104,11 @@ class TileTracer {
     float colour[3];
     std::uint32_t ray;
     std::uint32_t next;
+  };
+  /// A queued hit's place in its ray's order.
+  struct OrderedHit {
+    std::uint64_t order;
+    std::uint32_t hit;
   };
   struct Candidate {
     std::uint64_t rays;
@@ -94,7 +129,8 @@ class TileTracer {
   bool decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane);
   void set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes);
   void blend_bucket(unsigned bucket);
-  void blend_ray(unsigned ray, QueuedHit* hits, unsigned count);
+  void blend_ray(unsigned ray, OrderedHit* hits, unsigned count);
+  static void sort_hits(OrderedHit* hits, unsigned count);
 
   const Scene& scene_;
   const PreparedGaussians& gaussians_;
@@ -110,13 +146,13 @@ class TileTracer {
   TileDepths depths_;
   std::array<Bucket, TileDepths::kBuckets> buckets_{};
   std::array<std::uint64_t, TileDepths::kBuckets / 64> occupied_{};
-  std::vector<QueuedChild> children_;
-  std::vector<QueuedHit> queued_hits_;
+  Pool<QueuedChild> children_;
+  Pool<QueuedHit> queued_hits_;
   std::vector<std::uint32_t> work_;
   TileNodeHits node_hits_;
   TileHits hits_;
   std::vector<Candidate> candidates_;
-  std::vector<QueuedHit> sorted_;
+  std::vector<OrderedHit> ordered_;
   std::array<TileLight, kTileRays> lights_;
   std::array<TileBasis, kTileVectors> basis_;
   TileCounters counters_;
