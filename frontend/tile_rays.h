@@ -1,5 +1,5 @@
-// The rays of a tile of pixels, side by side for vector instructions, and what bounds them all: their common origin, the
-// range of their reciprocal directions, four planes, and coordinates in which a Gaussian's outline is a conic.
+// The rays of a tile of pixels, side by side for vector instructions, and what bounds them all: their common origin,
+// the range of their reciprocal directions, four planes, and coordinates in which a Gaussian's outline is a conic.
 #pragma once
 
 #include <array>
@@ -61,8 +61,8 @@ struct TileRays {
   void find_grid(const Camera& camera, unsigned x, unsigned y);
 };
 
-/// Rays keep this distance (sine of an angle) from the planes around their tile. It stands for all that fp32 rounds in a
-/// test of a box against a plane, which is below 2^-20 of the box's distance from the origin.
+/// Rays keep this distance (sine of an angle) from the planes around their tile. It stands for all that fp32 rounds in
+/// a test of a box against a plane, which is below 2^-20 of the box's distance from the origin.
 inline constexpr double kPlaneTilt = 1.0 / (1 << 17);
 
 /// Columns and rows of a tile (from its first pixel) and lanes: ray r is pixel (tile_x(r), tile_y(r)).

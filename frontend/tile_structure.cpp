@@ -59,7 +59,8 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
         node.leaves |= 1u << slot;
         node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
         const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
-        std::copy(from, from + std::size_t{3} * coefficients_, sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
+        std::copy(from, from + std::size_t{3} * coefficients_,
+                  sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
         gaussians_.push_back(tile_gaussian(gaussians, child.index));
         boxes_.push_back({child.box});
       } else {

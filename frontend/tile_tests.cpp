@@ -156,7 +156,8 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, const Ti
   return mask & node.used;
 }
 
-void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool, TileHits& hits) {
+void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool,
+                       TileHits& hits) {
   hits.hit = 0;
   hits.unsure = wanted;
 }
@@ -173,8 +174,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
 
 #if defined(__x86_64__)
 
-[[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile,
-                                                        unsigned wanted) {
+[[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile, unsigned wanted) {
   if (!tile.narrow) return test_outline_portable(g, tile, wanted);
   const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
   // Lanes: axis, right, down, mean.
@@ -194,12 +194,12 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   const __m128 ww = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, wx), _mm_mul_ps(wy, wy)), _mm_mul_ps(wz, wz));
   const __m128 ll = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], l[0]), _mm_mul_ps(l[1], l[1])), _mm_mul_ps(l[2], l[2]));
   constexpr int kNext = 0xC9;  // right, down, axis
-  const __m128 cross_w = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, _mm_permute_ps(wx, kNext)),
-                                               _mm_mul_ps(wy, _mm_permute_ps(wy, kNext))),
-                                    _mm_mul_ps(wz, _mm_permute_ps(wz, kNext)));
-  const __m128 cross_l = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], _mm_permute_ps(l[0], kNext)),
-                                               _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
-                                    _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
+  const __m128 cross_w =
+      _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, _mm_permute_ps(wx, kNext)), _mm_mul_ps(wy, _mm_permute_ps(wy, kNext))),
+                 _mm_mul_ps(wz, _mm_permute_ps(wz, kNext)));
+  const __m128 cross_l = _mm_add_ps(
+      _mm_add_ps(_mm_mul_ps(l[0], _mm_permute_ps(l[0], kNext)), _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
+      _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
   alignas(16) float same[4], mixed[4], w2[4], l2[4];
   const float place[3] = {_mm_cvtss_f32(a[0]), _mm_cvtss_f32(a[1]), _mm_cvtss_f32(a[2])};
   _mm_store_ps(same, _mm_sub_ps(ww, ll));
@@ -217,8 +217,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
     const __m256 u = _mm256_load_ps(&tile.u[std::size_t{i} * kTileLanes]);
     const __m256 v = _mm256_load_ps(&tile.v[std::size_t{i} * kTileLanes]);
     const __m256 across = _mm256_add_ps(_mm256_mul_ps(u, _mm256_add_ps(_mm256_mul_ps(uu, u), u1)), one);
-    const __m256 down = _mm256_mul_ps(
-        v, _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(vv, v), v1), _mm256_mul_ps(uv, u)));
+    const __m256 down = _mm256_mul_ps(v, _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(vv, v), v1), _mm256_mul_ps(uv, u)));
     const __m256 near = _mm256_cmp_ps(_mm256_add_ps(across, down), limit, _CMP_NGT_UQ);
     rays |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(near))) << (i * kTileLanes);
   }
@@ -294,8 +293,8 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors), _mm256_set1_epi32(0xFF));
   if (!tile.grid || mask == 0) return mask;
   const __m256 near = reach_avx2(relative, tile.along, false), far = reach_avx2(relative, tile.along, true);
-  const __m256 usable = _mm256_and_ps(_mm256_cmp_ps(near, zero, _CMP_GT_OQ),
-                                      _mm256_cmp_ps(far, _mm256_add_ps(near, near), _CMP_LE_OQ));
+  const __m256 usable =
+      _mm256_and_ps(_mm256_cmp_ps(near, zero, _CMP_GT_OQ), _mm256_cmp_ps(far, _mm256_add_ps(near, near), _CMP_LE_OQ));
   const __m256 inverse_near = _mm256_div_ps(_mm256_set1_ps(1.0f), near);
   const __m256 inverse_far = _mm256_div_ps(_mm256_set1_ps(1.0f), far);
   __m256 left, right, top, bottom;
@@ -332,8 +331,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   for (const double c : {1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0}) {
     p = _mm256_add_pd(_mm256_mul_pd(p, r), _mm256_set1_pd(c));
   }
-  const __m256i power =
-      _mm256_slli_epi64(_mm256_add_epi64(_mm256_cvtepi32_epi64(n), _mm256_set1_epi64x(1023)), 52);
+  const __m256i power = _mm256_slli_epi64(_mm256_add_epi64(_mm256_cvtepi32_epi64(n), _mm256_set1_epi64x(1023)), 52);
   return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
 }
 
@@ -351,8 +349,8 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   exit = _mm256_min_ps(_mm256_blendv_ps(b, a, inverse), exit);
 }
 
-[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile,
-                                           unsigned vector, unsigned wanted, bool sphere, TileHits& hits) {
+[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
+                                           unsigned wanted, bool sphere, TileHits& hits) {
   const std::size_t at = std::size_t{vector} * kTileLanes;
   const __m256 dx = _mm256_load_ps(&tile.direction[0][at]);
   const __m256 dy = _mm256_load_ps(&tile.direction[1][at]);
@@ -373,8 +371,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   }
   const __m256 sign = _mm256_set1_ps(-0.0f), zero = _mm256_setzero_ps();
   const __m256 length2 = dot_avx2(ld[0], ld[1], ld[2], ld[0], ld[1], ld[2]);
-  const __m256 dt =
-      _mm256_div_ps(_mm256_xor_ps(sign, dot_avx2(lo[0], lo[1], lo[2], ld[0], ld[1], ld[2])), length2);
+  const __m256 dt = _mm256_div_ps(_mm256_xor_ps(sign, dot_avx2(lo[0], lo[1], lo[2], ld[0], ld[1], ld[2])), length2);
   __m256 peak[3];
   for (int i = 0; i < 3; ++i) peak[i] = _mm256_add_ps(lo[i], _mm256_mul_ps(dt, ld[i]));
   const __m256 d2 = dot_avx2(peak[0], peak[1], peak[2], peak[0], peak[1], peak[2]);
@@ -394,8 +391,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
       _mm256_mul_ps(_mm256_set1_ps(-0.5f), _mm256_mul_ps(_mm256_set1_ps(g.kappa2), _mm256_and_ps(d2, within)));
   const __m256 response = _mm256_set_m128(exp_negative_avx2(_mm256_extractf128_ps(exponent, 1)),
                                           exp_negative_avx2(_mm256_castps256_ps128(exponent)));
-  const __m256 alpha =
-      _mm256_min_ps(_mm256_mul_ps(_mm256_set1_ps(g.opacity), response), _mm256_set1_ps(kAlphaMax));
+  const __m256 alpha = _mm256_min_ps(_mm256_mul_ps(_mm256_set1_ps(g.opacity), response), _mm256_set1_ps(kAlphaMax));
   _mm256_store_ps(hits.alpha, alpha);
   candidates &= static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(alpha, _mm256_set1_ps(kAlphaMin), _CMP_GE_OQ)));
   if (candidates == 0) return;
@@ -415,8 +411,8 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   candidates &= ahead;
   __m256 enter = _mm256_set1_ps(-kInfinity), exit = _mm256_set1_ps(kInfinity);
   for (int axis = 0; axis < 3; ++axis) {
-    clip_axis_avx2(_mm256_set1_ps(box.lower[axis]), _mm256_set1_ps(box.upper[axis]),
-                   _mm256_set1_ps(tile.origin[axis]), _mm256_load_ps(&tile.inverse[axis][at]), enter, exit);
+    clip_axis_avx2(_mm256_set1_ps(box.lower[axis]), _mm256_set1_ps(box.upper[axis]), _mm256_set1_ps(tile.origin[axis]),
+                   _mm256_load_ps(&tile.inverse[axis][at]), enter, exit);
   }
   enter = _mm256_mul_ps(_mm256_max_ps(enter, zero), _mm256_set1_ps(1.0f - kSlabSlack));
   exit = _mm256_mul_ps(exit, _mm256_set1_ps(1.0f + kSlabSlack));
@@ -456,8 +452,8 @@ constexpr int kFewLanes = 2;  ///< that are faster one by one
   colour[2 * kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 2));
 }
 
-[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis,
-                                         unsigned lanes, TileHits& hits) {
+[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes,
+                                         TileHits& hits) {
   if (__builtin_popcount(lanes) <= kFewLanes) {
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);

@@ -1,6 +1,6 @@
-// The tests of tile tracing: the boxes of a node against a tile, a Gaussian's outline against the rays of a tile, and the
-// canonical hit function for eight rays at once. The first two may pass what is not hit, never the reverse; the third
-// gives the bits of frontend/canonical_hit.h. docs/tracer.md has the reasons.
+// The tests of tile tracing: the boxes of a node against a tile, a Gaussian's outline against the rays of a tile, and
+// the canonical hit function for eight rays at once. The first two may pass what is not hit, never the reverse; the
+// third gives the bits of frontend/canonical_hit.h. docs/tracer.md has the reasons.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@
 
 namespace grtx::frontend {
 
-/// Depths along the rays are cut into buckets that grow by a constant factor: the bits of non-negative floats count like
-/// their logarithms. Bucket 0 ends where bucket 1 begins, the last one never.
+/// Depths along the rays are cut into buckets that grow by a constant factor: the bits of non-negative floats count
+/// like their logarithms. Bucket 0 ends where bucket 1 begins, the last one never.
 struct TileDepths {
-  static constexpr unsigned kBuckets = 512;
+  static constexpr unsigned kBuckets = 1024;
   std::int32_t first = 0;  ///< bits of the float at which bucket 1 begins
   std::int32_t shift = 0;
 

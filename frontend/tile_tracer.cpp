@@ -58,9 +58,10 @@ void TileTracer::begin(const TileRays& tile) {
   constexpr float kFirst = 1.0f / (1 << 16);
   const auto last = std::bit_cast<std::int32_t>(far_t);
   depths_.first = std::bit_cast<std::int32_t>(std::max(near_t, far_t * kFirst));
-  depths_.shift = 16;
-  while (last > depths_.first && (last - depths_.first) >> depths_.shift >= static_cast<int>(TileDepths::kBuckets) - 2) ++depths_.shift;
-  buckets_.fill({});
+  depths_.shift = 17;
+  while (last > depths_.first && (last - depths_.first) >> depths_.shift >= static_cast<int>(TileDepths::kBuckets) - 2)
+    ++depths_.shift;
+  for (unsigned b = next_bucket(0); b < TileDepths::kBuckets; b = next_bucket(b + 1)) buckets_[b] = {};
   occupied_.fill(0);
   children_.clear();
   queued_hits_.clear();
@@ -100,6 +101,7 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
 
 void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
   work_.clear();
+  candidates_.clear();
   std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].nodes; i != kNone; i = children_[i].next) {
     work_.push_back(children_[i].child);
@@ -113,7 +115,11 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     for (unsigned rest = met & node.leaves; rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
       const std::uint32_t b = node_hits_.bucket[slot];
-      __builtin_prefetch(&structure_.gaussian(node.child[slot]), 0, 2);
+      __builtin_prefetch(&structure_.gaussian(node.child[slot]));
+      if (b == bucket) {
+        candidates_.push_back({node_hits_.vectors[slot], node.child[slot]});
+        continue;
+      }
       buckets_[b].gaussians = children_.add({node.child[slot], node_hits_.vectors[slot], buckets_[b].gaussians});
       mark(b);
     }
@@ -133,7 +139,6 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
 }
 
 void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
-  candidates_.clear();
   std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].gaussians; i != kNone; i = children_[i].next) {
     candidates_.push_back({children_[i].vectors, children_[i].child});
@@ -177,10 +182,10 @@ void TileTracer::test_hits(const TileRays& tile, const Candidate& candidate, uns
       const float t = hits_.t[lane];
       const unsigned b = std::max(bucket, depths_.bucket_of(t));
       buckets_[b].hits = queued_hits_.add({static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id,
-                              hits_.alpha[lane],
-                              {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
-                              vector * kTileLanes + lane,
-                              buckets_[b].hits});
+                                           hits_.alpha[lane],
+                                           {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
+                                           vector * kTileLanes + lane,
+                                           buckets_[b].hits});
       mark(b);
     }
   }
@@ -191,8 +196,8 @@ bool TileTracer::decide(const TileRays& tile, const TileGaussian& g, unsigned ve
   const TraceRay& ray = tile.rays[vector * kTileLanes + lane];
   const UnitRay unit = to_unit_ray(ray, gaussians_.record(g.id));
   if (!(unit.d2 <= 1.0f)) return false;
-  const Hit hit = canonical_hit(ray, unit, gaussians_, g.id, structure_.proxy(), options_.sort_key, options_.inside,
-                                test_faces_);
+  const Hit hit =
+      canonical_hit(ray, unit, gaussians_, g.id, structure_.proxy(), options_.sort_key, options_.inside, test_faces_);
   if (hit.kind != HitKind::hit) return false;
   hits_.t[lane] = hit.t;
   hits_.alpha[lane] = options_.response_precision == ResponsePrecision::fp32
