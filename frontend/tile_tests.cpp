@@ -284,7 +284,7 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.bucket),
                      _mm256_max_epi32(buckets, _mm256_set1_epi32(static_cast<int>(bucket))));
   __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
-  if (tile.narrow) {
+  if (tile.narrow && !tile.grid) {  // the grid says more
     for (const float* n : tile.planes) {
       outside = _mm256_or_ps(outside, _mm256_cmp_ps(reach_avx2(relative, n, true), zero, _CMP_LT_OQ));
     }
@@ -335,102 +335,172 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
 }
 
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256 dot_avx2(__m256 ax, __m256 ay, __m256 az, __m256 bx,
-                                                                   __m256 by, __m256 bz) {
-  return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(ax, bx), _mm256_mul_ps(ay, by)), _mm256_mul_ps(az, bz));
+/// Vectors of eight rays, and of four: half the work where the others of a vector stay away.
+struct Eight {
+  using Float = __m256;
+  [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm256_load_ps(p); }
+  [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm256_store_ps(p, a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float all(float a) { return _mm256_set1_ps(a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float add(Float a, Float b) { return _mm256_add_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float sub(Float a, Float b) { return _mm256_sub_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float mul(Float a, Float b) { return _mm256_mul_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float div(Float a, Float b) { return _mm256_div_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float sqrt(Float a) { return _mm256_sqrt_ps(a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float min(Float a, Float b) { return _mm256_min_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float both(Float a, Float b) { return _mm256_and_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float negative(Float a) { return _mm256_xor_ps(all(-0.0f), a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float size(Float a) { return _mm256_andnot_ps(all(-0.0f), a); }
+  /// b where the sign of `choice` is set, else a.
+  [[gnu::target("avx2"), gnu::always_inline]] static Float choose(Float a, Float b, Float choice) {
+    return _mm256_blendv_ps(a, b, choice);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float less(Float a, Float b) {
+    return _mm256_cmp_ps(a, b, _CMP_LT_OQ);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float at_most(Float a, Float b) {
+    return _mm256_cmp_ps(a, b, _CMP_LE_OQ);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static unsigned mask(Float a) {
+    return static_cast<unsigned>(_mm256_movemask_ps(a));
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float exp_negative(Float a) {
+    return _mm256_set_m128(exp_negative_avx2(_mm256_extractf128_ps(a, 1)),
+                           exp_negative_avx2(_mm256_castps256_ps128(a)));
+  }
+};
+
+struct Four {
+  using Float = __m128;
+  [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm_load_ps(p); }
+  [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm_store_ps(p, a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float all(float a) { return _mm_set1_ps(a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float add(Float a, Float b) { return _mm_add_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float sub(Float a, Float b) { return _mm_sub_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float mul(Float a, Float b) { return _mm_mul_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float div(Float a, Float b) { return _mm_div_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float sqrt(Float a) { return _mm_sqrt_ps(a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float min(Float a, Float b) { return _mm_min_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float both(Float a, Float b) { return _mm_and_ps(a, b); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float negative(Float a) { return _mm_xor_ps(all(-0.0f), a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float size(Float a) { return _mm_andnot_ps(all(-0.0f), a); }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float choose(Float a, Float b, Float choice) {
+    return _mm_blendv_ps(a, b, choice);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float less(Float a, Float b) {
+    return _mm_cmp_ps(a, b, _CMP_LT_OQ);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float at_most(Float a, Float b) {
+    return _mm_cmp_ps(a, b, _CMP_LE_OQ);
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static unsigned mask(Float a) {
+    return static_cast<unsigned>(_mm_movemask_ps(a));
+  }
+  [[gnu::target("avx2"), gnu::always_inline]] static Float exp_negative(Float a) { return exp_negative_avx2(a); }
+};
+
+template <typename V>
+struct LaneVector {
+  typename V::Float x, y, z;
+};
+
+template <typename V>
+[[gnu::target("avx2"), gnu::always_inline]] inline typename V::Float dot_lanes(const LaneVector<V>& a,
+                                                                               const LaneVector<V>& b) {
+  return V::add(V::add(V::mul(a.x, b.x), V::mul(a.y, b.y)), V::mul(a.z, b.z));
 }
 
 /// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction.
-[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis_avx2(__m256 low, __m256 high, __m256 origin,
-                                                                       __m256 inverse, __m256& enter, __m256& exit) {
-  const __m256 a = _mm256_mul_ps(_mm256_sub_ps(low, origin), inverse);
-  const __m256 b = _mm256_mul_ps(_mm256_sub_ps(high, origin), inverse);
-  enter = _mm256_max_ps(_mm256_blendv_ps(a, b, inverse), enter);
-  exit = _mm256_min_ps(_mm256_blendv_ps(b, a, inverse), exit);
+template <typename V>
+[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(float low, float high, float origin,
+                                                                  typename V::Float inverse, typename V::Float& enter,
+                                                                  typename V::Float& exit) {
+  const auto a = V::mul(V::all(low - origin), inverse);
+  const auto b = V::mul(V::all(high - origin), inverse);
+  enter = V::max(V::choose(a, b, inverse), enter);
+  exit = V::min(V::choose(b, a, inverse), exit);
 }
 
-[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
-                                           unsigned wanted, bool sphere, TileHits& hits) {
-  const std::size_t at = std::size_t{vector} * kTileLanes;
-  const __m256 dx = _mm256_load_ps(&tile.direction[0][at]);
-  const __m256 dy = _mm256_load_ps(&tile.direction[1][at]);
-  const __m256 dz = _mm256_load_ps(&tile.direction[2][at]);
-  const __m256 mx = _mm256_set1_ps(g.mean.x - tile.origin.x);
-  const __m256 my = _mm256_set1_ps(g.mean.y - tile.origin.y);
-  const __m256 mz = _mm256_set1_ps(g.mean.z - tile.origin.z);
-  const __m256 tc = _mm256_mul_ps(dot_avx2(mx, my, mz, dx, dy, dz), _mm256_load_ps(&tile.inverse_length2[at]));
-  const __m256 px = _mm256_sub_ps(_mm256_mul_ps(dx, tc), mx);
-  const __m256 py = _mm256_sub_ps(_mm256_mul_ps(dy, tc), my);
-  const __m256 pz = _mm256_sub_ps(_mm256_mul_ps(dz, tc), mz);
-  __m256 lo[3], ld[3];
-  for (int i = 0; i < 3; ++i) {
-    const __m256 rx = _mm256_set1_ps(g.to_unit[i].x), ry = _mm256_set1_ps(g.to_unit[i].y);
-    const __m256 rz = _mm256_set1_ps(g.to_unit[i].z);
-    lo[i] = dot_avx2(rx, ry, rz, px, py, pz);
-    ld[i] = dot_avx2(rx, ry, rz, dx, dy, dz);
-  }
-  const __m256 sign = _mm256_set1_ps(-0.0f), zero = _mm256_setzero_ps();
-  const __m256 length2 = dot_avx2(ld[0], ld[1], ld[2], ld[0], ld[1], ld[2]);
-  const __m256 dt = _mm256_div_ps(_mm256_xor_ps(sign, dot_avx2(lo[0], lo[1], lo[2], ld[0], ld[1], ld[2])), length2);
-  __m256 peak[3];
-  for (int i = 0; i < 3; ++i) peak[i] = _mm256_add_ps(lo[i], _mm256_mul_ps(dt, ld[i]));
-  const __m256 d2 = dot_avx2(peak[0], peak[1], peak[2], peak[0], peak[1], peak[2]);
-  // Those that to_unit_ray() transforms in double.
-  const __m256 in_range = _mm256_and_ps(_mm256_and_ps(_mm256_cmp_ps(length2, _mm256_set1_ps(1e-30f), _CMP_GT_OQ),
-                                                      _mm256_cmp_ps(length2, _mm256_set1_ps(1e30f), _CMP_LT_OQ)),
-                                        _mm256_cmp_ps(d2, _mm256_set1_ps(1e30f), _CMP_LT_OQ));
-  const unsigned extreme = ~static_cast<unsigned>(_mm256_movemask_ps(in_range)) & wanted;
-  const __m256 within = _mm256_and_ps(in_range, _mm256_cmp_ps(d2, _mm256_set1_ps(1.0f), _CMP_LE_OQ));
-  unsigned candidates = static_cast<unsigned>(_mm256_movemask_ps(within)) & wanted;
-  hits.hit = 0;
-  hits.unsure = extreme;
+/// Lanes from `first` on of the tile's rays; results go to the lanes from `lane` on, masks are from lane 0.
+template <typename V>
+[[gnu::target("avx2"), gnu::always_inline]] inline void test_lanes(const TileGaussian& g, const Box& box,
+                                                                   const TileRays& tile, std::size_t first,
+                                                                   unsigned wanted, bool sphere, unsigned lane,
+                                                                   TileHits& hits) {
+  using Float = typename V::Float;
+  const LaneVector<V> d = {V::load(&tile.direction[0][first]), V::load(&tile.direction[1][first]),
+                           V::load(&tile.direction[2][first])};
+  const LaneVector<V> m = {V::all(g.mean.x - tile.origin.x), V::all(g.mean.y - tile.origin.y),
+                           V::all(g.mean.z - tile.origin.z)};
+  const Float tc = V::mul(dot_lanes(m, d), V::load(&tile.inverse_length2[first]));
+  const LaneVector<V> p = {V::sub(V::mul(d.x, tc), m.x), V::sub(V::mul(d.y, tc), m.y), V::sub(V::mul(d.z, tc), m.z)};
+  const LaneVector<V> rows[3] = {
+      {V::all(g.to_unit[0].x), V::all(g.to_unit[0].y), V::all(g.to_unit[0].z)},
+      {V::all(g.to_unit[1].x), V::all(g.to_unit[1].y), V::all(g.to_unit[1].z)},
+      {V::all(g.to_unit[2].x), V::all(g.to_unit[2].y), V::all(g.to_unit[2].z)},
+  };
+  const LaneVector<V> lo = {dot_lanes(rows[0], p), dot_lanes(rows[1], p), dot_lanes(rows[2], p)};
+  const LaneVector<V> ld = {dot_lanes(rows[0], d), dot_lanes(rows[1], d), dot_lanes(rows[2], d)};
+  const Float zero = V::all(0.0f), one = V::all(1.0f);
+  const Float length2 = dot_lanes(ld, ld);
+  const Float dt = V::div(V::negative(dot_lanes(lo, ld)), length2);
+  const LaneVector<V> peak = {V::add(lo.x, V::mul(dt, ld.x)), V::add(lo.y, V::mul(dt, ld.y)),
+                              V::add(lo.z, V::mul(dt, ld.z))};
+  const Float d2 = dot_lanes(peak, peak);
+  // The others to_unit_ray() transforms in double.
+  const Float most = V::all(1e30f);
+  const Float in_range = V::both(V::both(V::less(V::all(1e-30f), length2), V::less(length2, most)), V::less(d2, most));
+  const Float within = V::both(in_range, V::at_most(d2, one));
+  hits.unsure |= (~V::mask(in_range) & wanted) << lane;
+  unsigned candidates = V::mask(within) & wanted;
   if (candidates == 0) return;
 
   // hit_alpha()
-  const __m256 exponent =
-      _mm256_mul_ps(_mm256_set1_ps(-0.5f), _mm256_mul_ps(_mm256_set1_ps(g.kappa2), _mm256_and_ps(d2, within)));
-  const __m256 response = _mm256_set_m128(exp_negative_avx2(_mm256_extractf128_ps(exponent, 1)),
-                                          exp_negative_avx2(_mm256_castps256_ps128(exponent)));
-  const __m256 alpha = _mm256_min_ps(_mm256_mul_ps(_mm256_set1_ps(g.opacity), response), _mm256_set1_ps(kAlphaMax));
-  _mm256_store_ps(hits.alpha, alpha);
-  candidates &= static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(alpha, _mm256_set1_ps(kAlphaMin), _CMP_GE_OQ)));
-  if (candidates == 0) return;
+  const Float exponent = V::mul(V::all(-0.5f), V::mul(V::all(g.kappa2), V::both(d2, within)));
+  const Float alpha = V::min(V::mul(V::all(g.opacity), V::exp_negative(exponent)), V::all(kAlphaMax));
+  V::store(hits.alpha + lane, alpha);
+  candidates &= V::mask(V::at_most(V::all(kAlphaMin), alpha));
   if (!sphere) {
-    hits.unsure |= candidates;
+    hits.unsure |= candidates << lane;
     return;
   }
 
   // canonical_hit() of a sphere with entry keys.
-  const __m256 t_peak = _mm256_add_ps(tc, dt);
-  const __m256 half = _mm256_sqrt_ps(_mm256_div_ps(_mm256_sub_ps(_mm256_set1_ps(1.0f), d2), length2));
-  const __m256 t_enter = _mm256_add_ps(t_peak, _mm256_xor_ps(sign, half));
-  const __m256 t_exit = _mm256_add_ps(t_peak, half);
-  candidates &= static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(t_exit, zero, _CMP_GT_OQ)));
-  const unsigned ahead = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(t_enter, zero, _CMP_GT_OQ)));
-  hits.unsure |= candidates & ~ahead;
+  const Float t_peak = V::add(tc, dt);
+  const Float half = V::sqrt(V::div(V::sub(one, d2), length2));
+  const Float t_enter = V::add(t_peak, V::negative(half));
+  candidates &= V::mask(V::less(zero, V::add(t_peak, half)));
+  const unsigned ahead = V::mask(V::less(zero, t_enter));
+  hits.unsure |= (candidates & ~ahead) << lane;
   candidates &= ahead;
-  __m256 enter = _mm256_set1_ps(-kInfinity), exit = _mm256_set1_ps(kInfinity);
+  Float enter = V::all(-kInfinity), exit = V::all(kInfinity);
   for (int axis = 0; axis < 3; ++axis) {
-    clip_axis_avx2(_mm256_set1_ps(box.lower[axis]), _mm256_set1_ps(box.upper[axis]), _mm256_set1_ps(tile.origin[axis]),
-                   _mm256_load_ps(&tile.inverse[axis][at]), enter, exit);
+    clip_axis<V>(box.lower[axis], box.upper[axis], tile.origin[axis], V::load(&tile.inverse[axis][first]), enter, exit);
   }
-  enter = _mm256_mul_ps(_mm256_max_ps(enter, zero), _mm256_set1_ps(1.0f - kSlabSlack));
-  exit = _mm256_mul_ps(exit, _mm256_set1_ps(1.0f + kSlabSlack));
-  const __m256 meets = _mm256_cmp_ps(enter, exit, _CMP_LE_OQ);
-  const __m256 t = _mm256_min_ps(exit, _mm256_max_ps(enter, t_enter));
+  enter = V::mul(V::max(enter, zero), V::all(1.0f - kSlabSlack));
+  exit = V::mul(exit, V::all(1.0f + kSlabSlack));
   // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
   // the ray enters the box before the sphere and leaves it later, rounded or not: it changes nothing.
-  __m256 farthest = zero;
-  for (const int axis : {0, 1, 2}) {
-    const __m256 at_entry = _mm256_sub_ps(peak[axis], _mm256_mul_ps(half, ld[axis]));
-    farthest = _mm256_max_ps(_mm256_andnot_ps(sign, at_entry), farthest);
-  }
+  const Float x = V::size(V::sub(peak.x, V::mul(half, ld.x)));
+  const Float y = V::size(V::sub(peak.y, V::mul(half, ld.y)));
+  const Float z = V::size(V::sub(peak.z, V::mul(half, ld.z)));
+  const Float inner = V::all(1.000005f);
   const unsigned inside_box =
-      static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(farthest, _mm256_set1_ps(1.000005f), _CMP_LE_OQ)));
-  hits.unsure |= candidates & ~inside_box;
-  candidates &= inside_box;
-  _mm256_store_ps(hits.t, t);
-  hits.hit = candidates & static_cast<unsigned>(_mm256_movemask_ps(meets));
+      V::mask(V::both(V::both(V::at_most(x, inner), V::at_most(y, inner)), V::at_most(z, inner)));
+  hits.unsure |= (candidates & ~inside_box) << lane;
+  V::store(hits.t + lane, V::min(exit, V::max(enter, t_enter)));
+  hits.hit |= (candidates & inside_box & V::mask(V::at_most(enter, exit))) << lane;
+}
+
+[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
+                                           unsigned wanted, bool sphere, TileHits& hits) {
+  const std::size_t first = std::size_t{vector} * kTileLanes;
+  hits.hit = 0;
+  hits.unsure = 0;
+  if ((wanted & 0x0Fu) == 0) return test_lanes<Four>(g, box, tile, first + 4, wanted >> 4, sphere, 4, hits);
+  if ((wanted & 0xF0u) == 0) return test_lanes<Four>(g, box, tile, first, wanted, sphere, 0, hits);
+  test_lanes<Eight>(g, box, tile, first, wanted, sphere, 0, hits);
 }
 
 constexpr int kFewLanes = 2;  ///< that are faster one by one

@@ -29,6 +29,29 @@ void prefetch_lines(const void* first, unsigned lines) {
   for (unsigned i = 0; i < lines; ++i) __builtin_prefetch(static_cast<const char*>(first) + std::size_t{64} * i);
 }
 
+/// Every second bit of `code`, from the lowest on.
+std::uint32_t even_bits(std::uint32_t code) {
+  std::uint32_t bits = 0;
+  for (unsigned i = 0; i < 16; ++i) bits |= (code >> (2 * i) & 1u) << i;
+  return bits;
+}
+
+/// Tiles of an image, column and row (upper half), in the order of a Z curve: what neighbours share stays in the
+/// caches.
+std::vector<std::uint32_t> tiles_along_a_curve(unsigned width, unsigned height) {
+  const unsigned across = (width + kTileEdge - 1) / kTileEdge;
+  const unsigned down = (height + kTileEdge - 1) / kTileEdge;
+  const std::uint64_t edge = std::bit_ceil(std::uint64_t{std::max(across, down)});
+  std::vector<std::uint32_t> tiles;
+  tiles.reserve(std::size_t{across} * down);
+  for (std::uint64_t code = 0; code < edge * edge; ++code) {
+    const std::uint32_t x = even_bits(static_cast<std::uint32_t>(code));
+    const std::uint32_t y = even_bits(static_cast<std::uint32_t>(code >> 1));
+    if (x < across && y < down) tiles.push_back(y << 16 | x);
+  }
+  return tiles;
+}
+
 }  // namespace
 
 TileTracer::TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
@@ -304,20 +327,18 @@ TileResult render_tiles(const Scene& scene, const PreparedGaussians& gaussians, 
   TileResult result;
   result.image = Image(camera.width, camera.height);
   const glm::vec3 origin(camera.position - scene.offset);
-  const unsigned across = (camera.width + kTileEdge - 1) / kTileEdge;
-  const unsigned down = (camera.height + kTileEdge - 1) / kTileEdge;
+  const std::vector<std::uint32_t> tiles = tiles_along_a_curve(camera.width, camera.height);
   tbb::enumerable_thread_specific<TileTracer> tracers([&] { return TileTracer(scene, gaussians, structure, options); });
   Progress progress("tracing tiles", result.image.pixels.size(), " rays", render.quiet);
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(render.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(render.threads));
   arena.execute([&] {
     tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, std::size_t{across} * down, 1),
+        tbb::blocked_range<std::size_t>(0, tiles.size(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           TileTracer& tracer = tracers.local();
           for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            const TileRays tile(camera, origin, static_cast<unsigned>(i % across) * kTileEdge,
-                                static_cast<unsigned>(i / across) * kTileEdge);
+            const TileRays tile(camera, origin, (tiles[i] & 0xFFFFu) * kTileEdge, (tiles[i] >> 16) * kTileEdge);
             const auto& lights = tracer.trace(tile);
             for (std::uint64_t rest = tile.live; rest != 0; rest &= rest - 1) {
               const auto r = static_cast<unsigned>(std::countr_zero(rest));
