@@ -1,8 +1,10 @@
 #include "frontend/tile_structure.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "frontend/embree_builder.h"
 #include "frontend/gaussian_math.h"
@@ -27,6 +29,32 @@ TileGaussian tile_gaussian(const PreparedGaussians& gaussians, std::uint32_t id)
   return g;
 }
 
+/// Bounds of one axis of `count` boxes, rounded outwards.
+void encode_axis(TileNode& node, int axis, const TreeChild* children, unsigned count) {
+  float low = children[0].box.lower[axis], high = children[0].box.upper[axis];
+  for (unsigned slot = 1; slot < count; ++slot) {
+    low = std::min(low, children[slot].box.lower[axis]);
+    high = std::max(high, children[slot].box.upper[axis]);
+  }
+  float step = (high - low) / 255.0f;
+  while (low + 255.0f * step < high) step = std::nextafter(step * 1.0000001f, std::numeric_limits<float>::infinity());
+  const auto decoded = [&](int value) { return low + static_cast<float>(value) * step; };
+  for (unsigned slot = 0; slot < count; ++slot) {
+    const Box& box = children[slot].box;
+    const auto place = [&](float at) {
+      return step > 0.0f ? std::clamp(static_cast<int>((at - low) / step), 0, 255) : 0;
+    };
+    int first = place(box.lower[axis]), last = place(box.upper[axis]);
+    while (first > 0 && decoded(first) > box.lower[axis]) --first;
+    while (last < 255 && decoded(last) < box.upper[axis]) ++last;
+    assert(decoded(first) <= box.lower[axis] && decoded(last) >= box.upper[axis]);
+    node.lower[axis][slot] = static_cast<std::uint8_t>(first);
+    node.upper[axis][slot] = static_cast<std::uint8_t>(last);
+  }
+  node.origin[axis] = low;
+  node.step[axis] = step;
+}
+
 }  // namespace
 
 TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussians, ProxyKind proxy)
@@ -48,24 +76,21 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
     const unsigned count = tree.internals[n].child_count;
     node.used = (1u << count) - 1u;
     node.leaves = 0;
-    for (unsigned slot = 0; slot < kTileNodeWidth; ++slot) {
-      const bool used = slot < count;
-      const TreeChild child = used ? tree.children[tree.internals[n].first_child + slot] : TreeChild{};
-      for (int axis = 0; axis < 3; ++axis) {
-        node.bounds[2 * axis][slot] = used ? child.box.lower[axis] : 0.0f;
-        node.bounds[2 * axis + 1][slot] = used ? child.box.upper[axis] : 0.0f;
-      }
-      if (used && child.leaf) {
-        node.leaves |= 1u << slot;
-        node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
-        const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
-        std::copy(from, from + std::size_t{3} * coefficients_,
-                  sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
-        gaussians_.push_back(tile_gaussian(gaussians, child.index));
-        boxes_.push_back({child.box});
-      } else {
+    const TreeChild* const children = &tree.children[tree.internals[n].first_child];
+    for (int axis = 0; axis < 3 && count > 0; ++axis) encode_axis(node, axis, children, count);
+    for (unsigned slot = 0; slot < count; ++slot) {
+      const TreeChild& child = children[slot];
+      if (!child.leaf) {
         node.child[slot] = child.index;
+        continue;
       }
+      node.leaves |= 1u << slot;
+      node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
+      const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
+      std::copy(from, from + std::size_t{3} * coefficients_,
+                sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
+      gaussians_.push_back(tile_gaussian(gaussians, child.index));
+      boxes_.push_back({child.box});
     }
   }
   total_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

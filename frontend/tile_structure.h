@@ -15,15 +15,27 @@ namespace grtx::frontend {
 
 inline constexpr unsigned kTileNodeWidth = 8;
 
+/// Two cache lines: a walk waits for memory more than for arithmetic.
 struct alignas(64) TileNode {
-  /// Lower x of the children, upper x, lower y, upper y, lower z, upper z; world space.
-  float bounds[6][kTileNodeWidth];
-  /// Index of a node or of a Gaussian.
-  std::uint32_t child[kTileNodeWidth];
-  std::uint32_t used;    ///< mask of children that are
-  std::uint32_t leaves;  ///< mask of children that are Gaussians
+  float origin[3];  ///< of the children's bounds
+  float step[3];
+  /// By axis: lower and upper bounds of the children are origin + step * value, in this order of fp32 operations.
+  std::uint8_t lower[3][kTileNodeWidth];
+  std::uint8_t upper[3][kTileNodeWidth];
+  std::uint32_t child[kTileNodeWidth];  ///< index of a node or of a Gaussian
+  std::uint32_t used;                   ///< mask of children that are
+  std::uint32_t leaves;                 ///< mask of children that are Gaussians
+
+  Box box(unsigned slot) const {
+    Box result;
+    for (int axis = 0; axis < 3; ++axis) {
+      result.lower[axis] = origin[axis] + static_cast<float>(lower[axis][slot]) * step[axis];
+      result.upper[axis] = origin[axis] + static_cast<float>(upper[axis][slot]) * step[axis];
+    }
+    return result;
+  }
 };
-static_assert(sizeof(TileNode) == 256);
+static_assert(sizeof(TileNode) == 128);
 
 /// What decides which rays come close to a Gaussian, and all but the box of what decides where they hit it.
 struct alignas(64) TileGaussian {

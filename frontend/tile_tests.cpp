@@ -6,43 +6,19 @@
 #include <limits>
 
 #include "frontend/gaussian_math.h"
-
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include "frontend/tile_margins.h"
+#include "frontend/tile_tests_avx2.h"
 
 namespace grtx::frontend {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// What fp32 rounds in the outline test and in the hit function, as a multiple of the sizes that are rounded: 64 units
-/// of 2^-24. docs/tracer.md counts some 30.
-constexpr float kOutlineSlack = 1.0f / (1 << 18);
-
-/// And in a box's place on the grid, as a multiple of its size there.
-constexpr float kGridSlack = 1.0f / (1 << 14);
+constexpr float kNoBound = std::numeric_limits<float>::infinity();
 
 /// Coefficients of q(u, v) = one + u2 uu + v2 vv + ... <= slack: the tile's rays that may pass within the radius.
 struct Outline {
   float one, u, v, uu, uv, vv;
   float slack;
 };
-
-/// From w = a x l (l: a direction, a: the origin's place, both in the unit frame): |w|^2 - |l|^2 of products of the
-/// columns axis, right, down.
-float outline_slack(const TileRays& tile, float norm, const float* mean, const float* a, const float* ww,
-                    const float* ll) {
-  const float size_w = ww[0] + tile.extent2 * (ww[1] + ww[2]);
-  const float size_l = ll[0] + tile.extent2 * (ll[1] + ll[2]);
-  if (!(size_l > 1e-30f && size_w < 1e30f)) return kInfinity;
-  // Sums of sizes in place of lengths: never smaller.
-  const float distance = std::fabs(mean[0]) + std::fabs(mean[1]) + std::fabs(mean[2]);
-  const float place = std::fabs(a[0]) + std::fabs(a[1]) + std::fabs(a[2]) + 1.0f;
-  const float l = std::sqrt(3.0f * size_l);
-  const float error = kOutlineSlack * norm * (distance * l + place);
-  return 2.0f * l * error + error * error + kOutlineSlack * (size_w + size_l);
-}
 
 Outline outline_portable(const TileGaussian& g, const TileRays& tile) {
   const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
@@ -97,13 +73,13 @@ std::uint32_t vectors_of(int first, int last, int top, int bottom) {
   return columns & (0xFFu << (top / 2 * 2)) & (0xFFu >> (6 - bottom / 2 * 2));
 }
 
-/// Columns or rows of the grid that a box whose coordinate times depth lies in [low, high], and whose depth in [near,
-/// far], may cover.
+/// Columns or rows of the grid that a box may cover whose coordinate times depth lies in [low, high], and whose depth
+/// from near to far.
 struct Covered {
   int first, last;
-  Covered(float low, float high, float near, float far, float scale, float margin) {
-    float a = std::min(low / near, low / far) * scale + 0.5f * (kTileEdge - 1);
-    float b = std::max(high / near, high / far) * scale + 0.5f * (kTileEdge - 1);
+  Covered(float low, float high, float inverse_near, float inverse_far, float scale, float margin) {
+    float a = std::min(low * inverse_near, low * inverse_far) * scale + 0.5f * (kTileEdge - 1);
+    float b = std::max(high * inverse_near, high * inverse_far) * scale + 0.5f * (kTileEdge - 1);
     const float slack = margin + (b - a) * kGridSlack;
     a -= slack;
     b += slack;
@@ -117,11 +93,12 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, const Ti
   unsigned mask = 0;
   for (unsigned slot = 0; slot < kTileNodeWidth; ++slot) {
     float relative[6];
-    float near_t = -kInfinity, far_t = kInfinity;
+    float near_t = -kNoBound, far_t = kNoBound;
+    const Box box = node.box(slot);
     for (int axis = 0; axis < 3; ++axis) {
-      float first = kInfinity, last = -kInfinity;
+      float first = kNoBound, last = -kNoBound;
       for (int side = 0; side < 2; ++side) {
-        const float at = node.bounds[2 * axis + side][slot] - tile.origin[axis];
+        const float at = (side == 0 ? box.lower[axis] : box.upper[axis]) - tile.origin[axis];
         relative[2 * axis + side] = at;
         for (const float inverse : {tile.inverse_min[axis], tile.inverse_max[axis]}) {
           first = std::min(first, at * inverse);
@@ -141,12 +118,14 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, const Ti
     hits.bucket[slot] = std::max(bucket, depths.bucket_of(enter));
     hits.vectors[slot] = 0xFF;
     bool outside = enter > far_t * (1.0f + kSlabSlack);
-    for (int p = 0; p < 4 && tile.narrow; ++p) outside = outside || reach(tile.planes[p], true) < 0.0f;
+    for (int p = 0; p < 4 && tile.narrow && !tile.grid; ++p) outside = outside || reach(tile.planes[p], true) < 0.0f;
     if (tile.grid) {
       const float near = reach(tile.along, false), far = reach(tile.along, true);
       if (near > 0.0f && far <= 2.0f * near) {
-        const Covered x(reach(tile.across, false), reach(tile.across, true), near, far, tile.scale[0], tile.margin);
-        const Covered y(reach(tile.down, false), reach(tile.down, true), near, far, tile.scale[1], tile.margin);
+        const Covered x(reach(tile.across, false), reach(tile.across, true), 1.0f / near, 1.0f / far, tile.scale[0],
+                        tile.margin);
+        const Covered y(reach(tile.down, false), reach(tile.down, true), 1.0f / near, 1.0f / far, tile.scale[1],
+                        tile.margin);
         outside = outside || x.first > x.last || y.first > y.last;
         if (!outside) hits.vectors[slot] = vectors_of(x.first, x.last, y.first, y.last);
       }
@@ -172,385 +151,11 @@ void colour_portable(const float* sh, unsigned coefficients, const TileBasis& ba
   }
 }
 
-#if defined(__x86_64__)
-
-[[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile, unsigned wanted) {
-  if (!tile.narrow) return test_outline_portable(g, tile, wanted);
-  const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
-  // Lanes: axis, right, down, mean.
-  const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
-  const __m128 y = _mm_insert_ps(_mm_load_ps(tile.frame[1]), _mm_set_ss(mean[1]), 0x30);
-  const __m128 z = _mm_insert_ps(_mm_load_ps(tile.frame[2]), _mm_set_ss(mean[2]), 0x30);
-  __m128 l[3], a[3];
-  for (int i = 0; i < 3; ++i) {
-    const glm::vec3& row = g.to_unit[i];
-    l[i] = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_set1_ps(row.x), x), _mm_mul_ps(_mm_set1_ps(row.y), y)),
-                      _mm_mul_ps(_mm_set1_ps(row.z), z));
-    a[i] = _mm_permute_ps(l[i], 0xFF);
-  }
-  const __m128 wx = _mm_sub_ps(_mm_mul_ps(a[1], l[2]), _mm_mul_ps(a[2], l[1]));
-  const __m128 wy = _mm_sub_ps(_mm_mul_ps(a[2], l[0]), _mm_mul_ps(a[0], l[2]));
-  const __m128 wz = _mm_sub_ps(_mm_mul_ps(a[0], l[1]), _mm_mul_ps(a[1], l[0]));
-  const __m128 ww = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, wx), _mm_mul_ps(wy, wy)), _mm_mul_ps(wz, wz));
-  const __m128 ll = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], l[0]), _mm_mul_ps(l[1], l[1])), _mm_mul_ps(l[2], l[2]));
-  constexpr int kNext = 0xC9;  // right, down, axis
-  const __m128 cross_w =
-      _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, _mm_permute_ps(wx, kNext)), _mm_mul_ps(wy, _mm_permute_ps(wy, kNext))),
-                 _mm_mul_ps(wz, _mm_permute_ps(wz, kNext)));
-  const __m128 cross_l = _mm_add_ps(
-      _mm_add_ps(_mm_mul_ps(l[0], _mm_permute_ps(l[0], kNext)), _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
-      _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
-  alignas(16) float same[4], mixed[4], w2[4], l2[4];
-  const float place[3] = {_mm_cvtss_f32(a[0]), _mm_cvtss_f32(a[1]), _mm_cvtss_f32(a[2])};
-  _mm_store_ps(same, _mm_sub_ps(ww, ll));
-  const __m128 product = _mm_sub_ps(cross_w, cross_l);
-  _mm_store_ps(mixed, _mm_add_ps(product, product));
-  _mm_store_ps(w2, ww);
-  _mm_store_ps(l2, ll);
-  const float slack = outline_slack(tile, g.norm, mean, place, w2, l2);
-  const __m256 one = _mm256_set1_ps(same[0]), uu = _mm256_set1_ps(same[1]), vv = _mm256_set1_ps(same[2]);
-  const __m256 u1 = _mm256_set1_ps(mixed[0]), uv = _mm256_set1_ps(mixed[1]), v1 = _mm256_set1_ps(mixed[2]);
-  const __m256 limit = _mm256_set1_ps(slack);
-  std::uint64_t rays = 0;
-  for (; wanted != 0; wanted &= wanted - 1) {
-    const auto i = static_cast<unsigned>(std::countr_zero(wanted));
-    const __m256 u = _mm256_load_ps(&tile.u[std::size_t{i} * kTileLanes]);
-    const __m256 v = _mm256_load_ps(&tile.v[std::size_t{i} * kTileLanes]);
-    const __m256 across = _mm256_add_ps(_mm256_mul_ps(u, _mm256_add_ps(_mm256_mul_ps(uu, u), u1)), one);
-    const __m256 down = _mm256_mul_ps(v, _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(vv, v), v1), _mm256_mul_ps(uv, u)));
-    const __m256 near = _mm256_cmp_ps(_mm256_add_ps(across, down), limit, _CMP_NGT_UQ);
-    rays |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(near))) << (i * kTileLanes);
-  }
-  return rays;
-}
-
-/// Of eight boxes (bounds relative to the origin) the least or the most that they reach along n.
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256 reach_avx2(const float (*relative)[kTileNodeWidth],
-                                                                     const float* n, bool most) {
-  const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[(n[0] > 0.0f) == most ? 1 : 0]));
-  const __m256 y = _mm256_mul_ps(_mm256_set1_ps(n[1]), _mm256_load_ps(relative[(n[1] > 0.0f) == most ? 3 : 2]));
-  const __m256 z = _mm256_mul_ps(_mm256_set1_ps(n[2]), _mm256_load_ps(relative[(n[2] > 0.0f) == most ? 5 : 4]));
-  return _mm256_add_ps(_mm256_add_ps(x, y), z);
-}
-
-/// Columns or rows covered, as whole numbers; inverse_near and inverse_far: of the depth.
-[[gnu::target("avx2"), gnu::always_inline]] inline void cover_avx2(__m256 low, __m256 high, __m256 inverse_near,
-                                                                   __m256 inverse_far, float scale, float margin,
-                                                                   __m256& first, __m256& last) {
-  const __m256 scales = _mm256_set1_ps(scale), middle = _mm256_set1_ps(0.5f * (kTileEdge - 1));
-  const __m256 a = _mm256_min_ps(_mm256_mul_ps(low, inverse_near), _mm256_mul_ps(low, inverse_far));
-  const __m256 b = _mm256_max_ps(_mm256_mul_ps(high, inverse_near), _mm256_mul_ps(high, inverse_far));
-  const __m256 from = _mm256_add_ps(_mm256_mul_ps(a, scales), middle);
-  const __m256 to = _mm256_add_ps(_mm256_mul_ps(b, scales), middle);
-  const __m256 slack =
-      _mm256_add_ps(_mm256_set1_ps(margin), _mm256_mul_ps(_mm256_sub_ps(to, from), _mm256_set1_ps(kGridSlack)));
-  first = _mm256_ceil_ps(_mm256_max_ps(_mm256_sub_ps(from, slack), _mm256_setzero_ps()));
-  last = _mm256_floor_ps(_mm256_min_ps(_mm256_add_ps(to, slack), _mm256_set1_ps(kTileEdge - 1)));
-}
-
-[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, const TileDepths& depths,
-                                                std::uint32_t bucket, TileNodeHits& hits) {
-  alignas(32) float relative[6][kTileNodeWidth];
-  __m256 near_t = _mm256_set1_ps(-kInfinity), far_t = _mm256_set1_ps(kInfinity);
-  for (int axis = 0; axis < 3; ++axis) {
-    const __m256 origin = _mm256_set1_ps(tile.origin[axis]);
-    const __m256 low = _mm256_sub_ps(_mm256_load_ps(node.bounds[2 * axis]), origin);
-    const __m256 high = _mm256_sub_ps(_mm256_load_ps(node.bounds[2 * axis + 1]), origin);
-    _mm256_store_ps(relative[2 * axis], low);
-    _mm256_store_ps(relative[2 * axis + 1], high);
-    const __m256 least = _mm256_set1_ps(tile.inverse_min[axis]), most = _mm256_set1_ps(tile.inverse_max[axis]);
-    __m256 first, last;
-    if (tile.inverse_min[axis] > 0.0f || tile.inverse_max[axis] < 0.0f) {
-      const __m256 near = tile.inverse_min[axis] > 0.0f ? low : high;
-      const __m256 far = tile.inverse_min[axis] > 0.0f ? high : low;
-      first = _mm256_min_ps(_mm256_mul_ps(near, least), _mm256_mul_ps(near, most));
-      last = _mm256_max_ps(_mm256_mul_ps(far, least), _mm256_mul_ps(far, most));
-    } else {
-      const __m256 a = _mm256_mul_ps(low, least), b = _mm256_mul_ps(low, most);
-      const __m256 c = _mm256_mul_ps(high, least), d = _mm256_mul_ps(high, most);
-      first = _mm256_min_ps(_mm256_min_ps(a, b), _mm256_min_ps(c, d));
-      last = _mm256_max_ps(_mm256_max_ps(a, b), _mm256_max_ps(c, d));
-    }
-    near_t = _mm256_max_ps(first, near_t);  // what is no number leaves the bound alone
-    far_t = _mm256_min_ps(last, far_t);
-  }
-  const __m256 zero = _mm256_setzero_ps();
-  const __m256 entry = _mm256_mul_ps(_mm256_max_ps(near_t, zero), _mm256_set1_ps(1.0f - kSlabSlack));
-  const __m256 exit = _mm256_mul_ps(far_t, _mm256_set1_ps(1.0f + kSlabSlack));
-  const __m256i steps = _mm256_sra_epi32(_mm256_sub_epi32(_mm256_castps_si256(entry), _mm256_set1_epi32(depths.first)),
-                                         _mm_cvtsi32_si128(depths.shift));
-  const __m256i buckets = _mm256_add_epi32(
-      _mm256_min_epi32(steps, _mm256_set1_epi32(static_cast<int>(TileDepths::kBuckets) - 2)), _mm256_set1_epi32(1));
-  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.bucket),
-                     _mm256_max_epi32(buckets, _mm256_set1_epi32(static_cast<int>(bucket))));
-  __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
-  if (tile.narrow && !tile.grid) {  // the grid says more
-    for (const float* n : tile.planes) {
-      outside = _mm256_or_ps(outside, _mm256_cmp_ps(reach_avx2(relative, n, true), zero, _CMP_LT_OQ));
-    }
-  }
-  unsigned mask = ~static_cast<unsigned>(_mm256_movemask_ps(outside)) & node.used;
-  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors), _mm256_set1_epi32(0xFF));
-  if (!tile.grid || mask == 0) return mask;
-  const __m256 near = reach_avx2(relative, tile.along, false), far = reach_avx2(relative, tile.along, true);
-  const __m256 usable =
-      _mm256_and_ps(_mm256_cmp_ps(near, zero, _CMP_GT_OQ), _mm256_cmp_ps(far, _mm256_add_ps(near, near), _CMP_LE_OQ));
-  const __m256 inverse_near = _mm256_div_ps(_mm256_set1_ps(1.0f), near);
-  const __m256 inverse_far = _mm256_div_ps(_mm256_set1_ps(1.0f), far);
-  __m256 left, right, top, bottom;
-  cover_avx2(reach_avx2(relative, tile.across, false), reach_avx2(relative, tile.across, true), inverse_near,
-             inverse_far, tile.scale[0], tile.margin, left, right);
-  cover_avx2(reach_avx2(relative, tile.down, false), reach_avx2(relative, tile.down, true), inverse_near, inverse_far,
-             tile.scale[1], tile.margin, top, bottom);
-  const __m256 between = _mm256_or_ps(_mm256_cmp_ps(left, right, _CMP_GT_OQ), _mm256_cmp_ps(top, bottom, _CMP_GT_OQ));
-  mask &= ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_and_ps(usable, between)));
-  // The vectors, 4x2 pixels each, that the covered pixels lie in.
-  const __m256i ones = _mm256_set1_epi32(0xFF), two = _mm256_set1_epi32(-2);
-  const __m256i first_row = _mm256_and_si256(_mm256_cvttps_epi32(top), two);
-  const __m256i last_row = _mm256_and_si256(_mm256_cvttps_epi32(bottom), two);
-  const __m256i rows = _mm256_and_si256(_mm256_sllv_epi32(ones, first_row),
-                                        _mm256_srlv_epi32(ones, _mm256_sub_epi32(_mm256_set1_epi32(6), last_row)));
-  const __m256 four = _mm256_set1_ps(4.0f);
-  const __m256i left_half = _mm256_castps_si256(_mm256_cmp_ps(left, four, _CMP_LT_OQ));
-  const __m256i right_half = _mm256_castps_si256(_mm256_cmp_ps(right, four, _CMP_GE_OQ));
-  const __m256i columns = _mm256_or_si256(_mm256_and_si256(left_half, _mm256_set1_epi32(0x55)),
-                                          _mm256_and_si256(right_half, _mm256_set1_epi32(0xAA)));
-  const __m256i covered = _mm256_and_si256(rows, columns);
-  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors),
-                     _mm256_blendv_epi8(ones, covered, _mm256_castps_si256(usable)));
-  return mask;
-}
-
-/// exp_negative() of four numbers.
-[[gnu::target("avx2"), gnu::always_inline]] inline __m128 exp_negative_avx2(__m128 x) {
-  const __m256d value = _mm256_cvtps_pd(x);
-  const __m256d scaled = _mm256_mul_pd(value, _mm256_set1_pd(1.4426950408889634));
-  const __m128i n = _mm256_cvttpd_epi32(_mm256_sub_pd(scaled, _mm256_set1_pd(0.5)));
-  const __m256d r = _mm256_sub_pd(value, _mm256_mul_pd(_mm256_cvtepi32_pd(n), _mm256_set1_pd(0.6931471805599453)));
-  __m256d p = _mm256_set1_pd(1.0 / 362880.0);
-  for (const double c : {1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0}) {
-    p = _mm256_add_pd(_mm256_mul_pd(p, r), _mm256_set1_pd(c));
-  }
-  const __m256i power = _mm256_slli_epi64(_mm256_add_epi64(_mm256_cvtepi32_epi64(n), _mm256_set1_epi64x(1023)), 52);
-  return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
-}
-
-/// Vectors of eight rays, and of four: half the work where the others of a vector stay away.
-struct Eight {
-  using Float = __m256;
-  [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm256_load_ps(p); }
-  [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm256_store_ps(p, a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float all(float a) { return _mm256_set1_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float add(Float a, Float b) { return _mm256_add_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sub(Float a, Float b) { return _mm256_sub_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float mul(Float a, Float b) { return _mm256_mul_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float div(Float a, Float b) { return _mm256_div_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sqrt(Float a) { return _mm256_sqrt_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float min(Float a, Float b) { return _mm256_min_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float both(Float a, Float b) { return _mm256_and_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float negative(Float a) { return _mm256_xor_ps(all(-0.0f), a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float size(Float a) { return _mm256_andnot_ps(all(-0.0f), a); }
-  /// b where the sign of `choice` is set, else a.
-  [[gnu::target("avx2"), gnu::always_inline]] static Float choose(Float a, Float b, Float choice) {
-    return _mm256_blendv_ps(a, b, choice);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float less(Float a, Float b) {
-    return _mm256_cmp_ps(a, b, _CMP_LT_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float at_most(Float a, Float b) {
-    return _mm256_cmp_ps(a, b, _CMP_LE_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static unsigned mask(Float a) {
-    return static_cast<unsigned>(_mm256_movemask_ps(a));
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float exp_negative(Float a) {
-    return _mm256_set_m128(exp_negative_avx2(_mm256_extractf128_ps(a, 1)),
-                           exp_negative_avx2(_mm256_castps256_ps128(a)));
-  }
-};
-
-struct Four {
-  using Float = __m128;
-  [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm_load_ps(p); }
-  [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm_store_ps(p, a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float all(float a) { return _mm_set1_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float add(Float a, Float b) { return _mm_add_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sub(Float a, Float b) { return _mm_sub_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float mul(Float a, Float b) { return _mm_mul_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float div(Float a, Float b) { return _mm_div_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sqrt(Float a) { return _mm_sqrt_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float min(Float a, Float b) { return _mm_min_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float max(Float a, Float b) { return _mm_max_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float both(Float a, Float b) { return _mm_and_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float negative(Float a) { return _mm_xor_ps(all(-0.0f), a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float size(Float a) { return _mm_andnot_ps(all(-0.0f), a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float choose(Float a, Float b, Float choice) {
-    return _mm_blendv_ps(a, b, choice);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float less(Float a, Float b) {
-    return _mm_cmp_ps(a, b, _CMP_LT_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float at_most(Float a, Float b) {
-    return _mm_cmp_ps(a, b, _CMP_LE_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static unsigned mask(Float a) {
-    return static_cast<unsigned>(_mm_movemask_ps(a));
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float exp_negative(Float a) { return exp_negative_avx2(a); }
-};
-
-template <typename V>
-struct LaneVector {
-  typename V::Float x, y, z;
-};
-
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline typename V::Float dot_lanes(const LaneVector<V>& a,
-                                                                               const LaneVector<V>& b) {
-  return V::add(V::add(V::mul(a.x, b.x), V::mul(a.y, b.y)), V::mul(a.z, b.z));
-}
-
-/// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction.
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(float low, float high, float origin,
-                                                                  typename V::Float inverse, typename V::Float& enter,
-                                                                  typename V::Float& exit) {
-  const auto a = V::mul(V::all(low - origin), inverse);
-  const auto b = V::mul(V::all(high - origin), inverse);
-  enter = V::max(V::choose(a, b, inverse), enter);
-  exit = V::min(V::choose(b, a, inverse), exit);
-}
-
-/// Lanes from `first` on of the tile's rays; results go to the lanes from `lane` on, masks are from lane 0.
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline void test_lanes(const TileGaussian& g, const Box& box,
-                                                                   const TileRays& tile, std::size_t first,
-                                                                   unsigned wanted, bool sphere, unsigned lane,
-                                                                   TileHits& hits) {
-  using Float = typename V::Float;
-  const LaneVector<V> d = {V::load(&tile.direction[0][first]), V::load(&tile.direction[1][first]),
-                           V::load(&tile.direction[2][first])};
-  const LaneVector<V> m = {V::all(g.mean.x - tile.origin.x), V::all(g.mean.y - tile.origin.y),
-                           V::all(g.mean.z - tile.origin.z)};
-  const Float tc = V::mul(dot_lanes(m, d), V::load(&tile.inverse_length2[first]));
-  const LaneVector<V> p = {V::sub(V::mul(d.x, tc), m.x), V::sub(V::mul(d.y, tc), m.y), V::sub(V::mul(d.z, tc), m.z)};
-  const LaneVector<V> rows[3] = {
-      {V::all(g.to_unit[0].x), V::all(g.to_unit[0].y), V::all(g.to_unit[0].z)},
-      {V::all(g.to_unit[1].x), V::all(g.to_unit[1].y), V::all(g.to_unit[1].z)},
-      {V::all(g.to_unit[2].x), V::all(g.to_unit[2].y), V::all(g.to_unit[2].z)},
-  };
-  const LaneVector<V> lo = {dot_lanes(rows[0], p), dot_lanes(rows[1], p), dot_lanes(rows[2], p)};
-  const LaneVector<V> ld = {dot_lanes(rows[0], d), dot_lanes(rows[1], d), dot_lanes(rows[2], d)};
-  const Float zero = V::all(0.0f), one = V::all(1.0f);
-  const Float length2 = dot_lanes(ld, ld);
-  const Float dt = V::div(V::negative(dot_lanes(lo, ld)), length2);
-  const LaneVector<V> peak = {V::add(lo.x, V::mul(dt, ld.x)), V::add(lo.y, V::mul(dt, ld.y)),
-                              V::add(lo.z, V::mul(dt, ld.z))};
-  const Float d2 = dot_lanes(peak, peak);
-  // The others to_unit_ray() transforms in double.
-  const Float most = V::all(1e30f);
-  const Float in_range = V::both(V::both(V::less(V::all(1e-30f), length2), V::less(length2, most)), V::less(d2, most));
-  const Float within = V::both(in_range, V::at_most(d2, one));
-  hits.unsure |= (~V::mask(in_range) & wanted) << lane;
-  unsigned candidates = V::mask(within) & wanted;
-  if (candidates == 0) return;
-
-  // hit_alpha()
-  const Float exponent = V::mul(V::all(-0.5f), V::mul(V::all(g.kappa2), V::both(d2, within)));
-  const Float alpha = V::min(V::mul(V::all(g.opacity), V::exp_negative(exponent)), V::all(kAlphaMax));
-  V::store(hits.alpha + lane, alpha);
-  candidates &= V::mask(V::at_most(V::all(kAlphaMin), alpha));
-  if (!sphere) {
-    hits.unsure |= candidates << lane;
-    return;
-  }
-
-  // canonical_hit() of a sphere with entry keys.
-  const Float t_peak = V::add(tc, dt);
-  const Float half = V::sqrt(V::div(V::sub(one, d2), length2));
-  const Float t_enter = V::add(t_peak, V::negative(half));
-  candidates &= V::mask(V::less(zero, V::add(t_peak, half)));
-  const unsigned ahead = V::mask(V::less(zero, t_enter));
-  hits.unsure |= (candidates & ~ahead) << lane;
-  candidates &= ahead;
-  Float enter = V::all(-kInfinity), exit = V::all(kInfinity);
-  for (int axis = 0; axis < 3; ++axis) {
-    clip_axis<V>(box.lower[axis], box.upper[axis], tile.origin[axis], V::load(&tile.inverse[axis][first]), enter, exit);
-  }
-  enter = V::mul(V::max(enter, zero), V::all(1.0f - kSlabSlack));
-  exit = V::mul(exit, V::all(1.0f + kSlabSlack));
-  // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
-  // the ray enters the box before the sphere and leaves it later, rounded or not: it changes nothing.
-  const Float x = V::size(V::sub(peak.x, V::mul(half, ld.x)));
-  const Float y = V::size(V::sub(peak.y, V::mul(half, ld.y)));
-  const Float z = V::size(V::sub(peak.z, V::mul(half, ld.z)));
-  const Float inner = V::all(1.000005f);
-  const unsigned inside_box =
-      V::mask(V::both(V::both(V::at_most(x, inner), V::at_most(y, inner)), V::at_most(z, inner)));
-  hits.unsure |= (candidates & ~inside_box) << lane;
-  V::store(hits.t + lane, V::min(exit, V::max(enter, t_enter)));
-  hits.hit |= (candidates & inside_box & V::mask(V::at_most(enter, exit))) << lane;
-}
-
-[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
-                                           unsigned wanted, bool sphere, TileHits& hits) {
-  const std::size_t first = std::size_t{vector} * kTileLanes;
-  hits.hit = 0;
-  hits.unsure = 0;
-  if ((wanted & 0x0Fu) == 0) return test_lanes<Four>(g, box, tile, first + 4, wanted >> 4, sphere, 4, hits);
-  if ((wanted & 0xF0u) == 0) return test_lanes<Four>(g, box, tile, first, wanted, sphere, 0, hits);
-  test_lanes<Eight>(g, box, tile, first, wanted, sphere, 0, hits);
-}
-
-constexpr int kFewLanes = 2;  ///< that are faster one by one
-
-/// One lane, the three channels side by side. basis, colour: kTileLanes apart.
-[[gnu::target("avx2"), gnu::always_inline]] inline void colour_lane_avx2(const float* sh, unsigned coefficients,
-                                                                         const float* basis, float* colour) {
-  const __m128 zero = _mm_setzero_ps();
-  __m128 sum = zero;
-  // A load of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
-  for (unsigned j = 1; j < coefficients; ++j, sh += 3, basis += kTileLanes) {
-    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), _mm_loadu_ps(sh)));
-  }
-  const __m128 last = _mm_movelh_ps(_mm_loadl_pi(zero, reinterpret_cast<const __m64*>(sh)), _mm_load_ss(sh + 2));
-  sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), last));
-  sum = _mm_max_ps(zero, _mm_add_ps(sum, _mm_set1_ps(0.5f)));
-  colour[0] = _mm_cvtss_f32(sum);
-  colour[kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 1));
-  colour[2 * kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 2));
-}
-
-[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes,
-                                         TileHits& hits) {
-  if (__builtin_popcount(lanes) <= kFewLanes) {
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const int lane = __builtin_ctz(lanes);
-      colour_lane_avx2(sh, coefficients, &basis.values[0][lane], &hits.colour[0][lane]);
-    }
-    return;
-  }
-  __m256 red = _mm256_setzero_ps(), green = red, blue = red;
-  for (unsigned j = 0; j < coefficients; ++j, sh += 3) {
-    const __m256 value = _mm256_load_ps(basis.values[j]);
-    red = _mm256_add_ps(red, _mm256_mul_ps(value, _mm256_broadcast_ss(sh)));
-    green = _mm256_add_ps(green, _mm256_mul_ps(value, _mm256_broadcast_ss(sh + 1)));
-    blue = _mm256_add_ps(blue, _mm256_mul_ps(value, _mm256_broadcast_ss(sh + 2)));
-  }
-  const __m256 half = _mm256_set1_ps(0.5f), zero = _mm256_setzero_ps();
-  _mm256_store_ps(hits.colour[0], _mm256_max_ps(zero, _mm256_add_ps(red, half)));
-  _mm256_store_ps(hits.colour[1], _mm256_max_ps(zero, _mm256_add_ps(green, half)));
-  _mm256_store_ps(hits.colour[2], _mm256_max_ps(zero, _mm256_add_ps(blue, half)));
-}
-
-#endif
-
 }  // namespace
 
 TileTests tile_tests(SimdPath path) {
 #if defined(__x86_64__)
-  if (path != SimdPath::portable) return {test_node_avx2, test_outline_avx2, test_hit_avx2, colour_avx2};
+  if (path != SimdPath::portable) return tile_tests_avx2();
 #endif
   static_cast<void>(path);
   return {test_node_portable, test_outline_portable, test_hit_portable, colour_portable};

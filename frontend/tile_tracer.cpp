@@ -128,7 +128,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
   std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].nodes; i != kNone; i = children_[i].next) {
     work_.push_back(children_[i].child);
-    prefetch_lines(&structure_.node(children_[i].child), 4);
+    prefetch_lines(&structure_.node(children_[i].child), 2);
     end = i;
   }
   if (end != kNone) children_.free(buckets_[bucket].nodes, end);
@@ -149,7 +149,7 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     for (unsigned rest = met & ~node.leaves; rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
       const std::uint32_t b = node_hits_.bucket[slot];
-      prefetch_lines(&structure_.node(node.child[slot]), 4);
+      prefetch_lines(&structure_.node(node.child[slot]), 2);
       if (b == bucket) {
         work_.push_back(node.child[slot]);
         continue;

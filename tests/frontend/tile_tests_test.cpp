@@ -96,11 +96,7 @@ TEST(TileTests, NodeHoldsEveryBoxThatARayMeets) {
           const unsigned met = tile_tests(path).node(node, tile, depths, 0, hits);
           EXPECT_EQ(met & ~node.used, 0u);
           for (unsigned slot = 0; slot < kTileNodeWidth && (node.used >> slot & 1) != 0; ++slot) {
-            Box box;
-            for (int axis = 0; axis < 3; ++axis) {
-              box.lower[axis] = node.bounds[2 * axis][slot];
-              box.upper[axis] = node.bounds[2 * axis + 1][slot];
-            }
+            const Box box = node.box(slot);
             ++all;
             met_boxes += met >> slot & 1;
             for (unsigned r = 0; r < kTileRays; ++r) {

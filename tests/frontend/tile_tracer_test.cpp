@@ -129,6 +129,11 @@ TEST(TileTracer, IsTheSameForAnyThreadsAndVectorInstructions) {
     for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
       EXPECT_GT(expect_same_image(scene, camera, kind, options, simd_path_name(path)), 1000u);
     }
+    const TileCounters c = trace_tiles(scene, camera, AccelKind::tlas_sphere, options).counters;
+    EXPECT_EQ(expected.counters.nodes, c.nodes) << simd_path_name(path);
+    EXPECT_EQ(expected.counters.gaussians, c.gaussians) << simd_path_name(path);
+    EXPECT_EQ(expected.counters.candidates, c.candidates) << simd_path_name(path);
+    EXPECT_EQ(expected.counters.hits, c.hits) << simd_path_name(path);
   }
 }
 
