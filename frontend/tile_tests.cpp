@@ -53,18 +53,21 @@ Outline outline_portable(const TileGaussian& g, const TileRays& tile) {
   return o;
 }
 
-std::uint64_t test_outline_portable(const TileGaussian& g, const TileRays& tile, unsigned wanted) {
-  std::uint64_t rays = 0;
-  const Outline o = tile.narrow ? outline_portable(g, tile) : Outline{};
-  for (; wanted != 0; wanted &= wanted - 1) {
-    const auto vector = static_cast<unsigned>(std::countr_zero(wanted));
-    for (unsigned r = vector * kTileLanes; r < (vector + 1) * kTileLanes; ++r) {
-      const float u = tile.u[r], v = tile.v[r];
-      const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
-      rays |= std::uint64_t{!(tile.narrow && q > o.slack)} << r;
+void test_outlines_portable(const TileStructure& structure, const TileRays& tile, TileCandidate* candidates,
+                            std::size_t count) {
+  for (TileCandidate* c = candidates; c != candidates + count; ++c) {
+    auto wanted = static_cast<unsigned>(c->rays);
+    c->rays = 0;
+    const Outline o = tile.narrow ? outline_portable(structure.gaussian(c->gaussian), tile) : Outline{};
+    for (; wanted != 0; wanted &= wanted - 1) {
+      const auto vector = static_cast<unsigned>(std::countr_zero(wanted));
+      for (unsigned r = vector * kTileLanes; r < (vector + 1) * kTileLanes; ++r) {
+        const float u = tile.u[r], v = tile.v[r];
+        const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
+        c->rays |= std::uint64_t{!(tile.narrow && q > o.slack)} << r;
+      }
     }
   }
-  return rays;
 }
 
 /// Of columns first..last and rows top..bottom, all in 0..7.
@@ -158,7 +161,7 @@ TileTests tile_tests(SimdPath path) {
   if (path != SimdPath::portable) return tile_tests_avx2();
 #endif
   static_cast<void>(path);
-  return {test_node_portable, test_outline_portable, test_hit_portable, colour_portable};
+  return {test_node_portable, test_outlines_portable, test_hit_portable, colour_portable};
 }
 
 }  // namespace grtx::frontend

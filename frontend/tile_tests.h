@@ -37,8 +37,15 @@ struct alignas(32) TileNodeHits {
 using TileNodeTest = unsigned (*)(const TileNode& node, const TileRays& tile, const TileDepths& depths,
                                   std::uint32_t bucket, TileNodeHits& hits);
 
-/// Which rays of `wanted` vectors may pass the Gaussian within its radius (d2 <= 1).
-using TileOutlineTest = std::uint64_t (*)(const TileGaussian& g, const TileRays& tile, unsigned wanted);
+/// A Gaussian that some rays may meet.
+struct TileCandidate {
+  std::uint64_t rays = 0;      ///< mask; before the outline test of vectors, after it of rays
+  std::uint32_t gaussian = 0;  ///< in the structure
+};
+
+/// Leaves of each candidate's vectors the rays that may pass the Gaussian within its radius (d2 <= 1).
+using TileOutlineTest = void (*)(const TileStructure& structure, const TileRays& tile, TileCandidate* candidates,
+                                 std::size_t count);
 
 struct alignas(32) TileHits {
   float t[kTileLanes];
@@ -64,7 +71,7 @@ using TileColour = void (*)(const float* sh, unsigned coefficients, const TileBa
 
 struct TileTests {
   TileNodeTest node;
-  TileOutlineTest outline;
+  TileOutlineTest outlines;
   TileHitTest hit;
   TileColour colour;
 };

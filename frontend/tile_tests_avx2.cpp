@@ -14,56 +14,6 @@ namespace {
 
 constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 
-[[gnu::target("avx2")]] std::uint64_t test_outline_avx2(const TileGaussian& g, const TileRays& tile, unsigned wanted) {
-  if (!tile.narrow) return tile_tests(SimdPath::portable).outline(g, tile, wanted);
-  const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
-  // Lanes: axis, right, down, mean.
-  const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
-  const __m128 y = _mm_insert_ps(_mm_load_ps(tile.frame[1]), _mm_set_ss(mean[1]), 0x30);
-  const __m128 z = _mm_insert_ps(_mm_load_ps(tile.frame[2]), _mm_set_ss(mean[2]), 0x30);
-  __m128 l[3], a[3];
-  for (int i = 0; i < 3; ++i) {
-    const glm::vec3& row = g.to_unit[i];
-    l[i] = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_set1_ps(row.x), x), _mm_mul_ps(_mm_set1_ps(row.y), y)),
-                      _mm_mul_ps(_mm_set1_ps(row.z), z));
-    a[i] = _mm_permute_ps(l[i], 0xFF);
-  }
-  const __m128 wx = _mm_sub_ps(_mm_mul_ps(a[1], l[2]), _mm_mul_ps(a[2], l[1]));
-  const __m128 wy = _mm_sub_ps(_mm_mul_ps(a[2], l[0]), _mm_mul_ps(a[0], l[2]));
-  const __m128 wz = _mm_sub_ps(_mm_mul_ps(a[0], l[1]), _mm_mul_ps(a[1], l[0]));
-  const __m128 ww = _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, wx), _mm_mul_ps(wy, wy)), _mm_mul_ps(wz, wz));
-  const __m128 ll = _mm_add_ps(_mm_add_ps(_mm_mul_ps(l[0], l[0]), _mm_mul_ps(l[1], l[1])), _mm_mul_ps(l[2], l[2]));
-  constexpr int kNext = 0xC9;  // right, down, axis
-  const __m128 cross_w =
-      _mm_add_ps(_mm_add_ps(_mm_mul_ps(wx, _mm_permute_ps(wx, kNext)), _mm_mul_ps(wy, _mm_permute_ps(wy, kNext))),
-                 _mm_mul_ps(wz, _mm_permute_ps(wz, kNext)));
-  const __m128 cross_l = _mm_add_ps(
-      _mm_add_ps(_mm_mul_ps(l[0], _mm_permute_ps(l[0], kNext)), _mm_mul_ps(l[1], _mm_permute_ps(l[1], kNext))),
-      _mm_mul_ps(l[2], _mm_permute_ps(l[2], kNext)));
-  alignas(16) float same[4], mixed[4], w2[4], l2[4];
-  const float place[3] = {_mm_cvtss_f32(a[0]), _mm_cvtss_f32(a[1]), _mm_cvtss_f32(a[2])};
-  _mm_store_ps(same, _mm_sub_ps(ww, ll));
-  const __m128 product = _mm_sub_ps(cross_w, cross_l);
-  _mm_store_ps(mixed, _mm_add_ps(product, product));
-  _mm_store_ps(w2, ww);
-  _mm_store_ps(l2, ll);
-  const float slack = outline_slack(tile, g.norm, mean, place, w2, l2);
-  const __m256 one = _mm256_set1_ps(same[0]), uu = _mm256_set1_ps(same[1]), vv = _mm256_set1_ps(same[2]);
-  const __m256 u1 = _mm256_set1_ps(mixed[0]), uv = _mm256_set1_ps(mixed[1]), v1 = _mm256_set1_ps(mixed[2]);
-  const __m256 limit = _mm256_set1_ps(slack);
-  std::uint64_t rays = 0;
-  for (; wanted != 0; wanted &= wanted - 1) {
-    const auto i = static_cast<unsigned>(std::countr_zero(wanted));
-    const __m256 u = _mm256_load_ps(&tile.u[std::size_t{i} * kTileLanes]);
-    const __m256 v = _mm256_load_ps(&tile.v[std::size_t{i} * kTileLanes]);
-    const __m256 across = _mm256_add_ps(_mm256_mul_ps(u, _mm256_add_ps(_mm256_mul_ps(uu, u), u1)), one);
-    const __m256 down = _mm256_mul_ps(v, _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(vv, v), v1), _mm256_mul_ps(uv, u)));
-    const __m256 near = _mm256_cmp_ps(_mm256_add_ps(across, down), limit, _CMP_NGT_UQ);
-    rays |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(near))) << (i * kTileLanes);
-  }
-  return rays;
-}
-
 [[gnu::target("avx2"), gnu::always_inline]] inline __m256 bounds_avx2(const TileNode& node, int axis,
                                                                       const std::uint8_t* values) {
   const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values));
@@ -393,7 +343,7 @@ constexpr int kFewLanes = 2;  ///< that are faster one by one
 
 }  // namespace
 
-TileTests tile_tests_avx2() { return {test_node_avx2, test_outline_avx2, test_hit_avx2, colour_avx2}; }
+TileTests tile_tests_avx2() { return {test_node_avx2, test_outlines_avx2, test_hit_avx2, colour_avx2}; }
 
 }  // namespace grtx::frontend
 

@@ -7,6 +7,8 @@ namespace grtx::frontend {
 
 #if defined(__x86_64__)
 TileTests tile_tests_avx2();
+void test_outlines_avx2(const TileStructure& structure, const TileRays& tile, TileCandidate* candidates,
+                        std::size_t count);
 #endif
 
 }  // namespace grtx::frontend

@@ -170,19 +170,19 @@ void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
   }
   if (end != kNone) children_.free(buckets_[bucket].gaussians, end);
   counters_.gaussians += candidates_.size();
+  tests_.outlines(structure_, tile, candidates_.data(), candidates_.size());
   std::size_t left = 0;
-  for (const Candidate& queued : candidates_) {
-    const std::uint64_t rays =
-        tests_.outline(structure_.gaussian(queued.gaussian), tile, static_cast<unsigned>(queued.rays)) & alive_;
+  for (const TileCandidate& candidate : candidates_) {
+    const std::uint64_t rays = candidate.rays & alive_;
     if (rays == 0) continue;
-    __builtin_prefetch(&structure_.box(queued.gaussian));
-    candidates_[left++] = {rays, queued.gaussian};
+    __builtin_prefetch(&structure_.box(candidate.gaussian));
+    candidates_[left++] = {rays, candidate.gaussian};
   }
   candidates_.resize(left);
-  for (const Candidate& candidate : candidates_) test_hits(tile, candidate, bucket);
+  for (const TileCandidate& candidate : candidates_) test_hits(tile, candidate, bucket);
 }
 
-void TileTracer::test_hits(const TileRays& tile, const Candidate& candidate, unsigned bucket) {
+void TileTracer::test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket) {
   const TileGaussian& g = structure_.gaussian(candidate.gaussian);
   const Box& box = structure_.box(candidate.gaussian).box;
   prefetch_lines(structure_.sh(candidate.gaussian), sh_lines_);

@@ -110,10 +110,6 @@ class TileTracer {
     std::uint64_t order;
     std::uint32_t hit;
   };
-  struct Candidate {
-    std::uint64_t rays;
-    std::uint32_t gaussian;
-  };
   struct Bucket {
     std::uint32_t nodes = kNone;
     std::uint32_t gaussians = kNone;
@@ -125,7 +121,7 @@ class TileTracer {
   unsigned next_bucket(unsigned from) const;
   void walk_nodes(const TileRays& tile, unsigned bucket);
   void test_gaussians(const TileRays& tile, unsigned bucket);
-  void test_hits(const TileRays& tile, const Candidate& candidate, unsigned bucket);
+  void test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket);
   bool decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane);
   void set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes);
   void blend_bucket(unsigned bucket);
@@ -151,7 +147,7 @@ class TileTracer {
   std::vector<std::uint32_t> work_;
   TileNodeHits node_hits_;
   TileHits hits_;
-  std::vector<Candidate> candidates_;
+  std::vector<TileCandidate> candidates_;
   std::vector<OrderedHit> ordered_;
   std::array<TileLight, kTileRays> lights_;
   std::array<TileBasis, kTileVectors> basis_;

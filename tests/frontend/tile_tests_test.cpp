@@ -53,20 +53,26 @@ TEST(TileTests, OutlineHoldsEveryRayWithinTheRadius) {
       const Camera camera = view(shape, index);
       for (const unsigned corner : {0u, 24u, 56u}) {
         const TileRays tile(camera, glm::vec3(camera.position), corner, 24);
-        for (std::uint32_t g = 0; g < scene.size(); ++g) {
-          const TileGaussian& gaussian = structure.gaussian(g);
-          std::uint64_t expected = 0;
-          for (unsigned r = 0; r < kTileRays; ++r) {
-            const UnitRay unit = to_unit_ray(tile.rays[r], gaussians.record(gaussian.id));
-            expected |= std::uint64_t{unit.d2 <= 1.0f} << r;
-          }
-          for (const SimdPath path : available_simd_paths()) {
-            const std::uint64_t rays = tile_tests(path).outline(gaussian, tile, 0xFF);
-            EXPECT_EQ(expected & ~rays, 0u) << shape.name << " view " << index << " Gaussian " << g;
-            if (path != SimdPath::portable) continue;
-            within += static_cast<std::uint64_t>(std::popcount(expected));
-            left += static_cast<std::uint64_t>(std::popcount(rays));
-            all += kTileRays;
+        for (const SimdPath path : available_simd_paths()) {
+          // In batches of every size.
+          for (std::uint32_t g = 0, size = 1; g < scene.size(); g += size, size = size % 19 + 1) {
+            std::vector<TileCandidate> candidates;
+            for (std::uint32_t i = g; i < std::min<std::size_t>(scene.size(), g + size); ++i) {
+              candidates.push_back({0xFF, i});
+            }
+            tile_tests(path).outlines(structure, tile, candidates.data(), candidates.size());
+            for (const TileCandidate& candidate : candidates) {
+              std::uint64_t expected = 0;
+              for (unsigned r = 0; r < kTileRays; ++r) {
+                const std::uint32_t id = structure.gaussian(candidate.gaussian).id;
+                expected |= std::uint64_t{to_unit_ray(tile.rays[r], gaussians.record(id)).d2 <= 1.0f} << r;
+              }
+              EXPECT_EQ(expected & ~candidate.rays, 0u)
+                  << shape.name << " view " << index << " Gaussian " << candidate.gaussian;
+              within += static_cast<std::uint64_t>(std::popcount(expected));
+              left += static_cast<std::uint64_t>(std::popcount(candidate.rays));
+              all += kTileRays;
+            }
           }
         }
       }
