@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "frontend/tile_columns_avx2.h"
 #include "frontend/tile_margins.h"
 
 namespace grtx::frontend {
@@ -95,29 +96,12 @@ struct Vector {
                        _mm256_andnot_ps(sign, a.z));
 }
 
-/// Four floats from `offset` on of eight Gaussians, by float.
-[[gnu::target("avx2"), gnu::always_inline]] inline void load_columns(const TileGaussian* const* g, std::size_t offset,
-                                                                     __m256* columns) {
-  __m256 rows[4];
-  for (int i = 0; i < 4; ++i) {
-    const __m128 low = _mm_load_ps(reinterpret_cast<const float*>(g[i]) + offset);
-    const __m128 high = _mm_load_ps(reinterpret_cast<const float*>(g[i + 4]) + offset);
-    rows[i] = _mm256_set_m128(high, low);
-  }
-  const __m256 a = _mm256_unpacklo_ps(rows[0], rows[1]), b = _mm256_unpackhi_ps(rows[0], rows[1]);
-  const __m256 c = _mm256_unpacklo_ps(rows[2], rows[3]), d = _mm256_unpackhi_ps(rows[2], rows[3]);
-  columns[0] = _mm256_shuffle_ps(a, c, 0x44);
-  columns[1] = _mm256_shuffle_ps(a, c, 0xEE);
-  columns[2] = _mm256_shuffle_ps(b, d, 0x44);
-  columns[3] = _mm256_shuffle_ps(b, d, 0xEE);
-}
-
 /// Of eight Gaussians at once, in the order of operations of the others.
 struct alignas(32) ConicBatch {
   float one[kBatch], u[kBatch], v[kBatch], uu[kBatch], uv[kBatch], vv[kBatch], slack[kBatch];
 };
 
-[[gnu::target("avx2")]] void make_conics(const TileGaussian* const* g, const TileRays& tile, ConicBatch& conics) {
+[[gnu::target("avx2")]] void make_conics(const float* const* g, const TileRays& tile, ConicBatch& conics) {
   static_assert(offsetof(TileGaussian, norm) == 12 && offsetof(TileGaussian, to_unit) == 16);
   __m256 columns[16];
   for (std::size_t i = 0; i < 4; ++i) load_columns(g, 4 * i, columns + 4 * i);
@@ -172,9 +156,10 @@ constexpr std::size_t kWorthABatch = 3;  ///< fewer are faster one by one
   if (!tile.narrow) return tile_tests(SimdPath::portable).outlines(structure, tile, candidates, count);
   while (count >= kWorthABatch) {
     const std::size_t taken = std::min(count, kBatch);
-    const TileGaussian* gaussians[kBatch];
-    for (std::size_t i = 0; i < kBatch; ++i)
-      gaussians[i] = &structure.gaussian(candidates[std::min(i, taken - 1)].gaussian);
+    const float* gaussians[kBatch];
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      gaussians[i] = &structure.gaussian(candidates[std::min(i, taken - 1)].gaussian).mean.x;
+    }
     ConicBatch c;
     make_conics(gaussians, tile, c);
     for (std::size_t i = 0; i < taken; ++i) {

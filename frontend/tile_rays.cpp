@@ -41,6 +41,9 @@ TileRays::TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigne
       inverse_max[axis] = std::max(inverse_max[axis], ray.slabs.inverse[axis]);
     }
     inverse_length2[r] = ray.inverse_length2;
+    const float row[8] = {ray.direction.x,     ray.direction.y,     ray.direction.z,     ray.inverse_length2,
+                          ray.slabs.inverse.x, ray.slabs.inverse.y, ray.slabs.inverse.z, 0.0f};
+    std::copy(row, row + 8, packed[r]);
   }
   bound(camera);
   find_grid(camera, x, y);

@@ -33,6 +33,9 @@ struct TileRays {
   alignas(32) std::array<float, kTileRays> inverse[3];  ///< SlabRay::inverse
   alignas(32) std::array<float, kTileRays> inverse_length2;
 
+  /// The same by ray: direction, inverse_length2, inverse, 0.
+  alignas(32) float packed[kTileRays][8];
+
   float inverse_min[3];
   float inverse_max[3];
 

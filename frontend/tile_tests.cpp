@@ -138,19 +138,29 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, const Ti
   return mask & node.used;
 }
 
-void test_hit_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool,
-                       TileHits& hits) {
+void test_vector_portable(const TileGaussian&, const Box&, const TileRays&, unsigned, unsigned wanted, bool,
+                          TileHits& hits) {
   hits.hit = 0;
   hits.unsure = wanted;
 }
 
-void colour_portable(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes, TileHits& hits) {
-  for (; lanes != 0; lanes &= lanes - 1) {
-    const auto lane = static_cast<unsigned>(std::countr_zero(lanes));
-    std::array<float, kShFunctions> functions;
-    for (unsigned j = 0; j < kShFunctions; ++j) functions[j] = basis.values[j][lane];
-    const glm::vec3 colour = sh_colour(sh, functions, coefficients);
-    for (int c = 0; c < 3; ++c) hits.colour[c][lane] = colour[c];
+void test_pairs_portable(const TileStructure&, const TileRays&, const TilePair*, unsigned count, bool, TileHits& hits) {
+  hits.hit = 0;
+  hits.unsure = (1u << count) - 1u;
+}
+
+void colour_portable(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lane, float* rgb) {
+  std::array<float, kShFunctions> functions;
+  for (unsigned j = 0; j < kShFunctions; ++j) functions[j] = basis.values[j][lane];
+  const glm::vec3 colour = sh_colour(sh, functions, coefficients);
+  for (int c = 0; c < 3; ++c) rgb[c] = colour[c];
+}
+
+void colours_portable(const float* sh, unsigned coefficients, const TileBasis& basis, TileHits& hits) {
+  for (unsigned lane = 0; lane < kTileLanes; ++lane) {
+    float rgb[4];
+    colour_portable(sh, coefficients, basis, lane, rgb);
+    for (int c = 0; c < 3; ++c) hits.colour[c][lane] = rgb[c];
   }
 }
 
@@ -161,7 +171,8 @@ TileTests tile_tests(SimdPath path) {
   if (path != SimdPath::portable) return tile_tests_avx2();
 #endif
   static_cast<void>(path);
-  return {test_node_portable, test_outlines_portable, test_hit_portable, colour_portable};
+  return {test_node_portable,  test_outlines_portable, test_vector_portable,
+          test_pairs_portable, colours_portable,       colour_portable};
 }
 
 }  // namespace grtx::frontend

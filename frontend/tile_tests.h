@@ -55,24 +55,36 @@ struct alignas(32) TileHits {
   unsigned unsure = 0;  ///< lanes that canonical_hit() has to decide
 };
 
-/// Lanes `wanted` of one vector; leaves the colours alone. `sphere`: with t of the sphere's entry; otherwise lanes with
-/// d2 <= 1 and an alpha that counts are left unsure.
-using TileHitTest = void (*)(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
-                             unsigned wanted, bool sphere, TileHits& hits);
+/// Lanes `wanted` of one vector against one Gaussian; leaves the colours alone. `sphere`: with t of the sphere's entry;
+/// otherwise lanes with d2 <= 1 and an alpha that counts are left unsure.
+using TileVectorTest = void (*)(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
+                                unsigned wanted, bool sphere, TileHits& hits);
+
+struct TilePair {
+  std::uint32_t gaussian = 0;  ///< in the structure
+  std::uint32_t ray = 0;
+};
+
+/// The same of 1 to 8 pairs, pair by lane.
+using TilePairTest = void (*)(const TileStructure& structure, const TileRays& tile, const TilePair* pairs,
+                              unsigned count, bool sphere, TileHits& hits);
 
 /// Functions of a vector's rays, by function and lane.
 struct alignas(32) TileBasis {
   float values[kShFunctions][kTileLanes];
 };
 
-/// sh_colour() of the lanes in `lanes`; the others' mean nothing.
-using TileColour = void (*)(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes,
-                            TileHits& hits);
+/// sh_colour() of a vector's rays.
+using TileColours = void (*)(const float* sh, unsigned coefficients, const TileBasis& basis, TileHits& hits);
+/// sh_colour() of one of them; rgb: with room for a fourth.
+using TileColour = void (*)(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lane, float* rgb);
 
 struct TileTests {
   TileNodeTest node;
   TileOutlineTest outlines;
-  TileHitTest hit;
+  TileVectorTest vector;
+  TilePairTest pairs;
+  TileColours colours;
   TileColour colour;
 };
 

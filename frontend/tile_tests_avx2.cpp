@@ -4,9 +4,12 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 
 #include "frontend/gaussian_math.h"
+#include "frontend/tile_columns_avx2.h"
 #include "frontend/tile_margins.h"
 
 namespace grtx::frontend {
@@ -132,8 +135,8 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
 }
 
-/// Vectors of eight rays, and of four: half the work where the others of a vector stay away.
-struct Eight {
+/// Short names of the instructions that the hit test takes.
+struct V {
   using Float = __m256;
   [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm256_load_ps(p); }
   [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm256_store_ps(p, a); }
@@ -167,99 +170,64 @@ struct Eight {
   }
 };
 
-struct Four {
-  using Float = __m128;
-  [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm_load_ps(p); }
-  [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm_store_ps(p, a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float all(float a) { return _mm_set1_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float add(Float a, Float b) { return _mm_add_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sub(Float a, Float b) { return _mm_sub_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float mul(Float a, Float b) { return _mm_mul_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float div(Float a, Float b) { return _mm_div_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float sqrt(Float a) { return _mm_sqrt_ps(a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float min(Float a, Float b) { return _mm_min_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float max(Float a, Float b) { return _mm_max_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float both(Float a, Float b) { return _mm_and_ps(a, b); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float negative(Float a) { return _mm_xor_ps(all(-0.0f), a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float size(Float a) { return _mm_andnot_ps(all(-0.0f), a); }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float choose(Float a, Float b, Float choice) {
-    return _mm_blendv_ps(a, b, choice);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float less(Float a, Float b) {
-    return _mm_cmp_ps(a, b, _CMP_LT_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float at_most(Float a, Float b) {
-    return _mm_cmp_ps(a, b, _CMP_LE_OQ);
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static unsigned mask(Float a) {
-    return static_cast<unsigned>(_mm_movemask_ps(a));
-  }
-  [[gnu::target("avx2"), gnu::always_inline]] static Float exp_negative(Float a) { return exp_negative_avx2(a); }
-};
+using Float = V::Float;
 
-template <typename V>
 struct LaneVector {
-  typename V::Float x, y, z;
+  Float x, y, z;
 };
 
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline typename V::Float dot_lanes(const LaneVector<V>& a,
-                                                                               const LaneVector<V>& b) {
+[[gnu::target("avx2"), gnu::always_inline]] inline Float dot_lanes(const LaneVector& a, const LaneVector& b) {
   return V::add(V::add(V::mul(a.x, b.x), V::mul(a.y, b.y)), V::mul(a.z, b.z));
 }
 
-/// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction.
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(float low, float high, float origin,
-                                                                  typename V::Float inverse, typename V::Float& enter,
-                                                                  typename V::Float& exit) {
-  const auto a = V::mul(V::all(low - origin), inverse);
-  const auto b = V::mul(V::all(high - origin), inverse);
+/// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction. low, high: relative.
+[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(Float low, Float high, Float inverse, Float& enter,
+                                                                  Float& exit) {
+  const Float a = V::mul(low, inverse), b = V::mul(high, inverse);
   enter = V::max(V::choose(a, b, inverse), enter);
   exit = V::min(V::choose(b, a, inverse), exit);
 }
 
-/// Lanes from `first` on of the tile's rays; results go to the lanes from `lane` on, masks are from lane 0.
-template <typename V>
-[[gnu::target("avx2"), gnu::always_inline]] inline void test_lanes(const TileGaussian& g, const Box& box,
-                                                                   const TileRays& tile, std::size_t first,
-                                                                   unsigned wanted, bool sphere, unsigned lane,
+/// What eight lanes test; the mean and the box are relative to the origin.
+struct LaneInputs {
+  LaneVector direction, inverse;
+  Float inverse_length2;
+  LaneVector mean;
+  LaneVector rows[3];
+  Float kappa2, opacity;
+  LaneVector low, high;
+};
+
+[[gnu::target("avx2"), gnu::always_inline]] inline void test_lanes(const LaneInputs& in, unsigned wanted, bool sphere,
                                                                    TileHits& hits) {
-  using Float = typename V::Float;
-  const LaneVector<V> d = {V::load(&tile.direction[0][first]), V::load(&tile.direction[1][first]),
-                           V::load(&tile.direction[2][first])};
-  const LaneVector<V> m = {V::all(g.mean.x - tile.origin.x), V::all(g.mean.y - tile.origin.y),
-                           V::all(g.mean.z - tile.origin.z)};
-  const Float tc = V::mul(dot_lanes(m, d), V::load(&tile.inverse_length2[first]));
-  const LaneVector<V> p = {V::sub(V::mul(d.x, tc), m.x), V::sub(V::mul(d.y, tc), m.y), V::sub(V::mul(d.z, tc), m.z)};
-  const LaneVector<V> rows[3] = {
-      {V::all(g.to_unit[0].x), V::all(g.to_unit[0].y), V::all(g.to_unit[0].z)},
-      {V::all(g.to_unit[1].x), V::all(g.to_unit[1].y), V::all(g.to_unit[1].z)},
-      {V::all(g.to_unit[2].x), V::all(g.to_unit[2].y), V::all(g.to_unit[2].z)},
-  };
-  const LaneVector<V> lo = {dot_lanes(rows[0], p), dot_lanes(rows[1], p), dot_lanes(rows[2], p)};
-  const LaneVector<V> ld = {dot_lanes(rows[0], d), dot_lanes(rows[1], d), dot_lanes(rows[2], d)};
+  hits.hit = 0;
+  const LaneVector& d = in.direction;
+  const LaneVector& m = in.mean;
+  const Float tc = V::mul(dot_lanes(m, d), in.inverse_length2);
+  const LaneVector p = {V::sub(V::mul(d.x, tc), m.x), V::sub(V::mul(d.y, tc), m.y), V::sub(V::mul(d.z, tc), m.z)};
+  const LaneVector lo = {dot_lanes(in.rows[0], p), dot_lanes(in.rows[1], p), dot_lanes(in.rows[2], p)};
+  const LaneVector ld = {dot_lanes(in.rows[0], d), dot_lanes(in.rows[1], d), dot_lanes(in.rows[2], d)};
   const Float zero = V::all(0.0f), one = V::all(1.0f);
   const Float length2 = dot_lanes(ld, ld);
   const Float dt = V::div(V::negative(dot_lanes(lo, ld)), length2);
-  const LaneVector<V> peak = {V::add(lo.x, V::mul(dt, ld.x)), V::add(lo.y, V::mul(dt, ld.y)),
-                              V::add(lo.z, V::mul(dt, ld.z))};
+  const LaneVector peak = {V::add(lo.x, V::mul(dt, ld.x)), V::add(lo.y, V::mul(dt, ld.y)),
+                           V::add(lo.z, V::mul(dt, ld.z))};
   const Float d2 = dot_lanes(peak, peak);
   // The others to_unit_ray() transforms in double.
   const Float most = V::all(1e30f);
   const Float in_range = V::both(V::both(V::less(V::all(1e-30f), length2), V::less(length2, most)), V::less(d2, most));
   const Float within = V::both(in_range, V::at_most(d2, one));
-  hits.unsure |= (~V::mask(in_range) & wanted) << lane;
+  hits.unsure = ~V::mask(in_range) & wanted;
   unsigned candidates = V::mask(within) & wanted;
   if (candidates == 0) return;
 
   // hit_alpha()
-  const Float exponent = V::mul(V::all(-0.5f), V::mul(V::all(g.kappa2), V::both(d2, within)));
-  const Float alpha = V::min(V::mul(V::all(g.opacity), V::exp_negative(exponent)), V::all(kAlphaMax));
-  V::store(hits.alpha + lane, alpha);
+  const Float exponent = V::mul(V::all(-0.5f), V::mul(in.kappa2, V::both(d2, within)));
+  const Float alpha = V::min(V::mul(in.opacity, V::exp_negative(exponent)), V::all(kAlphaMax));
+  V::store(hits.alpha, alpha);
   candidates &= V::mask(V::at_most(V::all(kAlphaMin), alpha));
   if (!sphere) {
-    hits.unsure |= candidates << lane;
+    hits.unsure |= candidates;
     return;
   }
 
@@ -269,12 +237,12 @@ template <typename V>
   const Float t_enter = V::add(t_peak, V::negative(half));
   candidates &= V::mask(V::less(zero, V::add(t_peak, half)));
   const unsigned ahead = V::mask(V::less(zero, t_enter));
-  hits.unsure |= (candidates & ~ahead) << lane;
+  hits.unsure |= candidates & ~ahead;
   candidates &= ahead;
   Float enter = V::all(-kUnbounded), exit = V::all(kUnbounded);
-  for (int axis = 0; axis < 3; ++axis) {
-    clip_axis<V>(box.lower[axis], box.upper[axis], tile.origin[axis], V::load(&tile.inverse[axis][first]), enter, exit);
-  }
+  clip_axis(in.low.x, in.high.x, in.inverse.x, enter, exit);
+  clip_axis(in.low.y, in.high.y, in.inverse.y, enter, exit);
+  clip_axis(in.low.z, in.high.z, in.inverse.z, enter, exit);
   enter = V::mul(V::max(enter, zero), V::all(1.0f - kSlabSlack));
   exit = V::mul(exit, V::all(1.0f + kSlabSlack));
   // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
@@ -285,49 +253,77 @@ template <typename V>
   const Float inner = V::all(1.000005f);
   const unsigned inside_box =
       V::mask(V::both(V::both(V::at_most(x, inner), V::at_most(y, inner)), V::at_most(z, inner)));
-  hits.unsure |= (candidates & ~inside_box) << lane;
-  V::store(hits.t + lane, V::min(exit, V::max(enter, t_enter)));
-  hits.hit |= (candidates & inside_box & V::mask(V::at_most(enter, exit))) << lane;
+  hits.unsure |= candidates & ~inside_box;
+  V::store(hits.t, V::min(exit, V::max(enter, t_enter)));
+  hits.hit = candidates & inside_box & V::mask(V::at_most(enter, exit));
 }
 
-[[gnu::target("avx2")]] void test_hit_avx2(const TileGaussian& g, const Box& box, const TileRays& tile, unsigned vector,
-                                           unsigned wanted, bool sphere, TileHits& hits) {
-  const std::size_t first = std::size_t{vector} * kTileLanes;
-  hits.hit = 0;
-  hits.unsure = 0;
-  if ((wanted & 0x0Fu) == 0) return test_lanes<Four>(g, box, tile, first + 4, wanted >> 4, sphere, 4, hits);
-  if ((wanted & 0xF0u) == 0) return test_lanes<Four>(g, box, tile, first, wanted, sphere, 0, hits);
-  test_lanes<Eight>(g, box, tile, first, wanted, sphere, 0, hits);
+[[gnu::target("avx2"), gnu::always_inline]] inline LaneVector all_lanes(const glm::vec3& v) {
+  return {V::all(v.x), V::all(v.y), V::all(v.z)};
 }
 
-constexpr int kFewLanes = 2;  ///< that are faster one by one
+[[gnu::target("avx2")]] void test_vector_avx2(const TileGaussian& g, const Box& box, const TileRays& tile,
+                                              unsigned vector, unsigned wanted, bool sphere, TileHits& hits) {
+  const std::size_t at = std::size_t{vector} * kTileLanes;
+  LaneInputs in;
+  in.direction = {V::load(&tile.direction[0][at]), V::load(&tile.direction[1][at]), V::load(&tile.direction[2][at])};
+  in.inverse = {V::load(&tile.inverse[0][at]), V::load(&tile.inverse[1][at]), V::load(&tile.inverse[2][at])};
+  in.inverse_length2 = V::load(&tile.inverse_length2[at]);
+  in.mean = all_lanes(g.mean - tile.origin);
+  for (int i = 0; i < 3; ++i) in.rows[i] = all_lanes(g.to_unit[i]);
+  in.kappa2 = V::all(g.kappa2);
+  in.opacity = V::all(g.opacity);
+  in.low = all_lanes(box.lower - tile.origin);
+  in.high = all_lanes(box.upper - tile.origin);
+  test_lanes(in, wanted, sphere, hits);
+}
 
-/// One lane, the three channels side by side. basis, colour: kTileLanes apart.
-[[gnu::target("avx2"), gnu::always_inline]] inline void colour_lane_avx2(const float* sh, unsigned coefficients,
-                                                                         const float* basis, float* colour) {
+[[gnu::target("avx2")]] void test_pairs_avx2(const TileStructure& structure, const TileRays& tile,
+                                             const TilePair* pairs, unsigned count, bool sphere, TileHits& hits) {
+  static_assert(offsetof(TileGaussian, to_unit) == 16 && offsetof(TileGaussian, kappa2) == 52 &&
+                offsetof(TileGaussian, opacity) == 56 && sizeof(TileBox) == 32);
+  const float *rays[kTileLanes], *gaussians[kTileLanes], *boxes[kTileLanes];
+  for (unsigned i = 0; i < kTileLanes; ++i) {
+    const TilePair& pair = pairs[std::min(i, count - 1)];
+    rays[i] = tile.packed[pair.ray];
+    gaussians[i] = &structure.gaussian(pair.gaussian).mean.x;
+    boxes[i] = &structure.box(pair.gaussian).box.lower.x;
+  }
+  Float ray[8], g[16], box[8];
+  for (std::size_t i = 0; i < 8; i += 4) load_columns(rays, i, ray + i);
+  for (std::size_t i = 0; i < 16; i += 4) load_columns(gaussians, i, g + i);
+  for (std::size_t i = 0; i < 8; i += 4) load_columns(boxes, i, box + i);
+  const LaneVector origin = all_lanes(tile.origin);
+  LaneInputs in;
+  in.direction = {ray[0], ray[1], ray[2]};
+  in.inverse_length2 = ray[3];
+  in.inverse = {ray[4], ray[5], ray[6]};
+  in.mean = {V::sub(g[0], origin.x), V::sub(g[1], origin.y), V::sub(g[2], origin.z)};
+  for (int i = 0; i < 3; ++i) in.rows[i] = {g[4 + 3 * i], g[5 + 3 * i], g[6 + 3 * i]};
+  in.kappa2 = g[13];
+  in.opacity = g[14];
+  in.low = {V::sub(box[0], origin.x), V::sub(box[1], origin.y), V::sub(box[2], origin.z)};
+  in.high = {V::sub(box[3], origin.x), V::sub(box[4], origin.y), V::sub(box[5], origin.z)};
+  test_lanes(in, (1u << count) - 1u, sphere, hits);
+}
+
+/// The three channels side by side.
+[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lane,
+                                         float* rgb) {
   const __m128 zero = _mm_setzero_ps();
+  const float* value = &basis.values[0][lane];
   __m128 sum = zero;
   // A load of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
-  for (unsigned j = 1; j < coefficients; ++j, sh += 3, basis += kTileLanes) {
-    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), _mm_loadu_ps(sh)));
+  for (unsigned j = 1; j < coefficients; ++j, sh += 3, value += kTileLanes) {
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(value), _mm_loadu_ps(sh)));
   }
   const __m128 last = _mm_movelh_ps(_mm_loadl_pi(zero, reinterpret_cast<const __m64*>(sh)), _mm_load_ss(sh + 2));
-  sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(basis), last));
-  sum = _mm_max_ps(zero, _mm_add_ps(sum, _mm_set1_ps(0.5f)));
-  colour[0] = _mm_cvtss_f32(sum);
-  colour[kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 1));
-  colour[2 * kTileLanes] = _mm_cvtss_f32(_mm_permute_ps(sum, 2));
+  sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(value), last));
+  _mm_storeu_ps(rgb, _mm_max_ps(zero, _mm_add_ps(sum, _mm_set1_ps(0.5f))));
 }
 
-[[gnu::target("avx2")]] void colour_avx2(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lanes,
-                                         TileHits& hits) {
-  if (__builtin_popcount(lanes) <= kFewLanes) {
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const int lane = __builtin_ctz(lanes);
-      colour_lane_avx2(sh, coefficients, &basis.values[0][lane], &hits.colour[0][lane]);
-    }
-    return;
-  }
+[[gnu::target("avx2")]] void colours_avx2(const float* sh, unsigned coefficients, const TileBasis& basis,
+                                          TileHits& hits) {
   __m256 red = _mm256_setzero_ps(), green = red, blue = red;
   for (unsigned j = 0; j < coefficients; ++j, sh += 3) {
     const __m256 value = _mm256_load_ps(basis.values[j]);
@@ -343,7 +339,9 @@ constexpr int kFewLanes = 2;  ///< that are faster one by one
 
 }  // namespace
 
-TileTests tile_tests_avx2() { return {test_node_avx2, test_outlines_avx2, test_hit_avx2, colour_avx2}; }
+TileTests tile_tests_avx2() {
+  return {test_node_avx2, test_outlines_avx2, test_vector_avx2, test_pairs_avx2, colours_avx2, colour_avx2};
+}
 
 }  // namespace grtx::frontend
 

@@ -21,7 +21,10 @@ namespace {
 TileTests tests_of(const TracerOptions& options) {
   TileTests tests = tile_tests(options.simd);
   // Rounding to 16 bits may lift an alpha to the threshold: one by one.
-  if (options.response_precision != ResponsePrecision::fp32) tests.hit = tile_tests(SimdPath::portable).hit;
+  if (options.response_precision != ResponsePrecision::fp32) {
+    tests.vector = tile_tests(SimdPath::portable).vector;
+    tests.pairs = tile_tests(SimdPath::portable).pairs;
+  }
   return tests;
 }
 
@@ -180,47 +183,71 @@ void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
   }
   candidates_.resize(left);
   for (const TileCandidate& candidate : candidates_) test_hits(tile, candidate, bucket);
+  if (pair_count_ > 0) test_pairs(tile, bucket);
 }
 
+/// A vector with enough rays is tested as it is; the rest is collected until eight pairs are together.
 void TileTracer::test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket) {
-  const TileGaussian& g = structure_.gaussian(candidate.gaussian);
-  const Box& box = structure_.box(candidate.gaussian).box;
+  constexpr int kEnough = 4;
   prefetch_lines(structure_.sh(candidate.gaussian), sh_lines_);
   counters_.candidates += static_cast<std::uint64_t>(std::popcount(candidate.rays));
   for (unsigned vector = 0; vector < kTileVectors; ++vector) {
     const auto wanted = static_cast<unsigned>(candidate.rays >> (vector * kTileLanes)) & 0xFFu;
     if (wanted == 0) continue;
-    ++counters_.hit_tests;
-    tests_.hit(g, box, tile, vector, wanted, sphere_, hits_);
-    unsigned hit = hits_.hit;
-    for (unsigned rest = hits_.unsure; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<unsigned>(std::countr_zero(rest));
-      if (decide(tile, g, vector, lane)) hit |= 1u << lane;
+    if (std::popcount(wanted) >= kEnough) {
+      test_vector(tile, candidate.gaussian, vector, wanted, bucket);
+      continue;
     }
-    if (hit == 0) continue;
-    counters_.hits += static_cast<std::uint64_t>(std::popcount(hit));
-    set_colours(tile, candidate.gaussian, vector, hit);
-    for (unsigned rest = hit; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<unsigned>(std::countr_zero(rest));
-      const float t = hits_.t[lane];
-      const unsigned b = std::max(bucket, depths_.bucket_of(t));
-      buckets_[b].hits = queued_hits_.add({static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | g.id,
-                                           hits_.alpha[lane],
-                                           {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
-                                           vector * kTileLanes + lane,
-                                           buckets_[b].hits});
-      mark(b);
+    for (unsigned rest = wanted; rest != 0; rest &= rest - 1) {
+      pairs_[pair_count_++] = {candidate.gaussian, vector * kTileLanes + static_cast<unsigned>(std::countr_zero(rest))};
+      if (pair_count_ == pairs_.size()) test_pairs(tile, bucket);
     }
   }
 }
 
-/// The hit function itself, for one ray; the hit goes to its lane.
-bool TileTracer::decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane) {
-  const TraceRay& ray = tile.rays[vector * kTileLanes + lane];
-  const UnitRay unit = to_unit_ray(ray, gaussians_.record(g.id));
+void TileTracer::test_vector(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned wanted,
+                             unsigned bucket) {
+  ++counters_.hit_tests;
+  tests_.vector(structure_.gaussian(gaussian), structure_.box(gaussian).box, tile, vector, wanted, sphere_, hits_);
+  const unsigned first = vector * kTileLanes;
+  unsigned hit = hits_.hit;
+  for (unsigned rest = hits_.unsure; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<unsigned>(std::countr_zero(rest));
+    if (decide(tile, gaussian, first + lane, lane)) hit |= 1u << lane;
+  }
+  if (hit == 0) return;
+  if (options_.sh_direction == ShDirection::ray) {
+    tests_.colours(structure_.sh(gaussian), structure_.coefficients(), basis_[vector], hits_);
+  } else {
+    const glm::vec3 colour = colour_of(tile, gaussian, first);
+    for (int c = 0; c < 3; ++c) std::fill_n(hits_.colour[c], kTileLanes, colour[c]);
+  }
+  for (; hit != 0; hit &= hit - 1) {
+    const auto lane = static_cast<unsigned>(std::countr_zero(hit));
+    queue_hit(first + lane, gaussian, lane, {hits_.colour[0][lane], hits_.colour[1][lane], hits_.colour[2][lane]},
+              bucket);
+  }
+}
+
+void TileTracer::test_pairs(const TileRays& tile, unsigned bucket) {
+  ++counters_.hit_tests;
+  tests_.pairs(structure_, tile, pairs_.data(), pair_count_, sphere_, hits_);
+  pair_count_ = 0;
+  for (unsigned rest = hits_.hit | hits_.unsure; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<unsigned>(std::countr_zero(rest));
+    const TilePair& pair = pairs_[lane];
+    if ((hits_.unsure >> lane & 1) != 0 && !decide(tile, pair.gaussian, pair.ray, lane)) continue;
+    queue_hit(pair.ray, pair.gaussian, lane, colour_of(tile, pair.gaussian, pair.ray), bucket);
+  }
+}
+
+/// The hit function itself, for one ray; the hit goes to a lane.
+bool TileTracer::decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned lane) {
+  const TileGaussian& g = structure_.gaussian(gaussian);
+  const UnitRay unit = to_unit_ray(tile.rays[ray], gaussians_.record(g.id));
   if (!(unit.d2 <= 1.0f)) return false;
-  const Hit hit =
-      canonical_hit(ray, unit, gaussians_, g.id, structure_.proxy(), options_.sort_key, options_.inside, test_faces_);
+  const Hit hit = canonical_hit(tile.rays[ray], unit, gaussians_, g.id, structure_.proxy(), options_.sort_key,
+                                options_.inside, test_faces_);
   if (hit.kind != HitKind::hit) return false;
   hits_.t[lane] = hit.t;
   hits_.alpha[lane] = options_.response_precision == ResponsePrecision::fp32
@@ -229,16 +256,29 @@ bool TileTracer::decide(const TileRays& tile, const TileGaussian& g, unsigned ve
   return hits_.alpha[lane] > 0.0f;
 }
 
-void TileTracer::set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes) {
+glm::vec3 TileTracer::colour_of(const TileRays& tile, std::uint32_t gaussian, unsigned ray) const {
   const float* sh = structure_.sh(gaussian);
   if (options_.sh_direction == ShDirection::ray) {
-    tests_.colour(sh, structure_.coefficients(), basis_[vector], lanes, hits_);
-    return;
+    float rgb[4];
+    tests_.colour(sh, structure_.coefficients(), basis_[ray / kTileLanes], ray % kTileLanes, rgb);
+    return {rgb[0], rgb[1], rgb[2]};
   }
   const glm::vec3 to_centre = structure_.gaussian(gaussian).mean - tile.origin;
   const auto basis = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
-  const glm::vec3 colour = sh_colour(sh, basis, structure_.coefficients());
-  for (int c = 0; c < 3; ++c) std::fill_n(hits_.colour[c], kTileLanes, colour[c]);
+  return sh_colour(sh, basis, structure_.coefficients());
+}
+
+/// The hit stands in `lane`.
+void TileTracer::queue_hit(unsigned ray, std::uint32_t gaussian, unsigned lane, const glm::vec3& colour,
+                           unsigned bucket) {
+  ++counters_.hits;
+  const float t = hits_.t[lane];
+  const unsigned b = std::max(bucket, depths_.bucket_of(t));
+  const std::uint64_t order =
+      static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(t)) << 32 | structure_.gaussian(gaussian).id;
+  buckets_[b].hits =
+      queued_hits_.add({order, hits_.alpha[lane], {colour.x, colour.y, colour.z}, ray, buckets_[b].hits});
+  mark(b);
 }
 
 void TileTracer::blend_bucket(unsigned bucket) {

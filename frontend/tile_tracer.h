@@ -22,8 +22,8 @@ struct TileCounters {
   std::uint64_t rays = 0;
   std::uint64_t nodes = 0;       ///< internal nodes tested against a tile
   std::uint64_t gaussians = 0;   ///< outlines tested against a tile
-  std::uint64_t hit_tests = 0;   ///< vectors of eight rays tested against a Gaussian
-  std::uint64_t candidates = 0;  ///< rays in them that the outline left
+  std::uint64_t candidates = 0;  ///< rays that the outlines left
+  std::uint64_t hit_tests = 0;   ///< of up to eight of them at once
   std::uint64_t hits = 0;        ///< those that count (alpha >= 1/255)
   std::uint64_t blended = 0;
   std::uint64_t terminated = 0;  ///< rays that ended by early ray termination
@@ -122,8 +122,11 @@ class TileTracer {
   void walk_nodes(const TileRays& tile, unsigned bucket);
   void test_gaussians(const TileRays& tile, unsigned bucket);
   void test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket);
-  bool decide(const TileRays& tile, const TileGaussian& g, unsigned vector, unsigned lane);
-  void set_colours(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned lanes);
+  void test_vector(const TileRays& tile, std::uint32_t gaussian, unsigned vector, unsigned wanted, unsigned bucket);
+  void test_pairs(const TileRays& tile, unsigned bucket);
+  bool decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned lane);
+  glm::vec3 colour_of(const TileRays& tile, std::uint32_t gaussian, unsigned ray) const;
+  void queue_hit(unsigned ray, std::uint32_t gaussian, unsigned lane, const glm::vec3& colour, unsigned bucket);
   void blend_bucket(unsigned bucket);
   void blend_ray(unsigned ray, OrderedHit* hits, unsigned count);
   static void sort_hits(OrderedHit* hits, unsigned count);
@@ -148,6 +151,8 @@ class TileTracer {
   TileNodeHits node_hits_;
   TileHits hits_;
   std::vector<TileCandidate> candidates_;
+  std::array<TilePair, kTileLanes> pairs_;
+  unsigned pair_count_ = 0;
   std::vector<OrderedHit> ordered_;
   std::array<TileLight, kTileRays> lights_;
   std::array<TileBasis, kTileVectors> basis_;

@@ -31,8 +31,8 @@ modules::StatisticList tile_statistics(const frontend::TileCounters& c) {
   list.add("tracer.tiles.count", c.tiles, "tiles", "tiles of 8x8 rays");
   list.add("tracer.tiles.nodes", c.nodes, "nodes", "internal nodes tested against a tile");
   list.add("tracer.tiles.gaussians", c.gaussians, "Gaussians", "outlines tested against a tile");
-  list.add("tracer.tiles.hit_tests", c.hit_tests, "tests", "of eight rays against a Gaussian");
-  list.add("tracer.tiles.candidates", c.candidates, "rays", "of those tested, that the outline had left");
+  list.add("tracer.tiles.candidates", c.candidates, "rays", "that the outlines left");
+  list.add("tracer.tiles.hit_tests", c.hit_tests, "tests", "of up to eight of them at once");
   list.add("tracer.tiles.hits", c.hits, "hits", "found with an alpha of at least 1/255");
   return list;
 }
