@@ -76,21 +76,21 @@ struct ConicCoefficients {
   return rays_inside({same[0], mixed[0], mixed[2], same[1], mixed[1], same[2], slack}, tile, wanted);
 }
 
-constexpr std::size_t kBatch = 8;
+constexpr std::size_t kConicBatch = 8;
 
-struct Vector {
+struct LaneVectors {
   __m256 x, y, z;
 };
 
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256 dot(const Vector& a, const Vector& b) {
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 lane_dot(const LaneVectors& a, const LaneVectors& b) {
   return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a.x, b.x), _mm256_mul_ps(a.y, b.y)), _mm256_mul_ps(a.z, b.z));
 }
-[[gnu::target("avx2"), gnu::always_inline]] inline Vector cross(const Vector& a, const Vector& b) {
+[[gnu::target("avx2"), gnu::always_inline]] inline LaneVectors lane_cross(const LaneVectors& a, const LaneVectors& b) {
   return {_mm256_sub_ps(_mm256_mul_ps(a.y, b.z), _mm256_mul_ps(a.z, b.y)),
           _mm256_sub_ps(_mm256_mul_ps(a.z, b.x), _mm256_mul_ps(a.x, b.z)),
           _mm256_sub_ps(_mm256_mul_ps(a.x, b.y), _mm256_mul_ps(a.y, b.x))};
 }
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256 sum_of_sizes(const Vector& a) {
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 sum_of_sizes(const LaneVectors& a) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   return _mm256_add_ps(_mm256_add_ps(_mm256_andnot_ps(sign, a.x), _mm256_andnot_ps(sign, a.y)),
                        _mm256_andnot_ps(sign, a.z));
@@ -98,38 +98,39 @@ struct Vector {
 
 /// Of eight Gaussians at once, in the order of operations of the others.
 struct alignas(32) ConicBatch {
-  float one[kBatch], u[kBatch], v[kBatch], uu[kBatch], uv[kBatch], vv[kBatch], slack[kBatch];
+  float one[kConicBatch], u[kConicBatch], v[kConicBatch], uu[kConicBatch], uv[kConicBatch], vv[kConicBatch],
+      slack[kConicBatch];
 };
 
 [[gnu::target("avx2")]] void make_conics(const float* const* g, const TileRays& tile, ConicBatch& conics) {
   static_assert(offsetof(TileGaussian, norm) == 12 && offsetof(TileGaussian, to_unit) == 16);
   __m256 columns[16];
   for (std::size_t i = 0; i < 4; ++i) load_columns(g, 4 * i, columns + 4 * i);
-  const Vector mean = {_mm256_sub_ps(columns[0], _mm256_set1_ps(tile.origin.x)),
-                       _mm256_sub_ps(columns[1], _mm256_set1_ps(tile.origin.y)),
-                       _mm256_sub_ps(columns[2], _mm256_set1_ps(tile.origin.z))};
+  const LaneVectors mean = {_mm256_sub_ps(columns[0], _mm256_set1_ps(tile.origin.x)),
+                            _mm256_sub_ps(columns[1], _mm256_set1_ps(tile.origin.y)),
+                            _mm256_sub_ps(columns[2], _mm256_set1_ps(tile.origin.z))};
   const __m256 norm = columns[3];
-  const Vector rows[3] = {{columns[4], columns[5], columns[6]},
-                          {columns[7], columns[8], columns[9]},
-                          {columns[10], columns[11], columns[12]}};
-  const Vector a = {dot(rows[0], mean), dot(rows[1], mean), dot(rows[2], mean)};
-  Vector l[3], w[3];
+  const LaneVectors rows[3] = {{columns[4], columns[5], columns[6]},
+                               {columns[7], columns[8], columns[9]},
+                               {columns[10], columns[11], columns[12]}};
+  const LaneVectors a = {lane_dot(rows[0], mean), lane_dot(rows[1], mean), lane_dot(rows[2], mean)};
+  LaneVectors l[3], w[3];
   __m256 ww[3], ll[3];
   for (int c = 0; c < 3; ++c) {
-    const Vector column = {_mm256_set1_ps(tile.frame[0][c]), _mm256_set1_ps(tile.frame[1][c]),
-                           _mm256_set1_ps(tile.frame[2][c])};
-    l[c] = {dot(rows[0], column), dot(rows[1], column), dot(rows[2], column)};
-    w[c] = cross(a, l[c]);
-    ww[c] = dot(w[c], w[c]);
-    ll[c] = dot(l[c], l[c]);
+    const LaneVectors column = {_mm256_set1_ps(tile.frame[0][c]), _mm256_set1_ps(tile.frame[1][c]),
+                                _mm256_set1_ps(tile.frame[2][c])};
+    l[c] = {lane_dot(rows[0], column), lane_dot(rows[1], column), lane_dot(rows[2], column)};
+    w[c] = lane_cross(a, l[c]);
+    ww[c] = lane_dot(w[c], w[c]);
+    ll[c] = lane_dot(l[c], l[c]);
   }
   _mm256_store_ps(conics.one, _mm256_sub_ps(ww[0], ll[0]));
   _mm256_store_ps(conics.uu, _mm256_sub_ps(ww[1], ll[1]));
   _mm256_store_ps(conics.vv, _mm256_sub_ps(ww[2], ll[2]));
   const __m256 two = _mm256_set1_ps(2.0f);
-  _mm256_store_ps(conics.u, _mm256_mul_ps(two, _mm256_sub_ps(dot(w[0], w[1]), dot(l[0], l[1]))));
-  _mm256_store_ps(conics.uv, _mm256_mul_ps(two, _mm256_sub_ps(dot(w[1], w[2]), dot(l[1], l[2]))));
-  _mm256_store_ps(conics.v, _mm256_mul_ps(two, _mm256_sub_ps(dot(w[2], w[0]), dot(l[2], l[0]))));
+  _mm256_store_ps(conics.u, _mm256_mul_ps(two, _mm256_sub_ps(lane_dot(w[0], w[1]), lane_dot(l[0], l[1]))));
+  _mm256_store_ps(conics.uv, _mm256_mul_ps(two, _mm256_sub_ps(lane_dot(w[1], w[2]), lane_dot(l[1], l[2]))));
+  _mm256_store_ps(conics.v, _mm256_mul_ps(two, _mm256_sub_ps(lane_dot(w[2], w[0]), lane_dot(l[2], l[0]))));
   // outline_slack()
   const __m256 extent2 = _mm256_set1_ps(tile.extent2), share = _mm256_set1_ps(kOutlineSlack);
   const __m256 size_w = _mm256_add_ps(ww[0], _mm256_mul_ps(extent2, _mm256_add_ps(ww[1], ww[2])));
@@ -147,17 +148,17 @@ struct alignas(32) ConicBatch {
   _mm256_store_ps(conics.slack, _mm256_blendv_ps(everything, slack, usable));
 }
 
-constexpr std::size_t kWorthABatch = 3;  ///< fewer are faster one by one
+constexpr std::size_t kEnoughConics = 3;  ///< fewer are faster one by one
 
 }  // namespace
 
 [[gnu::target("avx2")]] void test_outlines_avx2(const TileStructure& structure, const TileRays& tile,
                                                 TileCandidate* candidates, std::size_t count) {
   if (!tile.narrow) return tile_tests(SimdPath::portable).outlines(structure, tile, candidates, count);
-  while (count >= kWorthABatch) {
-    const std::size_t taken = std::min(count, kBatch);
-    const float* gaussians[kBatch];
-    for (std::size_t i = 0; i < kBatch; ++i) {
+  while (count >= kEnoughConics) {
+    const std::size_t taken = std::min(count, kConicBatch);
+    const float* gaussians[kConicBatch];
+    for (std::size_t i = 0; i < kConicBatch; ++i) {
       gaussians[i] = &structure.gaussian(candidates[std::min(i, taken - 1)].gaussian).mean.x;
     }
     ConicBatch c;

@@ -76,7 +76,7 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
     const unsigned count = tree.internals[n].child_count;
     node.used = (1u << count) - 1u;
     node.leaves = 0;
-    const TreeChild* const children = &tree.children[tree.internals[n].first_child];
+    const TreeChild* const children = tree.children.data() + tree.internals[n].first_child;
     for (int axis = 0; axis < 3 && count > 0; ++axis) encode_axis(node, axis, children, count);
     for (unsigned slot = 0; slot < count; ++slot) {
       const TreeChild& child = children[slot];

@@ -58,13 +58,17 @@ void test_outlines_portable(const TileStructure& structure, const TileRays& tile
   for (TileCandidate* c = candidates; c != candidates + count; ++c) {
     auto wanted = static_cast<unsigned>(c->rays);
     c->rays = 0;
-    const Outline o = tile.narrow ? outline_portable(structure.gaussian(c->gaussian), tile) : Outline{};
+    if (!tile.narrow) {
+      for (; wanted != 0; wanted &= wanted - 1) c->rays |= std::uint64_t{0xFF} << (std::countr_zero(wanted) * 8);
+      continue;
+    }
+    const Outline o = outline_portable(structure.gaussian(c->gaussian), tile);
     for (; wanted != 0; wanted &= wanted - 1) {
       const auto vector = static_cast<unsigned>(std::countr_zero(wanted));
       for (unsigned r = vector * kTileLanes; r < (vector + 1) * kTileLanes; ++r) {
         const float u = tile.u[r], v = tile.v[r];
         const float q = (u * (o.uu * u + o.u) + o.one) + v * ((o.vv * v + o.v) + o.uv * u);
-        c->rays |= std::uint64_t{!(tile.narrow && q > o.slack)} << r;
+        c->rays |= std::uint64_t{!(q > o.slack)} << r;
       }
     }
   }

@@ -136,7 +136,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 }
 
 /// Short names of the instructions that the hit test takes.
-struct V {
+struct Lanes {
   using Float = __m256;
   [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm256_load_ps(p); }
   [[gnu::target("avx2"), gnu::always_inline]] static void store(float* p, Float a) { _mm256_store_ps(p, a); }
@@ -170,31 +170,31 @@ struct V {
   }
 };
 
-using Float = V::Float;
+using LaneFloat = Lanes::Float;
 
 struct LaneVector {
-  Float x, y, z;
+  LaneFloat x, y, z;
 };
 
-[[gnu::target("avx2"), gnu::always_inline]] inline Float dot_lanes(const LaneVector& a, const LaneVector& b) {
-  return V::add(V::add(V::mul(a.x, b.x), V::mul(a.y, b.y)), V::mul(a.z, b.z));
+[[gnu::target("avx2"), gnu::always_inline]] inline LaneFloat dot_lanes(const LaneVector& a, const LaneVector& b) {
+  return Lanes::add(Lanes::add(Lanes::mul(a.x, b.x), Lanes::mul(a.y, b.y)), Lanes::mul(a.z, b.z));
 }
 
 /// One axis of slab_interval(): near and far are chosen by the sign of the reciprocal direction. low, high: relative.
-[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(Float low, Float high, Float inverse, Float& enter,
-                                                                  Float& exit) {
-  const Float a = V::mul(low, inverse), b = V::mul(high, inverse);
-  enter = V::max(V::choose(a, b, inverse), enter);
-  exit = V::min(V::choose(b, a, inverse), exit);
+[[gnu::target("avx2"), gnu::always_inline]] inline void clip_axis(LaneFloat low, LaneFloat high, LaneFloat inverse,
+                                                                  LaneFloat& enter, LaneFloat& exit) {
+  const LaneFloat a = Lanes::mul(low, inverse), b = Lanes::mul(high, inverse);
+  enter = Lanes::max(Lanes::choose(a, b, inverse), enter);
+  exit = Lanes::min(Lanes::choose(b, a, inverse), exit);
 }
 
 /// What eight lanes test; the mean and the box are relative to the origin.
 struct LaneInputs {
   LaneVector direction, inverse;
-  Float inverse_length2;
+  LaneFloat inverse_length2;
   LaneVector mean;
   LaneVector rows[3];
-  Float kappa2, opacity;
+  LaneFloat kappa2, opacity;
   LaneVector low, high;
 };
 
@@ -203,76 +203,80 @@ struct LaneInputs {
   hits.hit = 0;
   const LaneVector& d = in.direction;
   const LaneVector& m = in.mean;
-  const Float tc = V::mul(dot_lanes(m, d), in.inverse_length2);
-  const LaneVector p = {V::sub(V::mul(d.x, tc), m.x), V::sub(V::mul(d.y, tc), m.y), V::sub(V::mul(d.z, tc), m.z)};
+  const LaneFloat tc = Lanes::mul(dot_lanes(m, d), in.inverse_length2);
+  const LaneVector p = {Lanes::sub(Lanes::mul(d.x, tc), m.x), Lanes::sub(Lanes::mul(d.y, tc), m.y),
+                        Lanes::sub(Lanes::mul(d.z, tc), m.z)};
   const LaneVector lo = {dot_lanes(in.rows[0], p), dot_lanes(in.rows[1], p), dot_lanes(in.rows[2], p)};
   const LaneVector ld = {dot_lanes(in.rows[0], d), dot_lanes(in.rows[1], d), dot_lanes(in.rows[2], d)};
-  const Float zero = V::all(0.0f), one = V::all(1.0f);
-  const Float length2 = dot_lanes(ld, ld);
-  const Float dt = V::div(V::negative(dot_lanes(lo, ld)), length2);
-  const LaneVector peak = {V::add(lo.x, V::mul(dt, ld.x)), V::add(lo.y, V::mul(dt, ld.y)),
-                           V::add(lo.z, V::mul(dt, ld.z))};
-  const Float d2 = dot_lanes(peak, peak);
+  const LaneFloat zero = Lanes::all(0.0f), one = Lanes::all(1.0f);
+  const LaneFloat length2 = dot_lanes(ld, ld);
+  const LaneFloat dt = Lanes::div(Lanes::negative(dot_lanes(lo, ld)), length2);
+  const LaneVector peak = {Lanes::add(lo.x, Lanes::mul(dt, ld.x)), Lanes::add(lo.y, Lanes::mul(dt, ld.y)),
+                           Lanes::add(lo.z, Lanes::mul(dt, ld.z))};
+  const LaneFloat d2 = dot_lanes(peak, peak);
   // The others to_unit_ray() transforms in double.
-  const Float most = V::all(1e30f);
-  const Float in_range = V::both(V::both(V::less(V::all(1e-30f), length2), V::less(length2, most)), V::less(d2, most));
-  const Float within = V::both(in_range, V::at_most(d2, one));
-  hits.unsure = ~V::mask(in_range) & wanted;
-  unsigned candidates = V::mask(within) & wanted;
+  const LaneFloat most = Lanes::all(1e30f);
+  const LaneFloat in_range = Lanes::both(
+      Lanes::both(Lanes::less(Lanes::all(1e-30f), length2), Lanes::less(length2, most)), Lanes::less(d2, most));
+  const LaneFloat within = Lanes::both(in_range, Lanes::at_most(d2, one));
+  hits.unsure = ~Lanes::mask(in_range) & wanted;
+  unsigned candidates = Lanes::mask(within) & wanted;
   if (candidates == 0) return;
 
   // hit_alpha()
-  const Float exponent = V::mul(V::all(-0.5f), V::mul(in.kappa2, V::both(d2, within)));
-  const Float alpha = V::min(V::mul(in.opacity, V::exp_negative(exponent)), V::all(kAlphaMax));
-  V::store(hits.alpha, alpha);
-  candidates &= V::mask(V::at_most(V::all(kAlphaMin), alpha));
+  const LaneFloat exponent = Lanes::mul(Lanes::all(-0.5f), Lanes::mul(in.kappa2, Lanes::both(d2, within)));
+  const LaneFloat alpha = Lanes::min(Lanes::mul(in.opacity, Lanes::exp_negative(exponent)), Lanes::all(kAlphaMax));
+  Lanes::store(hits.alpha, alpha);
+  candidates &= Lanes::mask(Lanes::at_most(Lanes::all(kAlphaMin), alpha));
   if (!sphere) {
     hits.unsure |= candidates;
     return;
   }
 
   // canonical_hit() of a sphere with entry keys.
-  const Float t_peak = V::add(tc, dt);
-  const Float half = V::sqrt(V::div(V::sub(one, d2), length2));
-  const Float t_enter = V::add(t_peak, V::negative(half));
-  candidates &= V::mask(V::less(zero, V::add(t_peak, half)));
-  const unsigned ahead = V::mask(V::less(zero, t_enter));
+  const LaneFloat t_peak = Lanes::add(tc, dt);
+  const LaneFloat half = Lanes::sqrt(Lanes::div(Lanes::sub(one, d2), length2));
+  const LaneFloat t_enter = Lanes::add(t_peak, Lanes::negative(half));
+  candidates &= Lanes::mask(Lanes::less(zero, Lanes::add(t_peak, half)));
+  const unsigned ahead = Lanes::mask(Lanes::less(zero, t_enter));
   hits.unsure |= candidates & ~ahead;
   candidates &= ahead;
-  Float enter = V::all(-kUnbounded), exit = V::all(kUnbounded);
+  LaneFloat enter = Lanes::all(-kUnbounded), exit = Lanes::all(kUnbounded);
   clip_axis(in.low.x, in.high.x, in.inverse.x, enter, exit);
   clip_axis(in.low.y, in.high.y, in.inverse.y, enter, exit);
   clip_axis(in.low.z, in.high.z, in.inverse.z, enter, exit);
-  enter = V::mul(V::max(enter, zero), V::all(1.0f - kSlabSlack));
-  exit = V::mul(exit, V::all(1.0f + kSlabSlack));
+  enter = Lanes::mul(Lanes::max(enter, zero), Lanes::all(1.0f - kSlabSlack));
+  exit = Lanes::mul(exit, Lanes::all(1.0f + kSlabSlack));
   // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
   // the ray enters the box before the sphere and leaves it later, rounded or not: it changes nothing.
-  const Float x = V::size(V::sub(peak.x, V::mul(half, ld.x)));
-  const Float y = V::size(V::sub(peak.y, V::mul(half, ld.y)));
-  const Float z = V::size(V::sub(peak.z, V::mul(half, ld.z)));
-  const Float inner = V::all(1.000005f);
-  const unsigned inside_box =
-      V::mask(V::both(V::both(V::at_most(x, inner), V::at_most(y, inner)), V::at_most(z, inner)));
+  const LaneFloat x = Lanes::size(Lanes::sub(peak.x, Lanes::mul(half, ld.x)));
+  const LaneFloat y = Lanes::size(Lanes::sub(peak.y, Lanes::mul(half, ld.y)));
+  const LaneFloat z = Lanes::size(Lanes::sub(peak.z, Lanes::mul(half, ld.z)));
+  const LaneFloat inner = Lanes::all(1.000005f);
+  const unsigned inside_box = Lanes::mask(
+      Lanes::both(Lanes::both(Lanes::at_most(x, inner), Lanes::at_most(y, inner)), Lanes::at_most(z, inner)));
   hits.unsure |= candidates & ~inside_box;
-  V::store(hits.t, V::min(exit, V::max(enter, t_enter)));
-  hits.hit = candidates & inside_box & V::mask(V::at_most(enter, exit));
+  Lanes::store(hits.t, Lanes::min(exit, Lanes::max(enter, t_enter)));
+  hits.hit = candidates & inside_box & Lanes::mask(Lanes::at_most(enter, exit));
 }
 
 [[gnu::target("avx2"), gnu::always_inline]] inline LaneVector all_lanes(const glm::vec3& v) {
-  return {V::all(v.x), V::all(v.y), V::all(v.z)};
+  return {Lanes::all(v.x), Lanes::all(v.y), Lanes::all(v.z)};
 }
 
 [[gnu::target("avx2")]] void test_vector_avx2(const TileGaussian& g, const Box& box, const TileRays& tile,
                                               unsigned vector, unsigned wanted, bool sphere, TileHits& hits) {
   const std::size_t at = std::size_t{vector} * kTileLanes;
   LaneInputs in;
-  in.direction = {V::load(&tile.direction[0][at]), V::load(&tile.direction[1][at]), V::load(&tile.direction[2][at])};
-  in.inverse = {V::load(&tile.inverse[0][at]), V::load(&tile.inverse[1][at]), V::load(&tile.inverse[2][at])};
-  in.inverse_length2 = V::load(&tile.inverse_length2[at]);
+  in.direction = {Lanes::load(&tile.direction[0][at]), Lanes::load(&tile.direction[1][at]),
+                  Lanes::load(&tile.direction[2][at])};
+  in.inverse = {Lanes::load(&tile.inverse[0][at]), Lanes::load(&tile.inverse[1][at]),
+                Lanes::load(&tile.inverse[2][at])};
+  in.inverse_length2 = Lanes::load(&tile.inverse_length2[at]);
   in.mean = all_lanes(g.mean - tile.origin);
   for (int i = 0; i < 3; ++i) in.rows[i] = all_lanes(g.to_unit[i]);
-  in.kappa2 = V::all(g.kappa2);
-  in.opacity = V::all(g.opacity);
+  in.kappa2 = Lanes::all(g.kappa2);
+  in.opacity = Lanes::all(g.opacity);
   in.low = all_lanes(box.lower - tile.origin);
   in.high = all_lanes(box.upper - tile.origin);
   test_lanes(in, wanted, sphere, hits);
@@ -289,7 +293,7 @@ struct LaneInputs {
     gaussians[i] = &structure.gaussian(pair.gaussian).mean.x;
     boxes[i] = &structure.box(pair.gaussian).box.lower.x;
   }
-  Float ray[8], g[16], box[8];
+  LaneFloat ray[8], g[16], box[8];
   for (std::size_t i = 0; i < 8; i += 4) load_columns(rays, i, ray + i);
   for (std::size_t i = 0; i < 16; i += 4) load_columns(gaussians, i, g + i);
   for (std::size_t i = 0; i < 8; i += 4) load_columns(boxes, i, box + i);
@@ -298,12 +302,12 @@ struct LaneInputs {
   in.direction = {ray[0], ray[1], ray[2]};
   in.inverse_length2 = ray[3];
   in.inverse = {ray[4], ray[5], ray[6]};
-  in.mean = {V::sub(g[0], origin.x), V::sub(g[1], origin.y), V::sub(g[2], origin.z)};
+  in.mean = {Lanes::sub(g[0], origin.x), Lanes::sub(g[1], origin.y), Lanes::sub(g[2], origin.z)};
   for (int i = 0; i < 3; ++i) in.rows[i] = {g[4 + 3 * i], g[5 + 3 * i], g[6 + 3 * i]};
   in.kappa2 = g[13];
   in.opacity = g[14];
-  in.low = {V::sub(box[0], origin.x), V::sub(box[1], origin.y), V::sub(box[2], origin.z)};
-  in.high = {V::sub(box[3], origin.x), V::sub(box[4], origin.y), V::sub(box[5], origin.z)};
+  in.low = {Lanes::sub(box[0], origin.x), Lanes::sub(box[1], origin.y), Lanes::sub(box[2], origin.z)};
+  in.high = {Lanes::sub(box[3], origin.x), Lanes::sub(box[4], origin.y), Lanes::sub(box[5], origin.z)};
   test_lanes(in, (1u << count) - 1u, sphere, hits);
 }
 
