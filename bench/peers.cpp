@@ -1,7 +1,8 @@
 // The tracer against what a user would write with Embree itself (bench/embree_peers.h), on the same rays, k and rules.
 // One thread, processor time, interleaved runs; a time counts only when the images agree to 60 dB.
 //
-//   build/bench/bench/peers SCENE CAMERAS.json [SCENE CAMERAS.json ...] [--view I --width W --height H --k K --runs N]
+//   build/bench/bench/peers SCENE CAMERAS.json [SCENE CAMERAS.json ...] [--view I --sizes N,N,... --k K --runs N]
+//                           [--only NAME,NAME,...]
 #include <fmt/format.h>
 #include <time.h>
 
@@ -16,6 +17,7 @@
 #include "base/error.h"
 #include "bench/embree_peers.h"
 #include "frontend/scene_io.h"
+#include "frontend/tile_tracer.h"
 #include "frontend/tracer.h"
 
 namespace grtx::bench {
@@ -33,7 +35,9 @@ double processor_seconds() {
 
 struct Options {
   std::vector<std::string> files;
-  unsigned view = 0, width = 128, height = 128, k = 16, runs = 5;
+  unsigned view = 0, k = 16, runs = 5;
+  std::vector<unsigned> sizes{128};  ///< pixels an edge
+  std::vector<std::string> only;     ///< contenders; empty: all
 };
 
 struct Contender {
@@ -41,7 +45,8 @@ struct Contender {
   bool ours = false;
   bool faithful = false;  ///< visits what the hardware visits
   bool triangles = false;
-  std::function<Image()> render;
+  double build_seconds = 0.0;  ///< processor time of its structure
+  std::function<Image(const Camera&)> render;
   std::vector<double> seconds;
   Image image;
   double median() const {
@@ -51,89 +56,171 @@ struct Contender {
   }
 };
 
-void measure(const std::string& file, const std::string& cameras, const Options& options) {
-  const Scene scene = load_scene(file);
-  const std::vector<Camera> all = load_cameras(cameras);
-  if (options.view >= all.size()) throw Error(cameras, "", fmt::format("has no view {}", options.view));
-  const Camera camera = all[options.view].resized(options.width, options.height);
-  const PreparedGaussians gaussians(scene, true);
+/// One scene with everything that is built for it.
+class Match {
+ public:
+  Match(const std::string& file, const std::string& cameras, const Options& options)
+      : file_(file), options_(options), scene_(load_scene(file)), gaussians_(scene_, true) {
+    const std::vector<Camera> all = load_cameras(cameras);
+    if (options.view >= all.size()) throw Error(cameras, "", fmt::format("has no view {}", options.view));
+    camera_ = all[options.view];
+    for (const AccelKind kind :
+         {AccelKind::tri20, AccelKind::ellipsoid, AccelKind::tlas_tri20, AccelKind::tlas_sphere}) {
+      add_rounds(kind);
+    }
+    add_tiles(ProxyKind::sphere, "tiles");
+    add_tiles(ProxyKind::icosahedron20, "tiles tri20");
+    for (const auto& [peer, name] : peers()) add_peer(peer, name);
+    for (const std::string& name : options.only) {
+      if (std::none_of(contenders_.begin(), contenders_.end(), [&](const Contender& c) { return c.name == name; })) {
+        throw Error("--only", name, "is no contender");
+      }
+    }
+  }
 
-  std::vector<std::unique_ptr<AccelerationStructure>> accels;
-  std::vector<std::unique_ptr<EmbreePeer>> embree;
-  std::vector<Contender> contenders;
-  for (const AccelKind kind : {AccelKind::tri20, AccelKind::ellipsoid, AccelKind::tlas_tri20, AccelKind::tlas_sphere}) {
-    accels.push_back(std::make_unique<AccelerationStructure>(gaussians, AccelOptions{kind, 6, false}));
-    const AccelerationStructure* accel = accels.back().get();
+  void measure(unsigned size) {
+    const Camera camera = camera_.resized(size, size);
+    for (Contender& c : contenders_) c.seconds.clear();
+    for (unsigned run = 0; run < options_.runs; ++run) {
+      for (Contender& c : contenders_) {
+        const double start = processor_seconds();
+        c.image = c.render(camera);
+        c.seconds.push_back(processor_seconds() - start);
+      }
+    }
+    print(camera);
+  }
+
+ private:
+  bool wanted(const std::string& name) const {
+    return options_.only.empty() || std::find(options_.only.begin(), options_.only.end(), name) != options_.only.end();
+  }
+
+  void add_rounds(AccelKind kind) {
+    const AccelerationStructure* accel = nullptr;
+    double build_seconds = 0.0;
     for (const bool checkpoint : {false, true}) {
       for (const bool faithful : {true, false}) {
-        TracerOptions tracer;
-        tracer.k = options.k;
+        const std::string name = accel_name(kind) + (checkpoint ? " checkpoint" : "") + (faithful ? "" : " skip-all");
+        if (!wanted(name)) continue;
+        if (accel == nullptr) {
+          const double start = processor_seconds();
+          accels_.push_back(std::make_unique<AccelerationStructure>(gaussians_, AccelOptions{kind, 6, false}));
+          build_seconds = processor_seconds() - start;
+          accel = accels_.back().get();
+        }
+        TracerOptions tracer = tracer_options();
         tracer.checkpoint = checkpoint;
-        tracer.tmax_update = TmaxUpdate::kth;
-        tracer.replay_tmax = ReplayTmax::kth;
-        tracer.checkpoint_capacity = 65535;
         tracer.skips = faithful ? kFaithfulSkips : kAllSkips;
-        RenderOptions render_options;
-        render_options.threads = 1;
-        Contender& c = contenders.emplace_back();
-        c.name = accel_name(kind) + (checkpoint ? " checkpoint" : "") + (faithful ? "" : " skip-all");
+        Contender& c = contenders_.emplace_back();
+        c.name = name;
         c.ours = true;
         c.faithful = faithful;
         c.triangles = proxy_of(kind) != ProxyKind::sphere;
-        c.render = [&scene, &gaussians, &camera, accel, tracer, render_options] {
-          return render(scene, gaussians, *accel, camera, tracer, render_options, nullptr).image;
+        c.build_seconds = build_seconds;
+        c.render = [this, accel, tracer](const Camera& camera) {
+          return render(scene_, gaussians_, *accel, camera, tracer, one_thread(), nullptr).image;
         };
       }
     }
   }
-  for (const auto& [peer, name] : peers()) {
-    embree.push_back(std::make_unique<EmbreePeer>(peer, scene, gaussians));
-    Contender& c = contenders.emplace_back();
+
+  void add_tiles(ProxyKind proxy, const std::string& name) {
+    if (!wanted(name)) return;
+    const double start = processor_seconds();
+    tiles_.push_back(std::make_unique<TileStructure>(scene_, gaussians_, proxy));
+    Contender& c = contenders_.emplace_back();
+    c.name = name;
+    c.ours = true;
+    c.triangles = proxy != ProxyKind::sphere;
+    c.build_seconds = processor_seconds() - start;
+    c.render = [this, tiles = tiles_.back().get()](const Camera& camera) {
+      return render_tiles(scene_, gaussians_, *tiles, camera, tracer_options(), one_thread()).image;
+    };
+  }
+
+  void add_peer(Peer peer, const std::string& name) {
+    if (!wanted(name)) return;
+    const double start = processor_seconds();
+    embree_.push_back(std::make_unique<EmbreePeer>(peer, scene_, gaussians_));
+    Contender& c = contenders_.emplace_back();
     c.name = name;
     c.triangles = has_triangles(peer);
-    c.render = [e = embree.back().get(), &camera, &options] { return e->render(camera, options.k, 0.001f); };
+    c.build_seconds = processor_seconds() - start;
+    c.render = [this, e = embree_.back().get()](const Camera& camera) { return e->render(camera, options_.k, 0.001f); };
   }
-  for (unsigned run = 0; run < options.runs; ++run) {
-    for (Contender& c : contenders) {
-      const double start = processor_seconds();
-      c.image = c.render();
-      c.seconds.push_back(processor_seconds() - start);
-    }
+
+  TracerOptions tracer_options() const {
+    TracerOptions tracer;
+    tracer.k = options_.k;
+    tracer.tmax_update = TmaxUpdate::kth;
+    tracer.replay_tmax = ReplayTmax::kth;
+    tracer.checkpoint_capacity = 65535;
+    return tracer;
   }
-  const auto psnr_of = [&](const Contender& c) {
-    for (const Contender& o : contenders) {
+  static RenderOptions one_thread() {
+    RenderOptions options;
+    options.threads = 1;
+    return options;
+  }
+
+  double psnr_of(const Contender& c) const {
+    for (const Contender& o : contenders_) {
       if (o.ours && o.triangles == c.triangles) return compare(o.image, c.image).psnr;
     }
     return 0.0;
-  };
-  // Of those whose image counts.
-  const auto fastest = [&](auto&& wanted) {
+  }
+  /// Of those whose image counts; null when there is none.
+  template <typename F>
+  const Contender* fastest(F&& is_asked_for) const {
     const Contender* best = nullptr;
-    for (const Contender& c : contenders) {
-      if (!wanted(c) || !(psnr_of(c) >= kRequiredPsnr)) continue;
+    for (const Contender& c : contenders_) {
+      if (!is_asked_for(c) || !(psnr_of(c) >= kRequiredPsnr)) continue;
       if (best == nullptr || c.median() < best->median()) best = &c;
     }
-    if (best == nullptr) throw Error(file, "", "no contender's image counts");
     return best;
-  };
-  const Contender* const exact = fastest([](const Contender& c) { return c.ours; });
-  const Contender* const faithful = fastest([](const Contender& c) { return c.faithful; });
-  const Contender* const peer = fastest([](const Contender& c) { return !c.ours; });
-  fmt::print("\n{}: {} Gaussians, {}x{}, k = {}, one thread\n\n", std::filesystem::path(file).stem().string(),
-             scene.size(), camera.width, camera.height, options.k);
-  fmt::print("| tracer | PSNR to ours, dB | time / fastest Embree variant |\n|---|---|---|\n");
-  for (const Contender& c : contenders) {
-    const double psnr = psnr_of(c);
-    const std::string ratio =
-        psnr >= kRequiredPsnr ? fmt::format("{:.2f}", c.median() / peer->median()) : std::string("(image differs)");
-    fmt::print("| {}{} | {} | {} |\n", c.ours ? "" : "Embree ", c.name,
-               std::isinf(psnr) ? std::string("identical") : fmt::format("{:.1f}", psnr), ratio);
   }
-  fmt::print(
-      "\nfastest Embree variant ({}) / our fastest exact mode ({}): {:.2f}; / our fastest faithful mode ({}): {:.2f}\n",
-      peer->name, exact->name, peer->median() / exact->median(), faithful->name, peer->median() / faithful->median());
-  std::fflush(stdout);
-}
+
+  void print(const Camera& camera) const {
+    const Contender* const exact = fastest([](const Contender& c) { return c.ours; });
+    const Contender* const faithful = fastest([](const Contender& c) { return c.faithful; });
+    const Contender* const peer = fastest([](const Contender& c) { return !c.ours; });
+    const Contender* const unit = peer != nullptr ? peer : exact;
+    if (unit == nullptr) throw Error(file_, "", "no contender's image counts");
+    fmt::print("\n{}: {} Gaussians, {}x{}, k = {}, one thread\n\n", std::filesystem::path(file_).stem().string(),
+               scene_.size(), camera.width, camera.height, options_.k);
+    fmt::print("| tracer | PSNR to ours, dB | time / {} | build, s |\n|---|---|---|---|\n", unit->name);
+    for (const Contender& c : contenders_) {
+      const double psnr = psnr_of(c);
+      const std::string ratio =
+          psnr >= kRequiredPsnr ? fmt::format("{:.2f}", c.median() / unit->median()) : std::string("(image differs)");
+      fmt::print("| {}{} | {} | {} | {:.2f} |\n", c.ours ? "" : "Embree ", c.name,
+                 std::isinf(psnr) ? std::string("identical") : fmt::format("{:.1f}", psnr), ratio, c.build_seconds);
+    }
+    if (peer != nullptr) {
+      fmt::print("\nfastest Embree variant ({})", peer->name);
+      if (exact != nullptr) {
+        fmt::print(" / our fastest exact mode ({}): {:.2f};", exact->name, peer->median() / exact->median());
+      }
+      if (faithful != nullptr) {
+        fmt::print(" / our fastest faithful mode ({}): {:.2f};", faithful->name, peer->median() / faithful->median());
+      }
+      fmt::print(" {:.2f} us a ray\n",
+                 1e6 * peer->median() / (static_cast<double>(camera.width) * static_cast<double>(camera.height)));
+    }
+    std::fflush(stdout);
+  }
+
+  std::string file_;
+  const Options& options_;
+  Scene scene_;
+  PreparedGaussians gaussians_;
+  Camera camera_;
+  std::vector<std::unique_ptr<AccelerationStructure>> accels_;
+  std::vector<std::unique_ptr<TileStructure>> tiles_;
+  std::vector<std::unique_ptr<EmbreePeer>> embree_;
+  std::vector<Contender> contenders_;
+};
 
 }  // namespace
 }  // namespace grtx::bench
@@ -143,8 +230,11 @@ int main(int argc, char** argv) {
   CLI::App app("The tracer against Embree");
   app.add_option("files", options.files, "SCENE CAMERAS.json pairs")->required();
   app.add_option("--view", options.view, "Camera")->capture_default_str();
-  app.add_option("--width", options.width, "Pixels")->capture_default_str();
-  app.add_option("--height", options.height, "Pixels")->capture_default_str();
+  app.add_option("--sizes", options.sizes, "Pixels of an edge, one image each")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 16384u))
+      ->capture_default_str();
+  app.add_option("--only", options.only, "Contenders that run (default: all)")->delimiter(',');
   app.add_option("--k", options.k, "k-buffer entries, at most 64")
       ->check(CLI::Range(1u, grtx::bench::kMostEntries))
       ->capture_default_str();
@@ -153,7 +243,8 @@ int main(int argc, char** argv) {
   try {
     if (options.files.size() % 2 != 0) throw grtx::Error("command line", "", "each scene needs its cameras");
     for (std::size_t i = 0; i < options.files.size(); i += 2) {
-      grtx::bench::measure(options.files[i], options.files[i + 1], options);
+      grtx::bench::Match match(options.files[i], options.files[i + 1], options);
+      for (const unsigned size : options.sizes) match.measure(size);
     }
   } catch (const grtx::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -2,6 +2,7 @@
 // response, spherical harmonics. What runs per ray uses only +, -, * and /, so images do not depend on a maths library.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -87,10 +88,11 @@ inline std::array<float, 16> sh_basis(const glm::vec3& d, unsigned degree) {
   return b;
 }
 
-/// Colour of a Gaussian: max(SH + 0.5, 0) per channel. sh: coefficient-major, r g b inner.
+/// Colour of a Gaussian: max(SH + 0.5, 0) per channel. sh: coefficient-major, r g b inner; what lies beyond degree 3 is
+/// left out.
 inline glm::vec3 sh_colour(const float* sh, const std::array<float, 16>& basis, unsigned coefficients) {
   glm::vec3 sum(0.0f);
-  for (unsigned j = 0; j < coefficients; ++j) {
+  for (unsigned j = 0; j < std::min(coefficients, kShFunctions); ++j) {
     sum.x += basis[j] * sh[3 * j];
     sum.y += basis[j] * sh[3 * j + 1];
     sum.z += basis[j] * sh[3 * j + 2];

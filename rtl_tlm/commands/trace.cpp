@@ -13,6 +13,7 @@
 #include "rtl_tlm/commands/heatmap.h"
 #include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/tile_view.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
 #include "rtl_tlm/statistics_json.h"
@@ -51,12 +52,23 @@ void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend:
   }
 }
 
+int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
+  const auto refuse = [](const char* why) -> Error { return Error("--tracing", "tiles", why); };
+  if (!options.no_trace) throw refuse("visits what it likes, so there is no trace of it: it needs --no-trace");
+  if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
+  if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
+  if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
+  return render_tile_view(options.scene, select_camera(options.view), kind, options.tracer, options.image,
+                          options.statistics, quiet);
+}
+
 int trace(const Options& options, bool quiet) {
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
+  if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, quiet);
   const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
   if (!options.no_trace && !tracer.skips.faithful()) {
     throw Error("--skip", options.tracer.skip, "leaves out visits that a trace must hold: it needs --no-trace");

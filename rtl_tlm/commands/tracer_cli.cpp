@@ -41,8 +41,9 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_secondary_options(command, cli.secondary);
   command
       ->add_option("--tracing", cli.tracing,
-                   "Rounds of k hits, one round that sorts all (--k holds them), or a hit each")
-      ->check(one_of({"multi", "single", "closest"}));
+                   "Rounds of k hits, one round that sorts all (--k holds them), a hit each, or the same image without "
+                   "rounds, by tiles of rays (trace --no-trace)")
+      ->check(one_of({"multi", "single", "closest", "tiles"}));
   command
       ->add_option("--triangle-test", cli.triangle_test, "Hit test of triangles: canonical, or their stored vertices")
       ->check(one_of({"canonical", "world"}));
@@ -52,13 +53,17 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
       ->add_option("--response-precision", cli.response_precision,
                    "Format to which every step of a Gaussian's response is rounded")
       ->check(one_of({"fp32", "fp16", "bf16"}));
-  command->add_option("--skip", cli.skip,
-                      "Work left out that changes no bit of the image: none, faithful (keeps the hardware's visits), all, "
-                      "or names separated by commas (docs/skips.md)");
+  command->add_option(
+      "--skip", cli.skip,
+      "Work left out that changes no bit of the image: none, faithful (keeps the hardware's visits), all, "
+      "or names separated by commas (docs/skips.md)");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
 TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind accel) {
+  if (cli.tracing == "tiles") {
+    throw Error("--tracing", "tiles", "visits what it likes and renders only: it needs trace --no-trace");
+  }
   TracerOptions o;
   o.k = cli.k;
   o.checkpoint = checkpoint;
