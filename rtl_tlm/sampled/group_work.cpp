@@ -8,9 +8,9 @@
 namespace grtx::tlm {
 namespace {
 
-// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call waits
-// for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much: what
-// they leave unexplained is part of the measured residuals.
+// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
+// waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much:
+// what they leave unexplained is part of the measured residuals.
 constexpr float kNearStep = 0.15F;
 constexpr float kAnyHitStep = 0.5F;
 constexpr float kCheckpointSectors = 1.25F;  ///< of an entry of 20 B written or read, about half of them straddle two
@@ -23,8 +23,7 @@ std::uint64_t nodes_of(std::uint64_t bytes, unsigned warps) {
 
 }  // namespace
 
-WorkCounter::Tags::Tags(std::uint64_t nodes)
-    : sets_(std::bit_floor(std::max<std::uint64_t>(1, nodes / kWays))) {
+WorkCounter::Tags::Tags(std::uint64_t nodes) : sets_(std::bit_floor(std::max<std::uint64_t>(1, nodes / kWays))) {
   entries_.resize(sets_ * kWays);
 }
 
@@ -114,17 +113,21 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
   return work;
 }
 
-std::vector<GroupWork> measure_work(const traces::Reader& reader, const GpuConfig& config) {
-  std::vector<GroupWork> all;
-  all.reserve(reader.group_count());
+TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config) {
+  TraceWork work;
+  work.groups.reserve(reader.group_count());
   WorkCounter counter(reader.header(), config);
+  const ChainLatencies latencies(config, reader.header());
   traces::RayGroup group;
   for (std::uint64_t index = 0; index < reader.group_count(); ++index) {
     reader.read(index, group);
     check_group(group, reader.header(), reader.path());
-    all.push_back(counter.count(group));
+    work.groups.push_back(counter.count(group));
+    const Chain chain = measure_chain(group, latencies);
+    work.longest.ray = std::max(work.longest.ray, chain.ray);
+    work.longest.warp = std::max(work.longest.warp, chain.warp);
   }
-  return all;
+  return work;
 }
 
 }  // namespace grtx::tlm

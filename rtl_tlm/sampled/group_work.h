@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rtl_tlm/gpu_config.h"
+#include "rtl_tlm/ray_chain.h"
 #include "traces/event.h"
 #include "traces/header.h"
 #include "traces/io.h"
@@ -68,7 +69,11 @@ class WorkCounter {
   std::vector<Lane> lanes_;
 };
 
+struct TraceWork {
+  std::vector<GroupWork> groups;
+  Chain longest;  ///< a lower bound, as in lower_bounds.h
+};
 /// Of every group of the trace: decodes it once, one group at a time.
-std::vector<GroupWork> measure_work(const traces::Reader& reader, const GpuConfig& config);
+TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config);
 
 }  // namespace grtx::tlm

@@ -100,9 +100,9 @@ FittedRates fit_rates(const std::vector<Observed>& samples, const RatePrior& pri
     return c;
   };
   Matrix normal{};
+  std::array<std::vector<double>, kFittedRates> jacobian;
   double damping = 1.0;
   for (int iteration = 0; iteration <= kIterations; ++iteration) {
-    std::array<std::vector<double>, kFittedRates> jacobian;
     for (std::size_t p = 0; p < kFittedRates; ++p) {
       LogRates up = at, down = at;
       up[p] += kDifference;
@@ -152,11 +152,27 @@ FittedRates fit_rates(const std::vector<Observed>& samples, const RatePrior& pri
   fit.covariance = inverse(normal);
   fit.residual = std::sqrt(variance_of_one);
   fit.degrees_of_freedom = std::max(2.0, effective - 2.0);
+  // The posterior's covariance C is C (data) C + C (prior) C; the first part is estimated from the residuals
+  // themselves.
+  for (std::size_t p = 0; p < kFittedRates; ++p) {
+    for (std::size_t q = 0; q < kFittedRates; ++q) {
+      for (std::size_t r = 0; r < kFittedRates; ++r) {
+        fit.prior_part[p][q] += fit.covariance[p][r] * fit.covariance[r][q] / (prior.deviation[r] * prior.deviation[r]);
+      }
+    }
+  }
   std::size_t next = 0;
   for (const Observed& sample : samples) {
-    fit.residuals.emplace_back(residuals.begin() + static_cast<std::ptrdiff_t>(next),
-                               residuals.begin() + static_cast<std::ptrdiff_t>(next + sample.groups.size()));
-    next += sample.groups.size();
+    fit.groups.emplace_back();
+    for (std::size_t i = 0; i < sample.groups.size(); ++i, ++next) {
+      FittedRates::Group group{weights[next], residuals[next], {}};
+      LogRates pull{};
+      for (std::size_t p = 0; p < kFittedRates; ++p) {
+        pull[p] = -weights[next] * jacobian[p][next] * residuals[next] / variance_of_one;
+      }
+      group.influence = product(fit.covariance, pull);
+      fit.groups.back().push_back(group);
+    }
   }
   return fit;
 }
@@ -177,8 +193,8 @@ LogEstimate predict(const std::vector<const GroupWork*>& groups, const std::vect
   return estimate;
 }
 
-double variance(const LogRates& gradient, const FittedRates& fit) {
-  const LogRates half = product(fit.covariance, gradient);
+double prior_variance(const LogRates& gradient, const FittedRates& fit) {
+  const LogRates half = product(fit.prior_part, gradient);
   double sum = 0.0;
   for (std::size_t p = 0; p < kFittedRates; ++p) sum += gradient[p] * half[p];
   return sum;

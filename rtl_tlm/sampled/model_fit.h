@@ -30,10 +30,16 @@ struct RatePrior {
 
 struct FittedRates {
   LogRates log_rates{};
-  std::array<LogRates, kFittedRates> covariance{};
-  double residual = 0.0;           ///< standard deviation of (modelled end - end) / cycles of the run, warps weighted by work
-  double degrees_of_freedom = 1.0; ///< of it
-  std::vector<std::vector<double>> residuals;  ///< by sample and group, with the sign of modelled - simulated
+  std::array<LogRates, kFittedRates> covariance{};  ///< posterior
+  std::array<LogRates, kFittedRates> prior_part{};  ///< of it, what comes from the prior
+  double residual = 0.0;  ///< standard deviation of (modelled end - end) / cycles of the run, warps weighted by work
+  double degrees_of_freedom = 1.0;  ///< of it
+  struct Group {
+    double weight = 0.0;    ///< all weights together: how many warps of equal work would tell as much
+    double residual = 0.0;  ///< (modelled - simulated end) / cycles of the sample
+    LogRates influence{};   ///< on the log rates: how far this group's residual moved them
+  };
+  std::vector<std::vector<Group>> groups;  ///< by sample and position
 };
 
 /// The most probable rates, by Levenberg and Marquardt's method. Deterministic. samples: at least one with work.
@@ -47,7 +53,7 @@ struct LogEstimate {
 /// The model's cycles of a run, and how they depend on the rates.
 LogEstimate predict(const std::vector<const GroupWork*>& groups, const std::vector<Launch>& known,
                     const ModelMachine& machine, const LogRates& log_rates);
-/// Of a linear function of the log rates.
-double variance(const LogRates& gradient, const FittedRates& fit);
+/// Of a linear function of the log rates, from the prior alone: what the samples leave open.
+double prior_variance(const LogRates& gradient, const FittedRates& fit);
 
 }  // namespace grtx::tlm

@@ -9,7 +9,7 @@ namespace grtx::tlm {
 namespace {
 
 constexpr double kPrologueCycles = 100.0;  ///< from launch to the first call, about
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNoEvent = std::numeric_limits<double>::infinity();
 
 /// A lane that steps, on its SM's own clock of steps.
 struct Stepping {
@@ -17,9 +17,7 @@ struct Stepping {
   std::uint32_t position = 0;
   float sector_rate = 0.0F;  ///< sectors a step
   float far_rate = 0.0F;
-  bool operator>(const Stepping& other) const {
-    return end != other.end ? end > other.end : position > other.position;
-  }
+  bool operator>(const Stepping& other) const { return end != other.end ? end > other.end : position > other.position; }
 };
 
 /// A warp between two calls, on the SIMT core.
@@ -68,7 +66,7 @@ class Run {
     launch();
     while (running_ > 0) {
       set_paces();
-      double next = between_.empty() ? kNever : between_.top().until;
+      double next = between_.empty() ? kNoEvent : between_.top().until;
       for (const SmState& sm : sms_) {
         if (!sm.lanes.empty()) next = std::min(next, now_ + (sm.lanes.top().end - sm.steps) / sm.pace);
       }
