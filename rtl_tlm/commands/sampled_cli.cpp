@@ -59,9 +59,10 @@ void print_sampled(const SampledResult& r) {
     fmt::print("sampled: {}\n", stats.at("gpu.sampled.share").at("description").get<std::string>());
     return;
   }
-  fmt::print("sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %\n",
-             number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.samples"),
-             100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
+  fmt::print(
+      "sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %\n",
+      number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.samples"),
+      100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }
 
 }  // namespace grtx::tlm

@@ -262,6 +262,7 @@ class SampledRun {
     r.result.inputs = sampled_inputs();
     add_host(r);
     r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
+    r.result.document["sampled"] = to_json(r.estimate);
     return r;
   }
 
@@ -305,6 +306,7 @@ class SampledRun {
     }
     all.at("host.cpu_seconds")["value"] = cpu_of_all_processes() - start_cpu_;
     stats = std::move(all);
+    r.result.document["sampled"] = to_json(r.estimate);
     return r;
   }
 

@@ -18,7 +18,8 @@ struct SampledOptions {
 };
 
 struct SampledResult {
-  SimulationResult result;  ///< of the whole run, estimated; its document has gpu.sampled.*
+  SimulationResult
+      result;  ///< of the whole run, estimated; its document has gpu.sampled.*, and the estimate as "sampled"
   SampledEstimate estimate;
   ConfidenceInterval cycles;
 };
