@@ -256,14 +256,31 @@ class SampledRun {
     for (const modules::Statistic& s : r.result.statistics.items()) {
       if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
     }
-    const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
-    describe_energy(config_, machine.inventory(), reader_.totals().rays, r.result.statistics);
+    add_energy(r.result.statistics);
     describe(r, groups, "", r.result.statistics);
     r.result.inputs = sampled_inputs();
     add_host(r);
     r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
     r.result.document["sampled"] = to_json(r.estimate);
     return r;
+  }
+
+  /// Energy of the whole machine for the counts in the list. What it is priced on is SystemC modules: in a child.
+  void add_energy(modules::StatisticList& list) const {
+    ChildProcess child("energy", [this, &list] {
+      const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
+      modules::StatisticList priced = list;
+      describe_energy(config_, machine.inventory(), reader_.totals().rays, priced);
+      ordered_json json = ordered_json::array();
+      for (std::size_t i = list.items().size(); i < priced.items().size(); ++i) {
+        const modules::Statistic& s = priced.items()[i];
+        json.push_back({s.name, std::get<double>(s.value), s.unit, s.description});
+      }
+      return json.dump();
+    });
+    for (const auto& s : ordered_json::parse(child.result())) {
+      list.add(s.at(0), s.at(1).get<double>(), s.at(2), s.at(3));
+    }
   }
 
   double busiest_share() const {

@@ -26,8 +26,8 @@ GpuConfig one_sm(const GpuConfig& config, double share) {
   GpuConfig part = config;
   part.sms = 1;
   const double channels = config.interleave.slices * share;
-  unsigned slices = std::max(1u, static_cast<unsigned>(std::floor(channels + 1e-9)));
-  if (config.interleave.xor_hash) slices = std::bit_floor(slices);
+  unsigned slices = std::max(1u, static_cast<unsigned>(std::ceil(channels - 1e-9)));
+  if (config.interleave.xor_hash) slices = std::bit_ceil(slices);
   part.interleave.slices = slices;
   const std::uint64_t smallest = slices * std::uint64_t{config.l2.geometry.line_bytes} * config.l2.geometry.ways;
   part.l2_bytes =

@@ -20,8 +20,9 @@ ScaledMachine half_sm(const GpuConfig& config);
 /// One SM with twice an SM's share of L2 and DRAM: a sample on it runs as the run does when some SMs have no work left.
 ScaledMachine idle_neighbours(const GpuConfig& config);
 
-/// `config` with one SM and `share` of the L2 and of the DRAM bandwidth. Channels are taken away as far as they divide;
-/// what remains lowers the DRAM's clock, with its latencies kept in nanoseconds and banks and queues in proportion.
+/// `config` with one SM and `share` of the L2 and of the DRAM bandwidth. Channels are taken away as far as whole ones
+/// can be; what remains lowers the DRAM's clock, with its latencies kept in nanoseconds and banks and queues in
+/// proportion.
 GpuConfig one_sm(const GpuConfig& config, double share);
 
 }  // namespace grtx::tlm

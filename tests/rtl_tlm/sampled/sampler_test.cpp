@@ -53,8 +53,8 @@ TEST(SamplerTest, ClassTotalsTimesClassesAreUnbiasedOverSeeds) {
   for (const GroupWork& group : groups) total += group.sectors;
   double mean = 0.0;
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
-    for (const std::uint64_t i : deal_classes(groups, kClasses, seed).front())
-      mean += groups[i].sectors * kClasses / kSeeds;
+    const auto classes = deal_classes(groups, kClasses, seed);
+    for (const std::uint64_t i : classes.front()) mean += groups[i].sectors * kClasses / kSeeds;
   }
   EXPECT_NEAR(mean / total, 1.0, 0.01);  // its deviation is about 0.002
 }
