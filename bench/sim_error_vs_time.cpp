@@ -43,6 +43,7 @@ struct Options {
   std::vector<std::string> shares = {"0.0625"};
   std::vector<std::string> engines = {"cycle"};
   unsigned seeds = 10;
+  bool existing = false;  ///< simulate nothing, evaluate the seeds whose four files are there
 };
 
 /// A way to simulate: mode and its arguments.
@@ -72,11 +73,16 @@ Outcome outcome_of(const std::string& path, bool sampled) {
   return outcome;
 }
 
+std::string path_of(const Options& options, const std::string& scene, const Setting& setting, const std::string& design,
+                    unsigned seed) {
+  const std::string suffix = setting.sampled ? fmt::format("_{}", seed) : "";
+  return fmt::format("{}/{}/{}/{}{}.json", options.output, scene, setting.name, design, suffix);
+}
+
 /// Simulates unless the file is there.
 Outcome simulate(const Options& options, const std::string& scene, const std::string& trace, const Setting& setting,
                  const std::string& design, unsigned seed) {
-  const std::string suffix = setting.sampled ? fmt::format("_{}", seed) : "";
-  const std::string path = fmt::format("{}/{}/{}/{}{}.json", options.output, scene, setting.name, design, suffix);
+  const std::string path = path_of(options, scene, setting, design, seed);
   if (!fs::exists(path)) {
     fs::create_directories(fs::path(path).parent_path());
     run_program(fmt::format("sim '{}' --config '{}' {} {} --stats '{}'", trace, options.config, setting.arguments,
@@ -224,6 +230,10 @@ int run(Options options) {
     for (unsigned seed = 1; seed <= options.seeds; ++seed) {  // interleaved: a seed of everything, then the next
       for (const Setting& setting : settings) {
         if (!setting.sampled && seed > 1) continue;
+        const bool missing = std::any_of(kDesigns.begin(), kDesigns.end(), [&](const char* design) {
+          return !fs::exists(path_of(options, name, setting, design, seed));
+        });
+        if (missing && options.existing) continue;
         std::array<Outcome, 4> four;
         for (std::size_t d = 0; d < 4; ++d) {
           four[d] = simulate(options, name, folder + "/" + kDesigns[d] + ".grtx", setting, kDesigns[d], seed);
@@ -231,7 +241,9 @@ int run(Options options) {
         runs[setting.name].push_back(four);
       }
     }
+    if (!runs.contains("cycle")) throw grtx::Error(options.output, name, "has no runs in cycle mode");
     for (const Setting& setting : settings) {
+      if (!runs.contains(setting.name)) continue;
       all.push_back(summarise(name, setting, runs.at("cycle").front(), runs.at(setting.name)));
     }
   }
@@ -256,6 +268,7 @@ int sc_main(int argc, char* argv[]) {
   app.add_option("--share", options.shares, "Shares of sampled mode; repeatable")->capture_default_str();
   app.add_option("--engine", options.engines, "Engines of sampled mode; repeatable")->capture_default_str();
   app.add_option("--seeds", options.seeds, "Seeds of sampled mode")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_flag("--existing", options.existing, "Simulate nothing: evaluate the runs that are there");
   CLI11_PARSE(app, argc, argv);
   try {
     return run(options);
