@@ -179,6 +179,7 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
     timeline =
         std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
   }
+  gpu.distributor().observe(options.observer);
   std::unique_ptr<PixelCycles> pixel_cycles;
   if (options.pixel_cycles) {
     pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
@@ -211,6 +212,7 @@ Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, c
   const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
   const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
   FastGpu gpu("fast", config, reader.header(), evictions, source);
+  gpu.observe(options.observer);
   sc_core::sc_start(sc_core::SC_ZERO_TIME);  // elaborates: binds the ports of the SIMT cores
   Progress progress("simulate", source.count(), "warps", options.quiet);
   gpu.run([&](std::uint64_t ended) { progress.set(ended); });

@@ -29,6 +29,7 @@ struct SimulationOptions {
   WaveformOptions waveform;           ///< off when its path is empty
   TimelineOptions timeline;           ///< off when its path is empty
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
+  modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
   BuildOptions build;
 };
 

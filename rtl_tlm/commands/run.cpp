@@ -18,6 +18,7 @@
 #include "rtl_tlm/commands/commands.h"
 #include "rtl_tlm/commands/object_scene.h"
 #include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/sampled_cli.h"
 #include "rtl_tlm/commands/tracer_cli.h"
 #include "rtl_tlm/commands/tracer_statistics.h"
 #include "rtl_tlm/gpu_config.h"
@@ -50,6 +51,8 @@ struct Options {
   std::vector<std::string> settings;
   std::string output;
   unsigned jobs = 0;
+  std::string mode = "cycle";
+  SampledCli sampled;
 };
 
 struct Traced {
@@ -118,9 +121,11 @@ unsigned default_jobs() {
   return cores;
 }
 
-/// Simulates the traces in child processes, at most `jobs` at a time. Returns each design's statistics document.
+/// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
-                                                     const GpuConfig& config, unsigned jobs, bool quiet) {
+                                                     const GpuConfig& config, const Options& options,
+                                                     const SampledOptions& sampled, bool quiet) {
+  const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
   std::map<std::string, ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   const auto collect_first = [&] {
@@ -131,8 +136,12 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
     if (running.size() >= jobs) collect_first();
     if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
     running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
+                           const std::string& trace = traced.at(name).path;
                            SimulationOptions simulation;
-                           const SimulationResult result = simulate(traced.at(name).path, config, simulation);
+                           simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+                           const SimulationResult result = options.mode == "sampled"
+                                                               ? simulate_sampled(trace, config, sampled).result
+                                                               : simulate(trace, config, simulation);
                            ordered_json document = result.document;
                            document["violations"] = result.violations;
                            document["binding_bound"] = result.binding_bound;
@@ -173,9 +182,31 @@ void add_speedups_by_kind(ordered_json& results) {
   }
 }
 
+/// Of cycles and of speed-ups, whose designs simulated the same groups.
+void add_intervals(const std::map<std::string, ordered_json>& documents, ordered_json& results) {
+  const auto json = [](const ConfidenceInterval& interval) {
+    return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", kConfidence}};
+  };
+  const SampledEstimate baseline = estimate_from_json(documents.at("baseline").at("sampled"));
+  for (const char* name : kTableOrder) {
+    const SampledEstimate estimate = estimate_from_json(documents.at(name).at("sampled"));
+    results["cycles_interval"][name] = json(cycles_interval(estimate));
+    if (name != kTableOrder.front()) results["speedup_interval"][name] = json(ratio_interval(baseline, estimate));
+  }
+}
+
+void print_intervals(const ordered_json& results) {
+  fmt::print("95 % intervals of the speed-ups:");
+  for (const auto& [name, interval] : results.at("speedup_interval").items()) {
+    fmt::print(" {} {:.2f} to {:.2f}", name, interval.at("low").get<double>(), interval.at("high").get<double>());
+  }
+  fmt::print("\n");
+}
+
 int run(const Options& options, bool quiet) {
   refuse_objects(options.scene, "run");
   const GpuConfig config = load_config(options.config, options.settings);
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
   for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.triangle_test == "world") {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
@@ -188,8 +219,7 @@ int run(const Options& options, bool quiet) {
   frontend::Image image;
   const bool identical = trace_designs(options, quiet, traced, image);
   frontend::write_image(options.output + "/image.png", image);
-  const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
-  const std::map<std::string, ordered_json> documents = simulate_designs(traced, config, jobs, quiet);
+  const std::map<std::string, ordered_json> documents = simulate_designs(traced, config, options, sampled, quiet);
 
   ordered_json results;
   results["schema"] = "grtx.run/1";
@@ -210,7 +240,11 @@ int run(const Options& options, bool quiet) {
   for (const char* name : {"sw", "hw", "grtx"}) {
     results["speedup"][name] = baseline / value(results["designs"][name], "gpu.cycles");
   }
-  if (options.tracer.secondary.what != "none") add_speedups_by_kind(results);
+  if (options.mode == "sampled") {
+    add_intervals(documents, results);
+  } else if (options.tracer.secondary.what != "none") {
+    add_speedups_by_kind(results);
+  }
   results["images_identical"] = identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
@@ -219,6 +253,7 @@ int run(const Options& options, bool quiet) {
   write_file(options.output + "/report.html", report_page(report));
 
   print_table(results["designs"]);
+  if (options.mode == "sampled") print_intervals(results);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
     if (!results.contains(key)) continue;
@@ -242,6 +277,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   command->add_option("--config", options->config, "Configuration file (default: the built-in values of paper.toml)");
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
+  command->add_option("--mode", options->mode, "How time is modelled, as in grtx sim")
+      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_sampled_options(command, options->sampled);
   command->add_option(
       "--jobs", options->jobs,
       "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");

@@ -10,6 +10,7 @@
 #include "rtl_tlm/commands/commands.h"
 #include "rtl_tlm/commands/heatmap.h"
 #include "rtl_tlm/commands/options.h"
+#include "rtl_tlm/commands/sampled_cli.h"
 #include "rtl_tlm/gpu_config.h"
 #include "rtl_tlm/statistics_json.h"
 
@@ -28,6 +29,8 @@ struct Options {
   std::vector<std::string> heatmaps;
   bool list_config = false;
   bool no_idle_skip = false;
+  SampledCli sampled;
+  unsigned jobs = 1;
   SimulationOptions simulation;
 };
 
@@ -48,12 +51,35 @@ void print_summary(const SimulationResult& result) {
              number(d, "host.node_visits_per_second"), number(d, "host.peak_rss_bytes") * 1e-6);
 }
 
+int report_violations(const SimulationResult& result) {
+  for (const std::string& violation : result.violations) {
+    fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
+  }
+  return result.violations.empty() ? 0 : 1;
+}
+
+int run_sampled(const Options& options, const SampledOptions& sampled, bool quiet) {
+  if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
+      !options.heatmaps.empty()) {
+    throw Error("sim", "--mode sampled", "has no waveforms, timelines or heat maps: use --mode cycle");
+  }
+  const SampledResult result = simulate_sampled(options.trace, load_config(options.config, options.settings), sampled);
+  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
+  if (!quiet) {
+    print_summary(result.result);
+    print_sampled(result);
+  }
+  return report_violations(result.result);
+}
+
 int run_simulation(Options options, bool quiet) {
   if (options.list_config) {
     fmt::print("{}", config_reference());
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
+  if (options.mode == "sampled") return run_sampled(options, sampled, quiet);
   const GpuConfig config = load_config(options.config, options.settings);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   options.simulation.waveform.level = options.level == "units" ? WaveLevel::units : WaveLevel::signals;
@@ -75,10 +101,7 @@ int run_simulation(Options options, bool quiet) {
                                  {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
   }
   if (!quiet) print_summary(result);
-  for (const std::string& violation : result.violations) {
-    fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
-  }
-  return result.violations.empty() ? 0 : 1;
+  return report_violations(result);
 }
 
 }  // namespace
@@ -94,7 +117,13 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
-  command->add_option("--mode", options->mode, "How time is modelled: cycle by cycle, or loosely timed")->check(one_of({"cycle", "fast"}));
+  command
+      ->add_option("--mode", options->mode,
+                   "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps")
+      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_sampled_options(command, options->sampled);
+  command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
+      ->check(CLI::PositiveNumber);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)");
   command->add_option(
       "--vcd-scope", options->simulation.waveform.scope,

@@ -109,6 +109,7 @@ void FastGpu::collect_ended(Cycle end) {
     Work& work = work_[ended.sm];
     work.free_slots |= bit(ended.slot);
     --running_;
+    if (observer_ != nullptr) observer_->ended(ended.sm, ended.slot, ended.seen);
     source_.release(work.position[ended.slot]);
     end_ = std::max(end_, ended.seen);
     launch_more(ended.seen, end);
@@ -129,6 +130,7 @@ void FastGpu::launch_more(Cycle seen, Cycle earliest) {
     last_launch_ = std::max(seen, next_group_ == 0 ? 0 : last_launch_ + 1);
     const Cycle visible = std::max({last_launch_ + config_.sm_links.message_latency, earliest, work.last_visible});
     work.last_visible = visible;
+    if (observer_ != nullptr) observer_->launched(sm, warp.slot, *warp.group, last_launch_);
     sms_[sm]->launch(visible, warp);
     work.free_slots &= work.free_slots - 1;
     work.position[warp.slot] = next_group_;

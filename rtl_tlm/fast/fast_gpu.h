@@ -23,6 +23,8 @@ class FastGpu final : public sc_core::sc_module {
   FastGpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
           std::uint64_t eviction_entries, modules::GroupSource& source);
 
+  /// Before run(); must outlive it.
+  void observe(modules::WarpObserver* observer) { observer_ = observer; }
   /// Runs all groups to the end and drains. progress(groups ended) is called now and then. Throws std::runtime_error
   /// when nothing is due although work remains.
   void run(const std::function<void(std::uint64_t)>& progress);
@@ -50,6 +52,7 @@ class FastGpu final : public sc_core::sc_module {
   GpuConfig config_;
   modules::MemoryMap map_;
   modules::GroupSource& source_;
+  modules::WarpObserver* observer_ = nullptr;
   FastMemory memory_;
   std::vector<std::unique_ptr<FastSm>> sms_;
   std::vector<Work> work_;  ///< by SM

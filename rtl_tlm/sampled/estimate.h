@@ -1,0 +1,48 @@
+// The estimate of a run's cycles from samples, and what it says about ratios of two runs.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace grtx::tlm {
+
+inline constexpr double kConfidence = 0.95;
+/// Standard deviations, on the logarithm, of what warp model and scaled machines leave over however large the samples
+/// are: root mean squares of the mean errors of four designs on two scenes, docs/sampled-simulation.md.
+inline constexpr double kCyclesBias = 0.09;
+inline constexpr double kRatioBias = 0.16;
+
+/// What one simulated group contributed.
+struct GroupEvidence {
+  std::uint64_t group = 0;
+  double weight = 0.0;     ///< share of the samples' information
+  double residual = 0.0;   ///< (modelled - simulated end) / cycles of its sample
+  double influence = 0.0;  ///< on the logarithm of the estimate: its sum of squares estimates the variance
+};
+
+struct SampledEstimate {
+  double log_cycles = 0.0;
+  bool whole = false;           ///< everything was simulated: exact
+  double prior_variance = 0.0;  ///< of log_cycles, of what the samples do not tell and the prior does
+  double degrees_of_freedom = 1.0;
+  std::vector<GroupEvidence> evidence;
+};
+
+struct ConfidenceInterval {
+  double value = 0.0, low = 0.0, high = 0.0;
+  double deviation = 0.0;   ///< of the logarithm, all terms
+  double half_width = 0.0;  ///< relative: the larger of value / low and high / value, less one
+};
+
+/// Quantile of Student's t distribution, 0 < p < 1, degrees >= 1.
+double student_quantile(double p, double degrees);
+
+ConfidenceInterval cycles_interval(const SampledEstimate& estimate);
+/// Of cycles(base) / cycles(other). Groups that both simulated are pairs: what they have in common cancels.
+ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other);
+
+nlohmann::ordered_json to_json(const SampledEstimate& estimate);
+SampledEstimate estimate_from_json(const nlohmann::ordered_json& json);
+
+}  // namespace grtx::tlm
