@@ -135,7 +135,7 @@ bool compare(const Options& options) {
 /// Traces of a synthetic room for the four designs.
 std::vector<std::string> make_traces(const std::string& folder) {
   const auto run = [&](const std::string& arguments) {
-    if (std::system(("'" GRTX_PROGRAM "' --quiet " + arguments).c_str()) != 0) {
+    if (std::system(("'" GRTX_PROGRAM "' " + arguments + " --quiet").c_str()) != 0) {
       throw grtx::Error("sim_speed", arguments, "the program must be able to make the trace");
     }
   };
