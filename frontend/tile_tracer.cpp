@@ -115,9 +115,10 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
   ++counters_.tiles;
   counters_.rays += static_cast<std::uint64_t>(std::popcount(tile.live));
   if (alive_ == 0) return lights_;
-  buckets_[0].nodes = children_.add({0, 0, kNone});
+  buckets_[0].nodes = children_.add({0, 0xFF, kNone});
   mark(0);
   for (unsigned b = next_bucket(0); b < TileDepths::kBuckets && alive_ != 0; b = next_bucket(b + 1)) {
+    find_live_vectors();
     walk_nodes(tile, b);
     test_gaussians(tile, b);
     blend_bucket(b);
@@ -125,14 +126,23 @@ const std::array<TileLight, kTileRays>& TileTracer::trace(const TileRays& tile) 
   return lights_;
 }
 
+void TileTracer::find_live_vectors() {
+  live_vectors_ = 0;
+  for (unsigned vector = 0; vector < kTileVectors; ++vector) {
+    if ((alive_ >> (vector * kTileLanes) & 0xFFu) != 0) live_vectors_ |= 1u << vector;
+  }
+}
+
+/// What only rays meet that have ended is left out.
 void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
   work_.clear();
   candidates_.clear();
   std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].nodes; i != kNone; i = children_[i].next) {
+    end = i;
+    if ((children_[i].vectors & live_vectors_) == 0) continue;
     work_.push_back(children_[i].child);
     prefetch_lines(&structure_.node(children_[i].child), 2);
-    end = i;
   }
   if (end != kNone) children_.free(buckets_[bucket].nodes, end);
   for (std::size_t at = 0; at < work_.size(); ++at) {
@@ -140,10 +150,11 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     const unsigned met = tests_.node(node, tile, depths_, bucket, node_hits_);
     for (unsigned rest = met & node.leaves; rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
+      if ((node_hits_.vectors[slot] & live_vectors_) == 0) continue;
       const std::uint32_t b = node_hits_.bucket[slot];
       __builtin_prefetch(&structure_.gaussian(node.child[slot]));
       if (b == bucket) {
-        candidates_.push_back({node_hits_.vectors[slot], node.child[slot]});
+        candidates_.push_back({node_hits_.vectors[slot] & live_vectors_, node.child[slot]});
         continue;
       }
       buckets_[b].gaussians = children_.add({node.child[slot], node_hits_.vectors[slot], buckets_[b].gaussians});
@@ -151,13 +162,14 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
     }
     for (unsigned rest = met & ~node.leaves; rest != 0; rest &= rest - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(rest));
+      if ((node_hits_.vectors[slot] & live_vectors_) == 0) continue;
       const std::uint32_t b = node_hits_.bucket[slot];
       prefetch_lines(&structure_.node(node.child[slot]), 2);
       if (b == bucket) {
         work_.push_back(node.child[slot]);
         continue;
       }
-      buckets_[b].nodes = children_.add({node.child[slot], 0, buckets_[b].nodes});
+      buckets_[b].nodes = children_.add({node.child[slot], node_hits_.vectors[slot], buckets_[b].nodes});
       mark(b);
     }
   }
@@ -167,9 +179,11 @@ void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
 void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
   std::uint32_t end = kNone;
   for (std::uint32_t i = buckets_[bucket].gaussians; i != kNone; i = children_[i].next) {
-    candidates_.push_back({children_[i].vectors, children_[i].child});
-    __builtin_prefetch(&structure_.gaussian(children_[i].child));
     end = i;
+    const unsigned vectors = children_[i].vectors & live_vectors_;
+    if (vectors == 0) continue;
+    candidates_.push_back({vectors, children_[i].child});
+    __builtin_prefetch(&structure_.gaussian(children_[i].child));
   }
   if (end != kNone) children_.free(buckets_[bucket].gaussians, end);
   counters_.gaussians += candidates_.size();

@@ -64,7 +64,7 @@ class TileTracer {
 
   struct QueuedChild {
     std::uint32_t child;
-    std::uint32_t vectors;  ///< mask; of Gaussians
+    std::uint32_t vectors;  ///< mask of those that may meet it
     std::uint32_t next;
   };
   /// Elements that are linked by `next`. Freed ones are taken again first, so that what is in use stays close together.
@@ -119,6 +119,7 @@ class TileTracer {
   void begin(const TileRays& tile);
   void mark(unsigned bucket) { occupied_[bucket / 64] |= std::uint64_t{1} << (bucket % 64); }
   unsigned next_bucket(unsigned from) const;
+  void find_live_vectors();
   void walk_nodes(const TileRays& tile, unsigned bucket);
   void test_gaussians(const TileRays& tile, unsigned bucket);
   void test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket);
@@ -141,7 +142,8 @@ class TileTracer {
 
   const unsigned sh_lines_;
 
-  std::uint64_t alive_ = 0;
+  std::uint64_t alive_ = 0;    ///< mask of rays that go on
+  unsigned live_vectors_ = 0;  ///< mask of vectors that hold one
   TileDepths depths_;
   std::array<Bucket, TileDepths::kBuckets> buckets_{};
   std::array<std::uint64_t, TileDepths::kBuckets / 64> occupied_{};
