@@ -16,9 +16,9 @@ using modules::kNever;
 
 namespace {
 
-// Long turns keep the state of an SM in the caches of the host; what SMs share takes their requests out of order by as
-// much, which must stay below the way to the L2 tags and back.
-constexpr Cycle kTurn = 64;
+// Turns of 64 cycles are a tenth faster, since the state of an SM stays in the caches of the host, but what the SMs
+// share takes their requests out of order by as much.
+constexpr Cycle kTurn = 16;
 
 void check_modelled(const GpuConfig& config) {
   const auto require = [](bool holds, const char* key, const char* rule) {
@@ -54,7 +54,7 @@ FastGpu::FastGpu(const sc_core::sc_module_name& module_name, const GpuConfig& co
 
 Cycle FastGpu::next_due() const {
   Cycle due = kNever;
-  for (const auto& sm : sms_) due = std::min(due, sm->next_due());
+  for (const auto& sm : sms_) due = std::min({due, sm->next_due(), sm->next_ended()});
   return due;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <utility>
 
 namespace grtx::tlm {
 
@@ -40,7 +39,6 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
     const modules::DramTiming& t = dram_.channel.timing;
     slice.interval = t.ccd * kParts;
     slice.errors.fill(static_cast<std::int32_t>(t.rcd + t.cl + t.ccd));
-    slice.latencies.fill(t.rcd + t.cl + t.ccd);
   }
 }
 
@@ -127,28 +125,21 @@ void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Vi
   }
 }
 
-// Memory clocks until a request that arrives at `clock` is answered.
+// Memory clocks until a request that arrives at `clock` is answered; of a write, nobody asks.
 Cycle FastMemory::ask_dram(Slice& slice, Cycle clock, std::uint64_t local, bool write) {
-  if (dram_.perfect || !simulated(slice)) {
+  if (dram_.perfect) {
     slice.dram.count_unqueued(sector_bytes_, write);
     ++responses_;
-    if (dram_.perfect) return dram_.fixed_latency;
+    return dram_.fixed_latency;
   }
-  const Slice& first = slices_.front();
-  const std::size_t sample = slice.next_sample;
+  const std::size_t found = std::min<std::size_t>(waiting(slice), (1u << kFoundBits) - 1);
+  slice.arrive(clock, {local, write ? kWriteBack : clock << kFoundBits | found});
+  if (write) return 0;
+  const std::int64_t expected =
+      static_cast<std::int64_t>(found) * slice.interval / kParts + slice.errors[slice.next_sample];
   slice.next_sample = slice.next_sample + 1 == kSamples ? 0 : slice.next_sample + 1;
-  if (simulated(slice)) {
-    const std::size_t found = std::min<std::size_t>(waiting(slice), (1u << kFoundBits) - 1);
-    slice.arrive(clock, {local, write ? kWriteBack : clock << kFoundBits | found});
-    const modules::DramTiming& t = dram_.channel.timing;
-    const std::int64_t expected = static_cast<std::int64_t>(found) * slice.interval / kParts + slice.errors[sample];
-    return static_cast<Cycle>(std::max<std::int64_t>(expected, t.cl + t.ccd)) + dram_.fixed_latency;
-  }
-  const Cycle latency = std::min<Cycle>(first.latencies[sample], kLeaveClocks * (kLeaveSpans - 1));
-  const Cycle span = std::min((clock + latency) / kLeaveClocks, slice.left + kLeaveSpans - 1);
-  ++slice.leaving[span % kLeaveSpans];
-  ++slice.inside;
-  return latency + dram_.fixed_latency;
+  const modules::DramTiming& t = dram_.channel.timing;
+  return static_cast<Cycle>(std::max<std::int64_t>(expected, t.cl + t.ccd)) + dram_.fixed_latency;
 }
 
 void FastMemory::advance(Cycle now) {
@@ -159,30 +150,25 @@ void FastMemory::advance(Cycle now) {
     slice.lookup.advance(now);
     slice.reply.advance(now);
     if (dram_.perfect) continue;
-    if (simulated(slice)) {
-      run_dram(slice, after_core(known));
-    } else {
-      for (; slice.left < after_core(known) / kLeaveClocks; ++slice.left) {
-        slice.inside -= std::exchange(slice.leaving[slice.left % kLeaveSpans], std::uint16_t{0});
-      }
-    }
+    run_dram(slice, after_core(known));
     const std::size_t room = slice.config.dram_queue + dram_.channel.queue;
     const std::size_t inside = waiting(slice);
     if (inside <= room) continue;
-    const std::int64_t clocks = static_cast<std::int64_t>(inside - room) * slices_.front().interval / kParts;
+    const std::int64_t clocks = static_cast<std::int64_t>(inside - room) * slice.interval / kParts;
     slice.blocked_until = known + after_memory(static_cast<Cycle>(clocks));
     ++l2_[static_cast<std::size_t>(&slice - slices_.data())].stalls[static_cast<std::size_t>(L2Stall::dram_queue)];
   }
 }
 
 void FastMemory::drain() {
-  Slice& first = slices_.front();
-  while (!first.arrivals.empty() || first.outstanding != 0) {
-    Cycle clock = first.dram.next_command() == kNever ? 0 : first.dram.next_command();
-    for (const Arrival& arrival : first.arrivals) clock = std::max(clock, arrival.clock);
-    run_dram(first, clock + 1);
+  for (Slice& slice : slices_) {
+    while (!slice.arrivals.empty() || slice.outstanding != 0) {
+      Cycle clock = slice.dram.next_command() == kNever ? 0 : slice.dram.next_command();
+      for (const Arrival& arrival : slice.arrivals) clock = std::max(clock, arrival.clock);
+      run_dram(slice, clock + 1);
+    }
+    while (!slice.done.empty()) slice.done.pop();
   }
-  while (!first.done.empty()) first.done.pop();
 }
 
 // The DRAM up to this memory clock: no request that arrives before it is missing.
@@ -218,7 +204,6 @@ void FastMemory::run_dram(Slice& slice, Cycle clock) {
       const auto found = static_cast<std::int64_t>(id & ((1u << kFoundBits) - 1));
       const auto latency = static_cast<std::int64_t>(at - (id >> kFoundBits));
       slice.errors[slice.newest_sample] = static_cast<std::int32_t>(latency - found * slice.interval / kParts);
-      slice.latencies[slice.newest_sample] = static_cast<std::uint32_t>(latency);
       slice.newest_sample = slice.newest_sample + 1 == kSamples ? 0 : slice.newest_sample + 1;
     }
     slice.done.push({id, at});
@@ -229,37 +214,19 @@ void FastMemory::run_dram(Slice& slice, Cycle clock) {
 }
 
 bool FastMemory::idle() const {
-  const Slice& first = slices_.front();
-  return first.arrivals.empty() && first.outstanding == 0 && first.done.empty();
+  return std::all_of(slices_.begin(), slices_.end(),
+                     [](const Slice& s) { return s.arrivals.empty() && s.outstanding == 0 && s.done.empty(); });
 }
 
-// Requests are counted in every channel; what they met in the rows of the first stands for all.
 std::vector<modules::DramChannelCounters> FastMemory::channels() const {
   std::vector<modules::DramChannelCounters> all;
-  const modules::DramChannelCounters& first = slices_.front().dram.counters();
-  const std::uint64_t requests = first.reads + first.writes;
-  for (const Slice& slice : slices_) {
-    modules::DramChannelCounters& c = all.emplace_back(slice.dram.counters());
-    if (simulated(slice) || dram_.perfect || requests == 0) continue;
-    const auto alike = [&](std::uint64_t count) {
-      return static_cast<std::uint64_t>(static_cast<unsigned __int128>(count) * (c.reads + c.writes) / requests);
-    };
-    c.bursts = (c.reads + c.writes) * slice.dram.bursts(sector_bytes_);
-    c.row_misses = alike(first.row_misses);
-    c.row_conflicts = alike(first.row_conflicts);
-    c.row_hits = c.reads + c.writes - c.row_misses - c.row_conflicts;
-    c.activates = alike(first.activates);
-    c.precharges = alike(first.precharges);
-    c.aged = alike(first.aged);
-    c.queue_clocks = alike(first.queue_clocks);
-    c.latency_clocks = alike(first.latency_clocks);
-  }
+  for (const Slice& slice : slices_) all.push_back(slice.dram.counters());
   return all;
 }
 
 modules::DramCounters FastMemory::dram(Cycle end) const {
   modules::DramCounters sum;
-  for (const modules::DramChannelCounters& channel : channels()) sum.channel += channel;
+  for (const Slice& slice : slices_) sum.channel += slice.dram.counters();
   sum.responses = responses_;
   sum.full_clocks = full_clocks_;
   sum.clocks = end * core_fs_ / memory_fs_;

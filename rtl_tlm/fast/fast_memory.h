@@ -1,7 +1,7 @@
 // The shared half of the memory in fast mode: crossbar, L2 slices and DRAM channels. A request is followed through all
 // of them when it is sent: ports are resources in which it reserves the first free cycle, tags are looked up once. Only
 // the DRAM's commands are simulated, by the cycle model's scheduler, in the order of time and a little later: how long
-// a read will wait there is predicted from the requests before it, and corrected by what the scheduler then finds.
+// a read will wait is predicted, from the requests before it and from what earlier predictions missed.
 #pragma once
 
 #include <array>
@@ -53,8 +53,6 @@ class FastMemory {
   static constexpr std::uint64_t kWriteBack = ~std::uint64_t{0};
   static constexpr std::size_t kSamples = 64;
   static constexpr std::int64_t kParts = 4096;
-  static constexpr Cycle kLeaveClocks = 32;
-  static constexpr std::size_t kLeaveSpans = 1024;
 
   struct DramRequest {
     std::uint64_t address = 0;  ///< inside the channel
@@ -86,29 +84,22 @@ class FastMemory {
     void arrive(Cycle clock, const DramRequest& request);
     modules::RingQueue<Done> done;  ///< by the DRAM, later than the clock to which all is known
     std::uint64_t outstanding = 0;  ///< in the DRAM
-    // Of a channel that is not simulated: requests inside, and how many leave in each kLeaveClocks memory clocks.
-    std::size_t inside = 0;
-    std::array<std::uint16_t, kLeaveSpans> leaving{};
-    Cycle left = 0;           ///< first span that is not over
-    Cycle arrival_free = 0;   ///< memory clock of the next request
-    Cycle response_free = 0;  ///< memory clock of the next response
-    // What latencies are predicted from, in memory clocks. In the channel that is simulated: requests found times
-    // `interval` (kParts parts of a clock), plus the difference that an earlier read had to that. In the others: the
-    // latency of a read that the first channel has answered.
+    Cycle arrival_free = 0;         ///< memory clock of the next request
+    Cycle response_free = 0;        ///< memory clock of the next response
+    // What a read's latency is predicted from: requests found times `interval` (of a memory clock, kParts parts), plus
+    // the difference that an earlier read had to that (memory clocks).
     std::int64_t interval = 0;
     Cycle last_done = 0;
     std::array<std::int32_t, kSamples> errors{};
-    std::array<std::uint32_t, kSamples> latencies{};
     std::size_t newest_sample = 0, next_sample = 0;
   };
 
-  bool simulated(const Slice& slice) const { return &slice == slices_.data(); }
   Cycle look_up(unsigned index, Cycle now, const modules::MemoryRequest& request);
   void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim);
   Cycle ask_dram(Slice& slice, Cycle clock, std::uint64_t local, bool write);
   void run_dram(Slice& slice, Cycle clock);
   std::size_t waiting(const Slice& slice) const {
-    return simulated(slice) ? slice.arrivals.size() + slice.outstanding + slice.done.size() : slice.inside;
+    return slice.arrivals.size() + slice.outstanding + slice.done.size();
   }
   // First edge of the other clock after that of a cycle.
   Cycle after_core(Cycle cycle) const { return scaled(cycle, core_in_memory_) + 1; }

@@ -28,6 +28,8 @@ class FastSm final : public sc_core::sc_module {
   void launch(Cycle visible, const modules::LaunchWarp& warp) { launch_.push(visible - launch_.latency(), warp); }
   /// The next warp that has ended and is seen before `end`; false when there is none.
   bool take_ended(Cycle end, Cycle& seen, std::uint16_t& slot);
+  /// When the next such warp is seen; kNever when none has ended.
+  Cycle next_ended() const { return ended_.next_visible(); }
   /// Advances to `end` (not included).
   void run(Cycle end);
   /// Next cycle in which something is due, launches included.
