@@ -67,9 +67,6 @@ class SectorCacheTags {
     touch_small(small_[slot / kSmallWays], slot % kSmallWays);
   }
 
-  /// Slots are below this number.
-  std::size_t slots() const { return small_.empty() ? lines_.size() : small_.size() * kSmallWays; }
-
   std::uint8_t valid(Slot slot) const { return state(slot).valid; }
   void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
   std::uint8_t dirty(Slot slot) const { return state(slot).dirty; }

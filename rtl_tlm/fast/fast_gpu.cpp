@@ -27,6 +27,7 @@ void check_modelled(const GpuConfig& config) {
   require(!config.rt.warp_buffer.spill, "rt.warp_buffer.spill", "is not modelled by --mode fast");
   require(!config.rt.memory.by_shader, "rt.memory.by_shader", "is not modelled by --mode fast");
   require(config.rt_units == 1, "gpu.rt_units", "must be 1 with --mode fast");
+  require(config.l1.mshr_entries < 65535, "l1.mshr_entries", "must be below 65535 with --mode fast");  // DueWheel
 }
 
 const GpuConfig& checked(const GpuConfig& config) {

@@ -39,6 +39,13 @@ class FastL1 {
   modules::L1Counters counters() const;
 
  private:
+  /// A sector under way, in one of the MSHRs.
+  struct Miss {
+    std::uint64_t address = 0;
+    Cycle arrives = 0;
+    bool demanded = false;
+  };
+
   Access read(Cycle now, const modules::MemoryRequest& request);
   Access write(Cycle now, modules::MemoryRequest& request);
   /// Puts the sectors that have arrived by cycle `now` into the tags.
@@ -56,12 +63,6 @@ class FastL1 {
   std::uint8_t sm_;
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
-  /// A sector under way, in one of the MSHRs.
-  struct Miss {
-    std::uint64_t address = 0;
-    Cycle arrives = 0;
-    bool demanded = false;
-  };
   std::vector<Miss> misses_;
   std::vector<DueWheel::Number> free_;  ///< of misses_
   DueWheel arrivals_;                   ///< of misses_

@@ -206,11 +206,11 @@ void FastMemory::run_dram(Slice& slice, Cycle clock) {
       slice.errors[slice.newest_sample] = static_cast<std::int32_t>(latency - found * slice.interval / kParts);
       slice.newest_sample = slice.newest_sample + 1 == kSamples ? 0 : slice.newest_sample + 1;
     }
-    slice.done.push({id, at});
+    slice.done.push(at);
     --slice.outstanding;
     ++responses_;
   }
-  while (!slice.done.empty() && slice.done.front().clock <= clock) slice.done.pop();
+  while (!slice.done.empty() && slice.done.front() <= clock) slice.done.pop();
 }
 
 bool FastMemory::idle() const {

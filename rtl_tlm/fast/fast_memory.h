@@ -50,9 +50,9 @@ class FastMemory {
   std::uint64_t dirty_sectors() const;
 
  private:
-  static constexpr std::uint64_t kWriteBack = ~std::uint64_t{0};
-  static constexpr std::size_t kSamples = 64;
-  static constexpr std::int64_t kParts = 4096;
+  static constexpr std::uint64_t kWriteBack = ~std::uint64_t{0};  ///< id of a request that nobody waits for
+  static constexpr std::size_t kSamples = 64;                     ///< reads whose missed predictions are kept
+  static constexpr std::int64_t kParts = 4096;                    ///< of a clock, in the measured pace
 
   struct DramRequest {
     std::uint64_t address = 0;  ///< inside the channel
@@ -63,10 +63,6 @@ class FastMemory {
     Cycle clock = 0;
     std::uint32_t request = 0;
     bool operator<(const Arrival& o) const { return clock != o.clock ? clock < o.clock : request < o.request; }
-  };
-  struct Done {
-    std::uint64_t id = 0;
-    Cycle clock = 0;
   };
   struct Slice {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
@@ -82,10 +78,10 @@ class FastMemory {
     std::vector<DramRequest> requests;
     std::vector<std::uint32_t> free_requests;
     void arrive(Cycle clock, const DramRequest& request);
-    modules::RingQueue<Done> done;  ///< by the DRAM, later than the clock to which all is known
-    std::uint64_t outstanding = 0;  ///< in the DRAM
-    Cycle arrival_free = 0;         ///< memory clock of the next request
-    Cycle response_free = 0;        ///< memory clock of the next response
+    modules::RingQueue<Cycle> done;  ///< memory clocks of answers, later than the one to which all is known
+    std::uint64_t outstanding = 0;   ///< in the DRAM
+    Cycle arrival_free = 0;          ///< memory clock of the next request
+    Cycle response_free = 0;         ///< memory clock of the next response
     // What a read's latency is predicted from: requests found times `interval` (of a memory clock, kParts parts), plus
     // the difference that an earlier read had to that (memory clocks).
     std::int64_t interval = 0;
@@ -104,8 +100,7 @@ class FastMemory {
   // First edge of the other clock after that of a cycle.
   Cycle after_core(Cycle cycle) const { return scaled(cycle, core_in_memory_) + 1; }
   Cycle after_memory(Cycle clock) const { return scaled(clock, memory_in_core_) + 1; }
-  /// The ratio is a whole number of 2^-64 and a part of 2^-64 ths: a multiplication, where a division would take
-  /// longer.
+  /// whole + fraction / 2^64: scaling by it is a multiplication, where a division would take longer.
   struct Ratio {
     std::uint64_t whole, fraction;
   };

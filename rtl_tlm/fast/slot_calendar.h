@@ -14,7 +14,7 @@ namespace grtx::tlm {
 
 class SlotCalendar {
  public:
-  /// places: items served in `width` cycles, 1 to 255.
+  /// places: items served in `width` cycles, 1 to 65535.
   explicit SlotCalendar(unsigned places = 1, unsigned width = 1)
       : places_(places), width_(width), used_(places > 1 ? kWindow : 0) {}
 
@@ -34,7 +34,7 @@ class SlotCalendar {
     const Cycle slot = now / width_;
     while (base_ + 64 <= slot) {
       full_[base_ % kWindow / 64] = 0;
-      if (places_ > 1) std::fill_n(used_.begin() + static_cast<std::ptrdiff_t>(base_ % kWindow), 64, std::uint8_t{0});
+      if (places_ > 1) std::fill_n(used_.begin() + static_cast<std::ptrdiff_t>(base_ % kWindow), 64, std::uint16_t{0});
       base_ += 64;
     }
   }
@@ -69,7 +69,7 @@ class SlotCalendar {
   Cycle base_ = 0;  ///< first slot that is kept, a multiple of 64
   Cycle beyond_ = 0;
   std::array<std::uint64_t, kWindow / 64> full_{};
-  std::vector<std::uint8_t> used_;
+  std::vector<std::uint16_t> used_;
 };
 
 }  // namespace grtx::tlm

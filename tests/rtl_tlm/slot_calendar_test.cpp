@@ -36,7 +36,7 @@ TEST_P(SlotCalendarTest, EqualsAPlainTable) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, SlotCalendarTest,
-                         ::testing::Values(Shape{1, 1}, Shape{4, 1}, Shape{1, 4}, Shape{3, 2}));
+                         ::testing::Values(Shape{1, 1}, Shape{4, 1}, Shape{1, 4}, Shape{3, 2}, Shape{300, 1}));
 
 TEST(SlotCalendarLimits, PastCyclesAreNotGivenAndFarOnesComeInOrder) {
   SlotCalendar calendar;
