@@ -14,6 +14,7 @@ FastL1::FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t 
       sm_(static_cast<std::uint8_t>(sm)),
       memory_(memory),
       tags_(config.geometry),
+      banks_(config.banks),
       misses_(config.mshr_entries),
       arrivals_(config.mshr_entries),
       pending_(config.mshr_entries),
@@ -68,7 +69,7 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
   }
   if (config_.perfect) {
     ++(request.prefetch ? counters_.prefetches_redundant : region.hits);
-    return {now, now + config_.latency};
+    return {now, now + config_.latency, true};
   }
   fill(now);
   const SectorCacheTags::Slot slot = tags_.find(request.address);
@@ -82,7 +83,7 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
         ++region.hits;
         reference(slot, sector);
       }
-      return {now, now + config_.latency};
+      return {now, now + config_.latency, true};
     }
   }
   const std::uint64_t number = request.address / modules::kSectorBytes;
@@ -95,7 +96,7 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
       if (!miss.demanded) ++counters_.prefetches_late;
       miss.demanded = true;
     }
-    return {now, std::max(now + config_.latency, miss.arrives + 1)};
+    return {now, std::max(now + config_.latency, miss.arrives + 1), false};
   }
   if (free_.empty()) {
     const Cycle free = std::max(now, arrivals_.next());
@@ -114,7 +115,7 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
   counters_.miss_latency.add(trip.seen - now);
   counters_.mshr_cycles += trip.seen - now;
   ++(request.prefetch ? counters_.prefetches_fetched : region.misses);
-  return {now, trip.seen + 1};
+  return {now, trip.seen + 1, false};
 }
 
 void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
@@ -123,13 +124,13 @@ void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
   ++counters_.prefetches_useful;
 }
 
-FastL1::Access FastL1::write(Cycle now, MemoryRequest& request) {
+FastL1::Access FastL1::write(Cycle now, const MemoryRequest& request) {
   modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
   ++region.writes;
   ++counters_.responses;
   if (config_.perfect) {
     ++region.write_hits;
-    return {now, now + config_.latency};
+    return {now, now + config_.latency, true};
   }
   fill(now);
   now = room(now);
@@ -142,7 +143,7 @@ FastL1::Access FastL1::write(Cycle now, MemoryRequest& request) {
     }
   }
   ++counters_.sent_writes;
-  return {now, send(now, request).seen + 1};
+  return {now, send(now, request).seen + 1, false};
 }
 
 void FastL1::drain() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "modules/address_index.h"
@@ -11,6 +12,7 @@
 #include "modules/sector_cache_tags.h"
 #include "rtl_tlm/fast/due_wheel.h"
 #include "rtl_tlm/fast/fast_memory.h"
+#include "rtl_tlm/fast/slot_calendar.h"
 
 namespace grtx::tlm {
 
@@ -20,14 +22,30 @@ class FastL1 {
   struct Access {
     Cycle taken = 0;  ///< the L1 accepted it; the next of its client comes later
     Cycle seen = 0;   ///< the response is visible to the client
+    bool hit = false;
   };
 
   /// link_capacity: of the link to the crossbar.
   FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory);
 
   /// A request that the L1 looks at in cycle `now` or, when a full miss queue or no free MSHR holds it back, later.
-  Access access(Cycle now, modules::MemoryRequest request) {
-    return request.write ? write(now, request) : read(now, request);
+  Access access(Cycle now, const modules::MemoryRequest& request) { return serve(take_bank(now, request), request); }
+  /// As access(), of a client that asks after one that asked ahead of time: half of the time it goes first, as turns in
+  /// the priority have it, and the other one's next request comes a cycle later.
+  Access access_between(Cycle now, const modules::MemoryRequest& request) {
+    Cycle bank = take_bank(now, request);
+    if (bank != now && (between_ = !between_)) {
+      ++overtaken_;
+      bank = now;
+    }
+    return serve(bank, request);
+  }
+  /// How often access_between() went first since the last call.
+  Cycle take_overtaken() { return std::exchange(overtaken_, 0); }
+  Cycle latency() const { return config_.latency; }
+  /// Nothing will be asked before cycle `now` any more.
+  void advance(Cycle now) {
+    for (SlotCalendar& bank : banks_) bank.advance(now);
   }
   /// Asks the host for what an access will read.
   void prefetch_host(std::uint64_t address) const {
@@ -46,8 +64,16 @@ class FastL1 {
     bool demanded = false;
   };
 
+  Cycle take_bank(Cycle now, const modules::MemoryRequest& request) {
+    const Cycle bank = banks_[request.address / modules::kSectorBytes % banks_.size()].reserve(now);
+    counters_.stalls[static_cast<std::size_t>(modules::L1Stall::bank_conflict)] += bank - now;
+    return bank;
+  }
+  Access serve(Cycle now, const modules::MemoryRequest& request) {
+    return request.write ? write(now, request) : read(now, request);
+  }
   Access read(Cycle now, const modules::MemoryRequest& request);
-  Access write(Cycle now, modules::MemoryRequest& request);
+  Access write(Cycle now, const modules::MemoryRequest& request);
   /// Puts the sectors that have arrived by cycle `now` into the tags.
   void fill(Cycle now) {
     while (arrivals_.next() <= now) fill_next();
@@ -63,6 +89,9 @@ class FastL1 {
   std::uint8_t sm_;
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
+  std::vector<SlotCalendar> banks_;  ///< one access a cycle each
+  bool between_ = false;
+  Cycle overtaken_ = 0;
   std::vector<Miss> misses_;
   std::vector<DueWheel::Number> free_;  ///< of misses_
   DueWheel arrivals_;                   ///< of misses_

@@ -24,6 +24,7 @@ FastRtUnit::FastRtUnit(const std::string& name, const RtUnitConfig& config, cons
       times_(config.warp_buffer.entries),
       fetches_(config.warp_buffer.entries),
       queue_(config.memory.queue),
+      hits_(l1.latency()),
       results_(std::size_t{config.warp_buffer.entries} * kMaxLanes),
       box_(config.ray_box),
       leaf_(traffic_.leaf_kind() == NodeKind::triangle ? config.ray_triangle : config.ray_sphere),
@@ -104,6 +105,7 @@ void FastRtUnit::step(Cycle now) {
   if (now > accounted_) scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += now - accounted_;
   accounted_ = now + 1;
   for (Unit* unit : {&box_, &leaf_, &transform_}) unit->places.advance(now);
+  responses_.advance(now);
   results_.take(now, [&](LaneId id) { unit_result(now, id); });
   if (checkpoint_) {
     if (const auto id = checkpoint_->respond(now, *links_.checkpoint_responses)) {
@@ -232,16 +234,23 @@ void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) 
 void FastRtUnit::ask(Cycle now) {
   constexpr Cycle kAhead = 8;
   bool slow = false;
+  ask_next_ += l1_.take_overtaken();
   while (!queue_.empty() && ask_next_ <= now + (slow ? 1 : kAhead)) {
     Waiting& waiting = queue_.front();
     const unsigned entry = entry_of(waiting.lane);
     Fetch& f = fetches_[entry][waiting.place];
     // The first leaves in the cycle after the visit and is at the L1 one later.
-    const Cycle at = std::max(ask_next_, f.asked + 2);
+    const Cycle due = std::max(ask_next_, f.asked + 2);
+    const Cycle at = std::max(due, hits_[next_hit_]);
     const FastL1::Access access = l1_.access(at, next_sector(waiting));
-    slow = access.taken > at;
+    slow = access.taken > due;
     ask_next_ = access.taken + 1;
-    waiting.seen = std::max(waiting.seen, access.seen);
+    const Cycle response = responses_.reserve(access.seen);
+    if (access.hit) {
+      hits_[next_hit_] = response;
+      next_hit_ = next_hit_ + 1 == hits_.size() ? 0 : next_hit_ + 1;
+    }
+    waiting.seen = std::max(waiting.seen, response);
     if (waiting.left > 0) continue;
     f.ready = waiting.seen;
     memory_counters_.fetch_latency.add(f.ready - f.asked);
@@ -254,7 +263,7 @@ void FastRtUnit::ask(Cycle now) {
   slow = false;
   while (prefetch_next_ <= now + (slow ? 1 : kAhead) && prefetcher_->next(request)) {
     const Cycle at = std::max(prefetch_next_, now + 1);
-    prefetch_next_ = l1_.access(at, request).taken + 1;
+    prefetch_next_ = l1_.access_between(at, request).taken + 1;
     slow = prefetch_next_ > at + 1;
   }
 }

@@ -148,7 +148,10 @@ class FastRtUnit {
   modules::RingQueue<Waiting> queue_;
   Cycle ask_next_ = 0;       ///< of the node requests' port at the L1
   Cycle prefetch_next_ = 0;  ///< of the prefetches' port
-  DueWheel results_;         ///< lanes in the cycle in which their node has been tested
+  SlotCalendar responses_;   ///< of the L1 to node requests, one a cycle
+  std::vector<Cycle> hits_;  ///< when those left the L1 that fill its pipeline, the oldest first
+  std::size_t next_hit_ = 0;
+  DueWheel results_;  ///< lanes in the cycle in which their node has been tested
 
   Unit box_, leaf_, transform_;
   Cycle due_ = modules::kNever;

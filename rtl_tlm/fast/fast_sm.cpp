@@ -79,6 +79,7 @@ void FastSm::run(Cycle end) {
     now = std::max(earliest(), now + 1);
   }
   due_ = now;
+  l1_.advance(end);
 }
 
 Cycle FastSm::earliest() const {
@@ -105,7 +106,7 @@ void FastSm::step(Cycle now) {
 void FastSm::ask(Cycle now, Client& client) {
   if (client.taken == 0) {
     const MemoryRequest request = *client.request->front(now);
-    const FastL1::Access access = l1_.access(now, request);
+    const FastL1::Access access = l1_.access_between(now, request);
     client.taken = access.taken;
     client.answers.push_back(
         {{request.address, request.tag, request.client, request.sm, request.region, request.write, request.prefetch},

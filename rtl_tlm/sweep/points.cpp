@@ -11,6 +11,7 @@
 #include "base/hash.h"
 #include "rtl_tlm/config_file.h"
 #include "rtl_tlm/gpu_config.h"
+#include "traces/header.h"
 
 namespace grtx::tlm {
 namespace {
@@ -100,6 +101,7 @@ SweepTrace trace_of(const Scene& scene, unsigned view, const Structure& structur
     broken = error.what();
   }
   trace.options["program"] = program;
+  trace.options["trace_format"] = traces::kFormatVersion;
   trace.key = key_of(trace.options);
   const auto& p = *scene.plan;
   trace.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),
