@@ -17,6 +17,7 @@
 #include "rtl_tlm/cost/machine.h"
 #include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/fast/fast_gpu.h"
+#include "rtl_tlm/first_launches.h"
 #include "rtl_tlm/gpu_counters.h"
 #include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/measured_source.h"
@@ -38,10 +39,17 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// User and system time of all threads of the process so far.
+/// Of this process and of children that have ended.
 double cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  rusage children{};
+  getrusage(RUSAGE_CHILDREN, &children);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec) + seconds(children.ru_utime) +
+         seconds(children.ru_stime);
 }
 
 std::uint64_t peak_rss_bytes() {
@@ -204,8 +212,20 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
   return finished;
 }
 
+/// What fast mode needs to know of cycle mode. Where all groups are launched at once, it is nothing; a trace that
+/// cannot be simulated says so in the run itself.
+std::vector<Launch> launches_to_follow(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
+                                       const GpuConfig& config) {
+  if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return {};
+  try {
+    return first_launches(reader, groups, config);
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
-                        modules::GroupSource& source) {
+                        modules::GroupSource& source, const std::vector<Launch>& first) {
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
     throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
@@ -213,6 +233,9 @@ Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, c
   const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
   FastGpu gpu("fast", config, reader.header(), evictions, source);
   gpu.observe(options.observer);
+  std::vector<unsigned> sms;
+  for (const Launch& launch : first) sms.push_back(launch.sm);
+  gpu.assign(std::move(sms));
   sc_core::sc_start(sc_core::SC_ZERO_TIME);  // elaborates: binds the ports of the SIMT cores
   Progress progress("simulate", source.count(), "warps", options.quiet);
   gpu.run([&](std::uint64_t ended) { progress.set(ended); });
@@ -238,12 +261,14 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
 
-  modules::set_time_resolution_to_fs();
   std::vector<std::uint64_t> groups = options.groups;
   if (groups.empty()) {
     groups.resize(reader.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
   }
+  std::vector<Launch> first;
+  if (options.mode == SimulationMode::fast) first = launches_to_follow(reader, groups, config);
+  modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
   MeasuredSource source(file, header, ChainLatencies(config, header));
 
@@ -251,7 +276,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   nlohmann::ordered_json over_time;
   result.inputs = inputs_of(reader, config, options);
   try {
-    Finished finished = options.mode == SimulationMode::fast ? run_fast_model(reader, config, options, source)
+    Finished finished = options.mode == SimulationMode::fast ? run_fast_model(reader, config, options, source, first)
                                                              : run_cycle_model(reader, config, options, source, result);
     const GpuCounters& counters = finished.counters;
     over_time = std::move(finished.over_time);

@@ -121,7 +121,11 @@ void FastGpu::collect_ended(Cycle end) {
 void FastGpu::launch_more(Cycle seen, Cycle earliest) {
   while (next_group_ < source_.count() && !held_back(seen)) {
     unsigned sm = turn_;
-    for (unsigned i = 0; i < config_.sms && work_[sm].free_slots == 0; ++i) sm = (sm + 1) % config_.sms;
+    if (next_group_ < assigned_.size()) {
+      sm = assigned_[next_group_];
+    } else {
+      for (unsigned i = 0; i < config_.sms && work_[sm].free_slots == 0; ++i) sm = (sm + 1) % config_.sms;
+    }
     Work& work = work_[sm];
     if (work.free_slots == 0) return;
     modules::LaunchWarp warp;

@@ -25,6 +25,8 @@ class FastGpu final : public sc_core::sc_module {
 
   /// Before run(); must outlive it.
   void observe(modules::WarpObserver* observer) { observer_ = observer; }
+  /// Which SMs the first groups go to, in launch order.
+  void assign(std::vector<unsigned> sms) { assigned_ = std::move(sms); }
   /// Runs all groups to the end and drains. progress(groups ended) is called now and then. Throws std::runtime_error
   /// when nothing is due although work remains.
   void run(const std::function<void(std::uint64_t)>& progress);
@@ -53,6 +55,7 @@ class FastGpu final : public sc_core::sc_module {
   modules::MemoryMap map_;
   modules::GroupSource& source_;
   modules::WarpObserver* observer_ = nullptr;
+  std::vector<unsigned> assigned_;  ///< SMs of the first groups
   FastMemory memory_;
   std::vector<std::unique_ptr<FastSm>> sms_;
   std::vector<Work> work_;  ///< by SM

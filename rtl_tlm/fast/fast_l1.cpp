@@ -5,6 +5,7 @@
 
 namespace grtx::tlm {
 
+using modules::kNever;
 using modules::L1Stall;
 using modules::MemoryRequest;
 using modules::SectorCacheTags;
@@ -43,12 +44,29 @@ void FastL1::store(DueWheel::Number number) {
   free_.push_back(number);
 }
 
-Cycle FastL1::room(Cycle now) {
-  const Cycle crossed = crossed_[next_crossed_];
-  if (crossed <= now + config_.tag_latency) return now;
-  const Cycle at = crossed - config_.tag_latency;
-  counters_.stalls[static_cast<std::size_t>(L1Stall::miss_queue_full)] += at - now;
-  return at;
+Cycle FastL1::take_bank(Cycle now, const MemoryRequest& request, Client client) {
+  const Cycle bank = banks_[request.address / modules::kSectorBytes % banks_.size()].reserve(now);
+  if (bank == now) return now;
+  if (client != kNode && (between_ = !between_)) {
+    ++overtaken_;
+    return now;
+  }
+  counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += bank - now;
+  return bank;
+}
+
+bool FastL1::turn_of(Cycle now, Client client) {
+  for (unsigned other = first_; other != client; other = (other + 1) % kClients) {
+    if (again_[other] != 0 && again_[other] <= now) return false;
+  }
+  first_ = (client + 1u) % kClients;
+  return true;
+}
+
+FastL1::Access FastL1::refuse(Cycle now, Cycle until, Client client, L1Stall reason) {
+  again_[client] = until;
+  counters_.stalls[static_cast<std::size_t>(reason)] += until - now;
+  return {kNever, until, false};
 }
 
 FastMemory::Trip FastL1::send(Cycle now, MemoryRequest request) {
@@ -59,52 +77,49 @@ FastMemory::Trip FastL1::send(Cycle now, MemoryRequest request) {
   return trip;
 }
 
-FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
+FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request, Client client) {
   modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
-  ++counters_.responses;
-  if (request.prefetch) {
-    ++counters_.prefetches;
-  } else {
-    ++region.reads;
-  }
+  const auto accept = [&](std::uint64_t& as_prefetch, std::uint64_t& as_read) {
+    again_[client] = 0;
+    ++counters_.responses;
+    ++(request.prefetch ? counters_.prefetches : region.reads);
+    ++(request.prefetch ? as_prefetch : as_read);
+  };
   if (config_.perfect) {
-    ++(request.prefetch ? counters_.prefetches_redundant : region.hits);
+    accept(counters_.prefetches_redundant, region.hits);
+    now = take_bank(now, request, client);
     return {now, now + config_.latency, true};
   }
   fill(now);
   const SectorCacheTags::Slot slot = tags_.find(request.address);
   if (slot != SectorCacheTags::kNone) {
     const std::uint8_t sector = tags_.sector_bit(request.address);
-    tags_.touch(slot);
     if ((tags_.valid(slot) & sector) != 0) {
-      if (request.prefetch) {
-        ++counters_.prefetches_redundant;
-      } else {
-        ++region.hits;
-        reference(slot, sector);
-      }
+      tags_.touch(slot);
+      accept(counters_.prefetches_redundant, region.hits);
+      if (!request.prefetch) reference(slot, sector);
+      now = take_bank(now, request, client);
       return {now, now + config_.latency, true};
     }
   }
   const std::uint64_t number = request.address / modules::kSectorBytes;
   if (const std::uint32_t under_way = pending_.find(number); under_way != modules::AddressIndex::kNone) {
     Miss& miss = misses_[under_way];
-    if (request.prefetch) {
-      ++counters_.prefetches_redundant;
-    } else {
-      ++region.hits_on_miss;
+    if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+    accept(counters_.prefetches_redundant, region.hits_on_miss);
+    if (!request.prefetch) {
       if (!miss.demanded) ++counters_.prefetches_late;
       miss.demanded = true;
     }
+    now = take_bank(now, request, client);
     return {now, std::max(now + config_.latency, miss.arrives + 1), false};
   }
-  if (free_.empty()) {
-    const Cycle free = std::max(now, arrivals_.next());
-    counters_.stalls[static_cast<std::size_t>(L1Stall::mshr_full)] += free - now;
-    now = free;
-    fill_next();
-  }
-  now = room(now);
+  if (free_.empty()) return refuse(now, arrivals_.next(), client, L1Stall::mshr_full);
+  if (const Cycle free = room(); free > now) return refuse(now, free, client, L1Stall::miss_queue_full);
+  if (!turn_of(now, client)) return refuse(now, now + 1, client, L1Stall::miss_queue_full);
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  accept(counters_.prefetches_fetched, region.misses);
+  now = take_bank(now, request, client);
   const FastMemory::Trip trip = send(now, request);
   const DueWheel::Number miss = free_.back();
   free_.pop_back();
@@ -114,7 +129,6 @@ FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request) {
   ++counters_.sent_reads;
   counters_.miss_latency.add(trip.seen - now);
   counters_.mshr_cycles += trip.seen - now;
-  ++(request.prefetch ? counters_.prefetches_fetched : region.misses);
   return {now, trip.seen + 1, false};
 }
 
@@ -124,16 +138,21 @@ void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
   ++counters_.prefetches_useful;
 }
 
-FastL1::Access FastL1::write(Cycle now, const MemoryRequest& request) {
+FastL1::Access FastL1::write(Cycle now, const MemoryRequest& request, Client client) {
   modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
+  if (!config_.perfect) {
+    fill(now);
+    if (const Cycle free = room(); free > now) return refuse(now, free, client, L1Stall::miss_queue_full);
+    if (!turn_of(now, client)) return refuse(now, now + 1, client, L1Stall::miss_queue_full);
+  }
+  again_[client] = 0;
+  now = take_bank(now, request, client);
   ++region.writes;
   ++counters_.responses;
   if (config_.perfect) {
     ++region.write_hits;
     return {now, now + config_.latency, true};
   }
-  fill(now);
-  now = room(now);
   if (const SectorCacheTags::Slot slot = tags_.find(request.address); slot != SectorCacheTags::kNone) {
     tags_.touch(slot);
     const std::uint8_t sector = tags_.sector_bit(request.address);

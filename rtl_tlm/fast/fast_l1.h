@@ -2,6 +2,7 @@
 // answer is there; the sectors that are under way go into the tags when they arrive.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -28,19 +29,16 @@ class FastL1 {
   /// link_capacity: of the link to the crossbar.
   FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory);
 
-  /// A request that the L1 looks at in cycle `now` or, when a full miss queue or no free MSHR holds it back, later.
-  Access access(Cycle now, const modules::MemoryRequest& request) { return serve(take_bank(now, request), request); }
-  /// As access(), of a client that asks after one that asked ahead of time: half of the time it goes first, as turns in
-  /// the priority have it, and the other one's next request comes a cycle later.
-  Access access_between(Cycle now, const modules::MemoryRequest& request) {
-    Cycle bank = take_bank(now, request);
-    if (bank != now && (between_ = !between_)) {
-      ++overtaken_;
-      bank = now;
-    }
-    return serve(bank, request);
+  /// Numbers of the clients, in the order of the cycle model's: its turns in the priority follow them.
+  enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kClients };
+
+  /// A request that the L1 looks at in cycle `now`. Without a free MSHR or a place in the miss queue it is refused:
+  /// then `taken` is kNever and `seen` the cycle in which to ask again.
+  Access access(Cycle now, const modules::MemoryRequest& request, Client client) {
+    return request.write ? write(now, request, client) : read(now, request, client);
   }
-  /// How often access_between() went first since the last call.
+  /// How often a client went before a node request that had been asked ahead of time, since the last call: as often is
+  /// the next node request a cycle later.
   Cycle take_overtaken() { return std::exchange(overtaken_, 0); }
   Cycle latency() const { return config_.latency; }
   /// Nothing will be asked before cycle `now` any more.
@@ -64,24 +62,24 @@ class FastL1 {
     bool demanded = false;
   };
 
-  Cycle take_bank(Cycle now, const modules::MemoryRequest& request) {
-    const Cycle bank = banks_[request.address / modules::kSectorBytes % banks_.size()].reserve(now);
-    counters_.stalls[static_cast<std::size_t>(modules::L1Stall::bank_conflict)] += bank - now;
-    return bank;
-  }
-  Access serve(Cycle now, const modules::MemoryRequest& request) {
-    return request.write ? write(now, request) : read(now, request);
-  }
-  Access read(Cycle now, const modules::MemoryRequest& request);
-  Access write(Cycle now, const modules::MemoryRequest& request);
+  Access read(Cycle now, const modules::MemoryRequest& request, Client client);
+  Access write(Cycle now, const modules::MemoryRequest& request, Client client);
+  /// When the bank takes the request. Node requests ask ahead of time, so half of the time the others go first.
+  Cycle take_bank(Cycle now, const modules::MemoryRequest& request, Client client);
+  /// Whether it is this client's turn, now that there is room for one more miss.
+  bool turn_of(Cycle now, Client client);
+  Access refuse(Cycle now, Cycle until, Client client, modules::L1Stall reason);
   /// Puts the sectors that have arrived by cycle `now` into the tags.
   void fill(Cycle now) {
     while (arrivals_.next() <= now) fill_next();
   }
   void fill_next();
   void store(DueWheel::Number miss);
-  /// The miss queue and the link behind it have room.
-  Cycle room(Cycle now);
+  /// When the miss queue and the link behind it have room.
+  Cycle room() const {
+    const Cycle crossed = crossed_[next_crossed_];
+    return crossed > config_.tag_latency ? crossed - config_.tag_latency : 0;
+  }
   void reference(modules::SectorCacheTags::Slot slot, std::uint8_t sector);
   FastMemory::Trip send(Cycle now, modules::MemoryRequest request);
 
@@ -90,8 +88,10 @@ class FastL1 {
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
   std::vector<SlotCalendar> banks_;  ///< one access a cycle each
-  bool between_ = false;
+  bool between_ = false;             ///< the next bank conflict is the node request's
   Cycle overtaken_ = 0;
+  std::array<Cycle, kClients> again_{};  ///< when a client asks again that was refused; 0: none was
+  unsigned first_ = 0;                   ///< in the priority
   std::vector<Miss> misses_;
   std::vector<DueWheel::Number> free_;  ///< of misses_
   DueWheel arrivals_;                   ///< of misses_

@@ -232,19 +232,18 @@ void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) 
 // Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask ahead of time, unless the
 // L1 is slow: then its other clients come in between.
 void FastRtUnit::ask(Cycle now) {
-  constexpr Cycle kAhead = 8;
-  bool slow = false;
-  ask_next_ += l1_.take_overtaken();
-  while (!queue_.empty() && ask_next_ <= now + (slow ? 1 : kAhead)) {
+  ask_.next += l1_.take_overtaken();
+  while (!queue_.empty() && ask_.may(now)) {
     Waiting& waiting = queue_.front();
     const unsigned entry = entry_of(waiting.lane);
     Fetch& f = fetches_[entry][waiting.place];
     // The first leaves in the cycle after the visit and is at the L1 one later.
-    const Cycle due = std::max(ask_next_, f.asked + 2);
-    const Cycle at = std::max(due, hits_[next_hit_]);
-    const FastL1::Access access = l1_.access(at, next_sector(waiting));
-    slow = access.taken > due;
-    ask_next_ = access.taken + 1;
+    const Cycle at = std::max({ask_.next, f.asked + 2, hits_[next_hit_]});
+    const MemoryRequest request = next_sector(waiting);
+    const FastL1::Access access = l1_.access(at, request, FastL1::kNode);
+    if (!ask_.answered(access)) break;
+    --waiting.left;
+    ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
     const Cycle response = responses_.reserve(access.seen);
     if (access.hit) {
       hits_[next_hit_] = response;
@@ -259,12 +258,9 @@ void FastRtUnit::ask(Cycle now) {
     queue_.pop();
   }
   if (!prefetcher_) return;
-  MemoryRequest request;
-  slow = false;
-  while (prefetch_next_ <= now + (slow ? 1 : kAhead) && prefetcher_->next(request)) {
-    const Cycle at = std::max(prefetch_next_, now + 1);
-    prefetch_next_ = l1_.access_between(at, request).taken + 1;
-    slow = prefetch_next_ > at + 1;
+  while (prefetch_.may(now) && (prefetching_ || prefetcher_->next(prefetched_))) {
+    const Cycle at = std::max(prefetch_.next, now + 1);
+    prefetching_ = !prefetch_.answered(l1_.access(at, prefetched_, FastL1::kPrefetch));
   }
 }
 
@@ -275,10 +271,10 @@ unsigned FastRtUnit::sectors_of(NodeKind kind, bool header) const {
 }
 
 // A fetch's sectors in the order of MemoryScheduler: descriptor (if any), the node's, the BLAS header (if any).
-MemoryRequest FastRtUnit::next_sector(Waiting& fetch) {
+MemoryRequest FastRtUnit::next_sector(const Waiting& fetch) const {
   const unsigned body = traffic_.sectors(fetch.kind);
   const unsigned after = fetch.header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0;
-  const unsigned left = fetch.left--;
+  const unsigned left = fetch.left;
   MemoryRequest request;
   if (left <= after) {
     request.address = traffic_.blas_header() + kSectorBytes * (after - left);
@@ -287,7 +283,6 @@ MemoryRequest FastRtUnit::next_sector(Waiting& fetch) {
     request.address = fetch.address + (left > after + body ? 0 : kSectorBytes * (after + body - left));
     request.region = traffic_.region(fetch.kind, fetch.address);
   }
-  ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
   return request;
 }
 
@@ -452,8 +447,8 @@ Cycle FastRtUnit::next_due(Cycle now) const {
   if (done_ != 0) return now + 1;
   Cycle due = std::min(links_.shader_dones->next_visible(), results_.next());
   if (ready_ != 0 && has_room()) return now + 1;
-  if (!queue_.empty()) due = std::min(due, ask_next_ - 1);
-  if (prefetcher_ && prefetcher_->busy()) due = std::min(due, prefetch_next_ - 1);
+  if (!queue_.empty()) due = std::min(due, ask_.due());
+  if (prefetching_ || (prefetcher_ && prefetcher_->busy())) due = std::min(due, prefetch_.due());
   if (occupied_ != all_) due = std::min(due, links_.calls->next_visible());
   for_each_bit(candidates_, [&](unsigned e) { due = std::min(due, any_hit_due(warps_[e])); });
   if (checkpoint_) {
@@ -466,7 +461,7 @@ Cycle FastRtUnit::next_due(Cycle now) const {
 
 bool FastRtUnit::idle() const {
   return occupied_ == 0 && queue_.empty() && results_.empty() && (!checkpoint_ || checkpoint_->idle()) &&
-         (!prefetcher_ || prefetcher_->idle());
+         !prefetching_ && (!prefetcher_ || prefetcher_->idle());
 }
 
 void FastRtUnit::settle(Cycle end) {

@@ -85,6 +85,21 @@ class FastRtUnit {
     std::uint8_t left = 0;  ///< sectors to ask for
   };
 
+  /// A port at the L1. Asks some cycles ahead of time, but not what has been refused.
+  struct Port {
+    static constexpr Cycle kAhead = 8;
+    Cycle next = 1;  ///< cycle of the next request
+    bool refused = false;
+    bool may(Cycle now) const { return next <= now + (refused ? 0 : kAhead); }
+    Cycle due() const { return refused ? next : next - 1; }
+    /// Whether the request was taken.
+    bool answered(const FastL1::Access& access) {
+      refused = access.taken == modules::kNever;
+      next = refused ? access.seen : access.taken + 1;
+      return !refused;
+    }
+  };
+
   struct Unit {
     explicit Unit(const modules::IntersectionUnit::Config& c) : config(c), places(c.count, c.interval) {}
     modules::IntersectionUnit::Config config;
@@ -111,7 +126,7 @@ class FastRtUnit {
   void fetch(Cycle now, modules::LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
   void ask(Cycle now);
   unsigned sectors_of(traces::NodeKind kind, bool header) const;
-  modules::MemoryRequest next_sector(Waiting& fetch);
+  modules::MemoryRequest next_sector(const Waiting& fetch) const;
   void await_result(Cycle now, modules::LaneId id, traces::NodeKind kind, Cycle ready);
   void replay(Cycle now, modules::LaneId id, modules::LaneState from);
   void pop(modules::LaneId id);
@@ -146,10 +161,12 @@ class FastRtUnit {
   // Node fetches.
   std::vector<FetchTable> fetches_;  ///< by entry
   modules::RingQueue<Waiting> queue_;
-  Cycle ask_next_ = 0;       ///< of the node requests' port at the L1
-  Cycle prefetch_next_ = 0;  ///< of the prefetches' port
-  SlotCalendar responses_;   ///< of the L1 to node requests, one a cycle
-  std::vector<Cycle> hits_;  ///< when those left the L1 that fill its pipeline, the oldest first
+  Port ask_;  ///< of node requests
+  Port prefetch_;
+  modules::MemoryRequest prefetched_;  ///< the prefetcher's last one
+  bool prefetching_ = false;           ///< which the L1 refused
+  SlotCalendar responses_;             ///< of the L1 to node requests, one a cycle
+  std::vector<Cycle> hits_;            ///< when those left the L1 that fill its pipeline, the oldest first
   std::size_t next_hit_ = 0;
   DueWheel results_;  ///< lanes in the cycle in which their node has been tested
 

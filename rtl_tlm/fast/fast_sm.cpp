@@ -106,7 +106,12 @@ void FastSm::step(Cycle now) {
 void FastSm::ask(Cycle now, Client& client) {
   if (client.taken == 0) {
     const MemoryRequest request = *client.request->front(now);
-    const FastL1::Access access = l1_.access_between(now, request);
+    const bool simt = &client == &clients_[kSimt];
+    const FastL1::Access access = l1_.access(now, request, simt ? FastL1::kSimt : FastL1::kCheckpoint);
+    if (access.taken == kNever) {
+      client.next = access.seen;
+      return;
+    }
     client.taken = access.taken;
     client.answers.push_back(
         {{request.address, request.tag, request.client, request.sm, request.region, request.write, request.prefetch},

@@ -12,7 +12,6 @@
 #include "rtl_tlm/child_process.h"
 #include "rtl_tlm/cost/machine.h"
 #include "rtl_tlm/energy_statistics.h"
-#include "rtl_tlm/sampled/front.h"
 #include "rtl_tlm/sampled/model_fit.h"
 #include "rtl_tlm/sampled/sample_run.h"
 #include "rtl_tlm/sampled/sampler.h"
@@ -24,7 +23,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr Cycle kFrontCycles = 6000;         ///< of the whole machine, simulated to see the first launches
 constexpr double kLargestPair = 1.0 / 16.0;  ///< share of the groups in one pair of samples
 constexpr double kWholeFrom = 0.5;           ///< beyond this share the whole trace costs little more
 constexpr double kFewestWarps = 2.0;         ///< of equal work that a sample must hold to tell anything
@@ -123,16 +121,9 @@ class SampledRun {
   }
 
   void look_at_front() {
-    ChildProcess front("front", [this] {
-      ordered_json json = ordered_json::array();
-      for (const Launch& launch : first_launches(reader_, config_, kFrontCycles)) {
-        json.push_back({launch.sm, launch.cycle});
-      }
-      return json.dump();
-    });
-    for (const auto& launch : ordered_json::parse(front.result())) {
-      known_.push_back({launch.at(0).get<unsigned>(), launch.at(1).get<double>()});
-    }
+    std::vector<std::uint64_t> groups(reader_.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    known_ = first_launches(reader_, groups, config_);
   }
 
   SampledEstimate evaluate() {

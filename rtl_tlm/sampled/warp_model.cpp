@@ -101,7 +101,7 @@ class Run {
       double start = now_;
       if (next_ < known_.size()) {
         index = known_[next_].sm;
-        start = std::max(start, known_[next_].cycle);
+        start = std::max(start, static_cast<double>(known_[next_].cycle));
       } else {
         for (unsigned i = 0; i < machine_.sms && sms_[index].free_slots <= 0; ++i) index = (index + 1) % machine_.sms;
         if (sms_[index].free_slots <= 0) return;

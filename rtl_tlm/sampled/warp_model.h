@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "rtl_tlm/first_launches.h"
 #include "rtl_tlm/sampled/group_work.h"
 
 namespace grtx::tlm {
@@ -26,12 +27,6 @@ struct ModelRates {
   double sm_far = 0.6;           ///< far sectors a cycle of an SM: its MSHRs over the time of a miss
   double memory_sectors = 3.0;   ///< far sectors a cycle of the whole machine
   double round_cycles = 2000.0;  ///< between two calls of a warp: blending, its memory accesses
-};
-
-/// Where and when a group was launched.
-struct Launch {
-  unsigned sm = 0;
-  double cycle = 0.0;
 };
 
 struct ModelRun {
