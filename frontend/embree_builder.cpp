@@ -2,161 +2,171 @@
 
 #include <embree3/rtcore.h>
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
+#include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cstddef>
 #include <stdexcept>
-#include <tuple>
+#include <string>
 
 namespace grtx::frontend {
 namespace {
 
-// What Embree's callbacks build. A leaf is a tagged primitive index and takes no memory of its own.
-struct BuildNode {
-  std::uint32_t child_count;
-  std::uint32_t pad;
-  struct Child {  // smaller than with an RTCBounds, which is padded: these nodes make the peak of a build's memory
-    float lower[3];
-    float upper[3];
-    void* node;
-  } children[8];
-};
+static_assert(sizeof(RTCBuildPrimitive) == sizeof(PrimitiveBox) &&
+              offsetof(RTCBuildPrimitive, upper_x) == offsetof(PrimitiveBox, upper) &&
+              offsetof(RTCBuildPrimitive, primID) == offsetof(PrimitiveBox, primitive));
 
-// Leaves are tagged in bit 0; BuildNodes are 16-byte aligned.
-void* leaf_pointer(std::uint32_t primitive) {
-  return reinterpret_cast<void*>((static_cast<std::uintptr_t>(primitive) << 1) | 1u);
+constexpr std::size_t node_size(unsigned child_count) {
+  return offsetof(TreeNode, children) + child_count * sizeof(TreeChild);
 }
-bool is_leaf(const void* node) { return (reinterpret_cast<std::uintptr_t>(node) & 1u) != 0; }
-std::uint32_t leaf_primitive(const void* node) {
-  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(node) >> 1);
-}
+static_assert(node_size(traces::kMaxWidth) <= TreeMemory::kLargestNode);
 
-std::uint32_t primitive_of(const RTCBuildPrimitive& p) { return p.primID; }
+// A tree over n primitives of this many bytes at most: each of its n - 1 nodes has two children.
+std::size_t most_bytes(std::size_t primitives) { return (primitives + 1) * node_size(2); }
 
-void* create_node(RTCThreadLocalAllocator allocator, unsigned child_count, void*) {
-  void* memory = rtcThreadLocalAlloc(allocator, 8 + sizeof(BuildNode::Child) * child_count, 16);
-  auto* node = static_cast<BuildNode*>(memory);
-  node->child_count = child_count;
+// A leaf is a tagged primitive index and takes no memory of its own; nodes are 16-byte aligned.
+std::uintptr_t leaf_link(std::uint32_t primitive) { return (static_cast<std::uintptr_t>(primitive) << 1) | 1u; }
+
+TreeNode* new_node(TreeMemory& memory, unsigned child_count) {
+  auto* node = static_cast<TreeNode*>(memory.allocate(node_size(child_count)));
+  node->child_count = static_cast<std::uint8_t>(child_count);
   return node;
 }
 
-void set_children(void* node, void** children, unsigned count, void*) {
-  for (unsigned i = 0; i < count; ++i) static_cast<BuildNode*>(node)->children[i].node = children[i];
+void* create_node(RTCThreadLocalAllocator, unsigned child_count, void* memory) {
+  return new_node(*static_cast<TreeMemory*>(memory), child_count);
 }
 
 void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
   for (unsigned i = 0; i < count; ++i) {
-    BuildNode::Child& child = static_cast<BuildNode*>(node)->children[i];
+    Box& box = static_cast<TreeNode*>(node)->children[i].box;
     const RTCBounds& b = *bounds[i];
-    std::tie(child.lower[0], child.lower[1], child.lower[2]) = std::tie(b.lower_x, b.lower_y, b.lower_z);
-    std::tie(child.upper[0], child.upper[1], child.upper[2]) = std::tie(b.upper_x, b.upper_y, b.upper_z);
+    box.lower = {b.lower_x, b.lower_y, b.lower_z};
+    box.upper = {b.upper_x, b.upper_y, b.upper_z};
   }
+}
+
+// Called once the children are complete: a node's subtree can be counted.
+void set_children(void* pointer, void** children, unsigned count, void*) {
+  auto* const node = static_cast<TreeNode*>(pointer);
+  std::uint32_t internals = 1, leaves = 0;
+  std::uint8_t below = count > 0 ? 1 : 0;
+  for (unsigned i = 0; i < count; ++i) {
+    TreeChild& child = node->children[i];
+    child.link = reinterpret_cast<std::uintptr_t>(children[i]);
+    if (child.leaf()) {
+      ++leaves;
+      continue;
+    }
+    internals += child.node().internals;
+    leaves += child.node().leaves;
+    below = std::max(below, child.node().levels);
+  }
+  node->internals = internals;
+  node->leaves = leaves;
+  node->levels = static_cast<std::uint8_t>(below + 1);
 }
 
 void* create_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* primitives, [[maybe_unused]] std::size_t count,
                   void*) {
   assert(count == 1);
-  return leaf_pointer(primitive_of(primitives[0]));
+  return reinterpret_cast<void*>(leaf_link(primitives[0].primID));
 }
 
-Box to_box(const BuildNode::Child& child) {
-  Box box;
-  box.lower = {child.lower[0], child.lower[1], child.lower[2]};
-  box.upper = {child.upper[0], child.upper[1], child.upper[2]};
-  return box;
+// Writes all boxes; returns theirs. Parts are joined in their order, so that of equal zeros of either sign the first
+// one stays, whoever computed it.
+Box write_all(std::size_t count, std::size_t group, const BoxWriter& write_boxes, PrimitiveBox* boxes) {
+  using Range = tbb::blocked_range<std::size_t>;
+  constexpr std::size_t kAtOnce = 256;  // boxes whose second reading finds them in the first cache
+  const std::size_t grain = std::max<std::size_t>(1, 16 * kAtOnce / group);
+  const auto write = [&](const Range& groups, Box bounds) {
+    for (std::size_t i = groups.begin() * group; i < groups.end() * group;) {
+      const std::size_t end = std::min(groups.end() * group, i + std::max<std::size_t>(1, kAtOnce / group) * group);
+      write_boxes(i, end, boxes + i);
+      for (; i < end; ++i) {
+        boxes[i].geometry = 0;
+        boxes[i].primitive = static_cast<std::uint32_t>(i);
+        bounds.extend(boxes[i].box());
+      }
+    }
+    return bounds;
+  };
+  const auto join = [](Box left, const Box& right) {
+    left.extend(right);
+    return left;
+  };
+  return tbb::parallel_reduce(Range(0, count / group, grain), Box(), write, join);
 }
 
-unsigned flatten(const BuildNode* node, Tree& tree, std::uint32_t index) {
-  const auto first = static_cast<std::uint32_t>(tree.children.size());
-  tree.internals[index] = {first, node->child_count};
-  tree.children.resize(first + node->child_count);
-  unsigned deepest = 1;
-  for (unsigned i = 0; i < node->child_count; ++i) {
-    TreeChild child;
-    child.box = to_box(node->children[i]);
-    child.leaf = is_leaf(node->children[i].node);
-    if (child.leaf) {
-      child.index = leaf_primitive(node->children[i].node);
-    } else {
-      child.index = static_cast<std::uint32_t>(tree.internals.size());
-      tree.internals.emplace_back();
-    }
-    tree.children[first + i] = child;
-    if (!child.leaf) {
-      deepest = std::max(deepest, flatten(static_cast<const BuildNode*>(node->children[i].node), tree, child.index));
-    }
+struct Device {
+  RTCDevice device = rtcNewDevice(nullptr);
+  RTCBVH bvh = device != nullptr ? rtcNewBVH(device) : nullptr;
+  Device() = default;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+  ~Device() {
+    if (bvh != nullptr) rtcReleaseBVH(bvh);
+    if (device != nullptr) rtcReleaseDevice(device);
   }
-  return deepest + 1;
-}
+};
 
-}  // namespace
-
-Tree build_tree(std::size_t count, const std::function<Box(std::size_t)>& box_of, unsigned width) {
-  Tree tree;
-  tree.internals.emplace_back();
-  if (count == 0) {
-    tree.bounds.lower = tree.bounds.upper = glm::vec3(0.0f);
-    tree.height = 1;
-    return tree;
-  }
-  std::vector<RTCBuildPrimitive> primitives(count);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const Box box = box_of(i);
-      primitives[i] = {box.lower.x, box.lower.y, box.lower.z, 0,
-                       box.upper.x, box.upper.y, box.upper.z, static_cast<unsigned>(i)};
-    }
-  });
-  for (std::size_t i = 0; i < count; ++i) {
-    tree.bounds.extend(glm::vec3(primitives[i].lower_x, primitives[i].lower_y, primitives[i].lower_z));
-    tree.bounds.extend(glm::vec3(primitives[i].upper_x, primitives[i].upper_y, primitives[i].upper_z));
-  }
-
-  struct Handles {
-    RTCDevice device = rtcNewDevice(nullptr);
-    RTCBVH bvh = device != nullptr ? rtcNewBVH(device) : nullptr;
-    ~Handles() {
-      if (bvh != nullptr) rtcReleaseBVH(bvh);
-      if (device != nullptr) rtcReleaseDevice(device);
-    }
-  } handles;
-  if (handles.bvh == nullptr) throw std::runtime_error("Embree device cannot be created");
-
+void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMemory& memory, double& seconds) {
+  const Device embree;
+  if (embree.bvh == nullptr) throw std::runtime_error("Embree device cannot be created");
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.byteSize = sizeof arguments;
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
   arguments.maxBranchingFactor = width;
   arguments.minLeafSize = 1;
   arguments.maxLeafSize = 1;
-  arguments.bvh = handles.bvh;
-  arguments.primitives = primitives.data();
+  arguments.bvh = embree.bvh;
+  arguments.primitives = reinterpret_cast<RTCBuildPrimitive*>(boxes);
   arguments.primitiveCount = count;
   arguments.primitiveArrayCapacity = count;
   arguments.createNode = create_node;
   arguments.setNodeChildren = set_children;
   arguments.setNodeBounds = set_bounds;
   arguments.createLeaf = create_leaf;
-
+  arguments.userPtr = &memory;
   const auto start = std::chrono::steady_clock::now();
-  void* root = rtcBuildBVH(&arguments);
-  tree.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  void* const root = rtcBuildBVH(&arguments);
+  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (root == nullptr) {
     throw std::runtime_error("rtcBuildBVH failed with Embree error " +
-                             std::to_string(rtcGetDeviceError(handles.device)));
+                             std::to_string(rtcGetDeviceError(embree.device)));
   }
-  primitives = {};
-  if (is_leaf(root)) {
-    tree.internals[0] = {0, 1};
-    tree.children.push_back({tree.bounds, leaf_primitive(root), true});
-    tree.height = 2;
-    return tree;
+  return root;
+}
+
+}  // namespace
+
+Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width) {
+  assert(count % group == 0);
+  Tree tree;
+  tree.memory = std::make_unique<TreeMemory>(most_bytes(count));
+  void* root = nullptr;
+  if (count > 0) {
+    ZeroedPages<PrimitiveBox> boxes(count);
+    tree.bounds = write_all(count, group, write_boxes, boxes.data());
+    root = run_embree(boxes.data(), count, width, *tree.memory, tree.build_seconds);
+  } else {
+    tree.bounds.lower = tree.bounds.upper = glm::vec3(0.0f);
   }
-  tree.children.reserve(count + count / 2);
-  tree.internals.reserve(count / 2 + 1);
-  tree.height = flatten(static_cast<const BuildNode*>(root), tree, 0);
+  TreeChild top{tree.bounds, reinterpret_cast<std::uintptr_t>(root)};
+  if (count == 0 || top.leaf()) {
+    TreeNode* const node = new_node(*tree.memory, count == 0 ? 0 : 1);
+    if (count > 0) node->children[0].box = tree.bounds;
+    set_children(node, &root, node->child_count, nullptr);
+    top.link = reinterpret_cast<std::uintptr_t>(node);
+  }
+  tree.root = &top.node();
+  tree.internals = tree.root->internals;
+  tree.leaves = tree.root->leaves;
+  tree.height = tree.root->levels;
   // Embree leaves out primitives whose boxes are not finite; loading admits none, and a loss must not be silent.
-  assert(tree.children.size() == tree.internals.size() - 1 + count);
+  assert(tree.leaves == count);
   return tree;
 }
 

@@ -4,34 +4,61 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <vector>
 
+#include "frontend/primitive_box.h"
 #include "frontend/slab_test.h"
+#include "frontend/tree_memory.h"
+#include "traces/node_layout.h"
 
 namespace grtx::frontend {
 
-/// A node of the built tree: an index into Tree::internals, or a primitive.
+struct TreeNode;
+
+/// A child of the built tree: a primitive or a further node.
 struct TreeChild {
   Box box;
-  std::uint32_t index = 0;
-  bool leaf = false;
+  std::uintptr_t link = 0;  ///< bit 0 set: a primitive's index above it; else the node's address
+
+  bool leaf() const { return (link & 1u) != 0; }
+  std::uint32_t primitive() const { return static_cast<std::uint32_t>(link >> 1); }
+  const TreeNode& node() const { return *reinterpret_cast<const TreeNode*>(link); }
 };
 
 struct TreeNode {
-  std::uint32_t first_child = 0;  ///< into Tree::children
-  std::uint32_t child_count = 0;
+  std::uint8_t child_count = 0;
+  std::uint8_t levels = 1;                ///< of the subtree, this node and its leaves included
+  std::uint32_t internals = 1;            ///< nodes of the subtree, this one included
+  std::uint32_t leaves = 0;               ///< primitives of the subtree
+  TreeChild children[traces::kMaxWidth];  ///< memory holds no more than child_count of them
 };
 
 struct Tree {
-  std::vector<TreeNode> internals;  ///< internals[0] is the root
-  std::vector<TreeChild> children;  ///< of one node together; nodes depth first, each child's subtree in turn
+  const TreeNode* root =
+      nullptr;  ///< always a node; may be given back by who reads the tree last (TreeMemory::release)
+  std::unique_ptr<TreeMemory> memory;
   Box bounds;
+  std::uint32_t internals = 0;
+  std::uint32_t leaves = 0;
   unsigned height = 0;         ///< levels, root and leaf level included
   double build_seconds = 0.0;  ///< rtcBuildBVH alone
 };
 
-/// Builds a tree of `width` children over `count` boxes given by box_of(i). count may be 0 (a root without children).
-/// Throws std::runtime_error when Embree fails.
-Tree build_tree(std::size_t count, const std::function<Box(std::size_t)>& box_of, unsigned width);
+/// Writes the boxes of primitives [begin, end) to boxes[0 .. end - begin). Called by several threads at once.
+using BoxWriter = std::function<void(std::size_t begin, std::size_t end, PrimitiveBox* boxes)>;
+
+/// Builds a tree of `width` children over `count` boxes (0: a root without children). Boxes are asked for in ranges
+/// that begin and end at multiples of `group`, which divides count. Throws std::runtime_error when Embree fails.
+Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width);
+
+/// The same over boxes given one by one, by box_of(i).
+template <typename BoxOf>
+Tree build_tree(std::size_t count, const BoxOf& box_of, unsigned width) {
+  return build_tree(
+      count, 1,
+      [&box_of](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
+        for (std::size_t i = begin; i < end; ++i) boxes[i - begin] = PrimitiveBox(box_of(i));
+      },
+      width);
+}
 
 }  // namespace grtx::frontend

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/huge_pages.h"
+#include "frontend/box_encoding.h"
 #include "frontend/slab_test.h"
 #include "traces/node_layout.h"
 
@@ -25,12 +26,6 @@ struct InternalLayout {
 constexpr InternalLayout internal_layout(unsigned width) {
   return width <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
 }
-
-/// A child of an internal node before encoding.
-struct ChildRecord {
-  Box box;
-  NodeKind kind = NodeKind::internal;
-};
 
 /// An internal node decoded for inspection (tests, traces); traversal reads the bytes directly.
 struct DecodedInternal {
@@ -97,10 +92,7 @@ class NodeImage {
     std::uint8_t bytes[64];
   };
 
-  template <typename T>
-  void put(std::uint64_t address, T value) {
-    std::memcpy(lines_[0].bytes + address, &value, sizeof value);
-  }
+  std::uint8_t* at(std::uint64_t address) { return lines_[0].bytes + address; }
 
   unsigned width_;
   unsigned box_bits_;

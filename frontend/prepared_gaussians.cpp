@@ -1,9 +1,13 @@
 #include "frontend/prepared_gaussians.h"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
 #include <glm/mat3x3.hpp>
+#include <limits>
 
+#include "frontend/float4.h"
 #include "frontend/gaussian_math.h"
 
 namespace grtx::frontend {
@@ -13,6 +17,8 @@ namespace {
 // and the boxes round differently. docs/numerics.md measures that no hit is lost to it.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 constexpr float kSceneMargin = 1.0f / (1 << 22);
+
+constexpr std::size_t kMostVertices = 42;  // of a proxy: the icosphere of 80 faces
 
 glm::dmat3 rotation_matrix(const glm::quat& rotation) {
   glm::dquat q(static_cast<double>(rotation.w), static_cast<double>(rotation.x), static_cast<double>(rotation.y),
@@ -85,6 +91,71 @@ Box PreparedGaussians::instance_box(std::uint32_t g, const Proxy& proxy, bool co
     }
   }
   return widened(box);
+}
+
+// Box and its arithmetic with x, y and z side by side.
+struct PreparedGaussians::WideBox {
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Float4 lower = {kInfinity, kInfinity, kInfinity, kInfinity};
+  Float4 upper = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
+
+  void extend(Float4 point) {
+    lower = min(point, lower);
+    upper = max(point, upper);
+  }
+  /// Widens it as widened() does and stores it.
+  void put(PrimitiveBox& box, float absolute_margin) const {
+    const Float4 reach = max(abs(lower), abs(upper));
+    const float margin = std::max({reach[0], reach[1], reach[2]}) * kRelativeMargin + absolute_margin;
+    store(&box, 0, lower - margin);  // the fourth lanes fall on the numbers, which the caller writes
+    store(&box, 1, upper + margin);
+  }
+};
+
+// World positions of the proxy's vertices, operation for operation those of to_world().
+unsigned PreparedGaussians::write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const {
+  const glm::vec3* a = &to_world_[3 * g];
+  const glm::vec3& m = records_[g].mean;
+  const Float4 x = {a[0].x, a[1].x, a[2].x, 0}, y = {a[0].y, a[1].y, a[2].y, 0}, z = {a[0].z, a[1].z, a[2].z, 0};
+  const Float4 mean = {m.x, m.y, m.z, 0};
+  for (const glm::vec3& v : proxy.vertices()) *world++ = ((x * v.x + y * v.y) + z * v.z) + mean;
+  return static_cast<unsigned>(proxy.vertices().size());
+}
+
+void PreparedGaussians::write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy,
+                                         PrimitiveBox* boxes) const {
+  if (proxy.is_sphere()) {
+    write_instance_boxes(begin, end, proxy, false, boxes);
+    return;
+  }
+  assert(proxy.vertices().size() <= kMostVertices);
+  std::array<Float4, kMostVertices> world;
+  for (std::size_t g = begin; g < end; ++g) {
+    write_vertices(g, proxy, world.data());
+    for (const auto& [a, b, c] : proxy.triangles()) {
+      WideBox box;
+      box.extend(world[a]);
+      box.extend(world[b]);
+      box.extend(world[c]);
+      box.put(*boxes++, absolute_margin_);
+    }
+  }
+}
+
+void PreparedGaussians::write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
+                                             PrimitiveBox* boxes) const {
+  assert(proxy.vertices().size() <= kMostVertices);
+  std::array<Float4, kMostVertices> world;
+  for (std::size_t g = begin; g < end; ++g) {
+    if (proxy.is_sphere() || corners) {
+      *boxes++ = PrimitiveBox(instance_box(static_cast<std::uint32_t>(g), proxy, corners));
+      continue;
+    }
+    const unsigned vertices = write_vertices(g, proxy, world.data());
+    WideBox box;
+    for (unsigned i = 0; i < vertices; ++i) box.extend(world[i]);
+    box.put(*boxes++, absolute_margin_);
+  }
 }
 
 }  // namespace grtx::frontend

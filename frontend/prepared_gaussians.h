@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "base/huge_pages.h"
+#include "frontend/float4.h"
+#include "frontend/primitive_box.h"
 #include "frontend/proxy.h"
 #include "frontend/scene.h"
 #include "frontend/slab_test.h"
@@ -41,8 +43,26 @@ class PreparedGaussians {
   /// the object-space box instead of the tight one.
   Box instance_box(std::uint32_t g, const Proxy& proxy, bool corners) const;
 
+  /// The same of many Gaussians, [begin, end), bit for bit; boxes of one Gaussian's faces lie together. Primitive
+  /// numbers are left to the caller.
+  void write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, PrimitiveBox* boxes) const;
+  void write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
+                            PrimitiveBox* boxes) const;
+
+  /// Tells the caches that record and to_world of g are needed soon.
+  void prefetch(std::uint32_t g) const {
+    __builtin_prefetch(&records_[g]);
+    const glm::vec3* rows = &to_world_[3 * static_cast<std::size_t>(g)];
+    __builtin_prefetch(rows);
+    __builtin_prefetch(rows + 2);
+  }
+
  private:
+  struct WideBox;
+
   Box widened(Box box) const;
+  /// Writes the world positions of the proxy's vertices; returns how many.
+  unsigned write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const;
 
   HugePageVector<GaussianRecord> records_;
   HugePageVector<glm::vec3> to_world_;  ///< three rows a Gaussian

@@ -66,30 +66,38 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
       kTileNodeWidth);
   build_seconds_ = tree.build_seconds;
   bounds_ = tree.bounds;
-  nodes_.resize(tree.internals.size());
+  nodes_.resize(tree.internals);
   gaussians_.reserve(gaussians.size());
   boxes_.reserve(gaussians.size());
   sh_stride_ = (std::size_t{3} * coefficients_ + 3) / 4 * 4;  // degree 3 fills whole cache lines
   sh_.resize(gaussians.size() * sh_stride_);
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+  std::vector<const TreeNode*> waiting = {tree.root};  // depth first: each child's subtree in turn
+  for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+    const TreeNode& from = *waiting.back();
+    waiting.pop_back();
     TileNode& node = nodes_[n];
-    const unsigned count = tree.internals[n].child_count;
+    const unsigned count = from.child_count;
     node.used = (1u << count) - 1u;
     node.leaves = 0;
-    const TreeChild* const children = tree.children.data() + tree.internals[n].first_child;
+    const TreeChild* const children = from.children;
+    std::uint32_t next = n + 1;
+    for (unsigned slot = count; slot-- > 0;) {
+      if (!children[slot].leaf()) waiting.push_back(&children[slot].node());
+    }
     for (int axis = 0; axis < 3 && count > 0; ++axis) encode_axis(node, axis, children, count);
     for (unsigned slot = 0; slot < count; ++slot) {
       const TreeChild& child = children[slot];
-      if (!child.leaf) {
-        node.child[slot] = child.index;
+      if (!child.leaf()) {
+        node.child[slot] = next;
+        next += child.node().internals;
         continue;
       }
       node.leaves |= 1u << slot;
       node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
-      const float* from = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.index];
-      std::copy(from, from + std::size_t{3} * coefficients_,
+      const float* sh = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.primitive()];
+      std::copy(sh, sh + std::size_t{3} * coefficients_,
                 sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
-      gaussians_.push_back(tile_gaussian(gaussians, child.index));
+      gaussians_.push_back(tile_gaussian(gaussians, child.primitive()));
       boxes_.push_back({child.box});
     }
   }

@@ -1,92 +1,106 @@
-// Packs a built tree into a node image.
+// Packs a built tree into a node image. Every subtree's size is known from the build, so that many are packed at once.
 #pragma once
 
-#include <algorithm>
+#include <tbb/parallel_for.h>
+
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <utility>
+#include <vector>
 
-#include "base/huge_pages.h"
 #include "frontend/embree_builder.h"
 #include "frontend/node_image.h"
 
 namespace grtx::frontend {
 
-/// Writes one leaf at `address` for tree leaf `index`.
-using LeafWriter = std::function<void(NodeImage&, std::uint64_t address, std::uint32_t index)>;
+/// Bytes that a packed tree takes, header included.
+inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, unsigned width) {
+  return traces::kHeaderBytes + tree.internals * traces::internal_bytes(width) +
+         tree.leaves * traces::node_bytes(leaf_kind, width);
+}
 
 /// Packs depth first: a node's children lie together, then each child's subtree follows.
+/// Leaf: leaf(image, address, primitive) writes one leaf, by any thread. Where there is leaf.prefetch(primitive), it is
+/// told some time before which primitive comes.
+template <typename Leaf>
 class TreePacker {
  public:
-  /// consume: the tree's children are lost as they are packed, so that image and tree do not take memory at once.
-  TreePacker(NodeImage& image, const Tree& tree, NodeKind leaf_kind, LeafWriter write_leaf, bool consume = false)
-      : image_(image), tree_(tree), leaf_kind_(leaf_kind), write_leaf_(std::move(write_leaf)), consume_(consume) {}
+  /// consume: the tree's nodes are given back as they are packed, so that image and tree do not take memory at once.
+  TreePacker(NodeImage& image, const Tree& tree, NodeKind leaf_kind, Leaf leaf, bool consume = false)
+      : image_(image),
+        tree_(tree),
+        leaf_kind_(leaf_kind),
+        internal_bytes_(traces::internal_bytes(image.width())),
+        leaf_bytes_(traces::node_bytes(leaf_kind, image.width())),
+        leaf_(std::move(leaf)),
+        consume_(consume) {}
 
   /// Writes header and nodes to newly allocated bytes; returns the root's address.
   std::uint64_t pack(std::uint64_t bytes) { return pack_at(image_.allocate(bytes)); }
   /// The same over what lies at `header`.
   std::uint64_t pack_at(std::uint64_t header) {
-    next_ = header;
-    take(traces::kHeaderBytes);
-    const std::uint64_t root = take(traces::internal_bytes(image_.width()));
+    const std::uint64_t root = header + traces::kHeaderBytes;
     image_.write_header(header, root, tree_.bounds);
-    pack_node(0, root);
+    // What lies above the subtrees is packed first, by one thread: it is little.
+    std::vector<Subtree> subtrees;
+    pack_node({tree_.root, root, root + internal_bytes_}, kSubtreeNodes, &subtrees);
+    tbb::parallel_for(std::size_t{0}, subtrees.size(), [&](std::size_t i) { pack_node(subtrees[i], 0, nullptr); });
     return root;
   }
 
  private:
-  std::uint64_t take(std::uint64_t bytes) { return std::exchange(next_, next_ + bytes); }
+  struct Subtree {
+    const TreeNode* root;
+    std::uint64_t address;  ///< of its root
+    std::uint64_t below;    ///< where all the rest of it goes
+  };
+  static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< internal nodes that are packed in one go, at most
 
-  void pack_node(std::uint32_t index, std::uint64_t address) {
-    const TreeNode& node = tree_.internals[index];
-    std::array<TreeChild, traces::kMaxWidth> children;
-    std::copy_n(tree_.children.begin() + node.first_child, node.child_count, children.begin());
-    if (consume_) release_up_to(node.first_child);
+  // Of children with at most `left_out` nodes only the places are noted, in `noted`.
+  void pack_node(const Subtree& subtree, std::uint32_t left_out, std::vector<Subtree>* noted) {
+    const TreeNode& node = *subtree.root;
+    const unsigned count = node.child_count;
     std::array<ChildRecord, traces::kMaxWidth> records;
-    std::array<std::uint64_t, traces::kMaxWidth> addresses{};
-    std::uint64_t bytes = 0;
-    for (unsigned i = 0; i < node.child_count; ++i) {
-      const TreeChild& child = children[i];
-      records[i] = {child.box, child.leaf ? leaf_kind_ : NodeKind::internal};
-      addresses[i] = bytes;
-      bytes += traces::node_bytes(records[i].kind, image_.width());
-    }
-    const std::uint64_t base = take(bytes);
-    image_.write_internal(address, base, records.data(), node.child_count);
-    for (unsigned i = 0; i < node.child_count; ++i) {
-      const TreeChild& child = children[i];
-      if (child.leaf) {
-        write_leaf_(image_, base + addresses[i], child.index);
+    std::array<Subtree, traces::kMaxWidth> inner;
+    std::array<std::pair<std::uint32_t, std::uint64_t>, traces::kMaxWidth> leaves;  // primitive, address
+    unsigned inner_count = 0, leaf_count = 0;
+    std::uint64_t end = subtree.below;
+    for (unsigned i = 0; i < count; ++i) {
+      const TreeChild& child = node.children[i];
+      records[i] = {child.box, child.leaf() ? leaf_kind_ : NodeKind::internal};
+      if (child.leaf()) {
+        if constexpr (requires { leaf_.prefetch(child.primitive()); }) leaf_.prefetch(child.primitive());
+        leaves[leaf_count++] = {child.primitive(), end};
+        end += leaf_bytes_;
       } else {
-        pack_node(child.index, base + addresses[i]);
+        __builtin_prefetch(&child.node());
+        inner[inner_count++] = {&child.node(), end, 0};
+        end += internal_bytes_;
+      }
+    }
+    if (consume_) tree_.memory->release(&node);
+    image_.write_internal(subtree.address, subtree.below, records.data(), count);
+    for (unsigned i = 0; i < leaf_count; ++i) leaf_(image_, leaves[i].second, leaves[i].first);
+    for (unsigned i = 0; i < inner_count; ++i) {
+      inner[i].below = end;
+      end += (inner[i].root->internals - 1) * internal_bytes_ + inner[i].root->leaves * leaf_bytes_;
+    }
+    for (unsigned i = 0; i < inner_count; ++i) {
+      if (inner[i].root->internals <= left_out) {
+        noted->push_back(inner[i]);
+      } else {
+        pack_node(inner[i], left_out, noted);
       }
     }
   }
 
-  // Children lie in the order in which they are packed (build_tree): nobody reads those before `child` again.
-  void release_up_to(std::uint32_t child) {
-    if (child < released_ + kReleasedAtOnce) return;
-    release_pages(&tree_.children[released_], &tree_.children[child]);
-    released_ = child;
-  }
-
-  static constexpr std::uint32_t kReleasedAtOnce = 1u << 18;  ///< 8 MiB
   NodeImage& image_;
   const Tree& tree_;
   NodeKind leaf_kind_;
-  LeafWriter write_leaf_;
+  std::uint64_t internal_bytes_;
+  std::uint64_t leaf_bytes_;
+  Leaf leaf_;
   bool consume_ = false;
-  std::uint32_t released_ = 0;
-  std::uint64_t next_ = 0;
 };
-
-/// Bytes that a packed tree takes, header included.
-inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, unsigned width) {
-  const auto leaves = static_cast<std::uint64_t>(
-      std::count_if(tree.children.begin(), tree.children.end(), [](const TreeChild& c) { return c.leaf; }));
-  return traces::kHeaderBytes + tree.internals.size() * traces::internal_bytes(width) +
-         leaves * traces::node_bytes(leaf_kind, width);
-}
 
 }  // namespace grtx::frontend
