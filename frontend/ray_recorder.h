@@ -46,10 +46,10 @@ class GroupRecorder {
   void begin_ray(std::uint32_t pixel);
   /// The group for Writer::append(). Needs a header.
   traces::EncodedGroup end_group();
-  /// The ray begun last. visit_internal events hold the address of their node (/ kNodeUnit).
-  const traces::Ray& ray() const { return ray_; }
+  /// What the ray begun last has looked at when blending.
+  const std::vector<traces::Processed>& processed() const { return processed_; }
 
-  void begin_round() { round_start_ = ray_.events.size(); }
+  void begin_round() { round_start_ = events_; }
   std::uint32_t internal(const std::uint8_t*, std::uint32_t address, std::uint32_t, unsigned pushed,
                          unsigned checkpoints) {
     event(traces::EventKind::visit_internal, address, pushed, checkpoints);
@@ -57,28 +57,34 @@ class GroupRecorder {
   }
   void event(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints,
              unsigned shifts = 0) {
-    ray_.events.push_back({address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
-                           traces::Event::pack(kind, shifts)});
+    if (events_ == store_.size()) grow();
+    store_[events_++] = {address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
+                         traces::Event::pack(kind, shifts)};
   }
   void processed(std::uint32_t gaussian, bool blended) {
     traces::Processed entry;
     entry.gaussian = gaussian & 0x7FFFFFFFu;
     entry.blended = blended ? 1u : 0u;
-    ray_.processed.push_back(entry);
+    processed_.push_back(entry);
   }
   void end_round(traces::Round round) {
-    round.event_count = static_cast<std::uint32_t>(ray_.events.size() - round_start_);
-    ray_.rounds.push_back(round);
+    round.event_count = static_cast<std::uint32_t>(events_ - round_start_);
+    rounds_.push_back(round);
   }
 
  private:
   void encode_ray();
+  void grow();
 
   ImageNodes nodes_;  ///< outlives each group
   const traces::Header* header_;
   traces::GroupEncoder encoder_;
-  traces::Ray ray_;
-  bool begun_ = false;  ///< ray_ is not encoded yet
+  bool begun_ = false;  ///< there is a ray that is not encoded yet
+  std::uint32_t pixel_ = 0;
+  std::vector<traces::Round> rounds_;
+  std::vector<traces::Event> store_ = std::vector<traces::Event>(1024);
+  std::size_t events_ = 0;  ///< events in store_
+  std::vector<traces::Processed> processed_;
   std::size_t round_start_ = 0;
 };
 

@@ -53,7 +53,7 @@ struct PopColumns {
 struct GroupEncoder::Impl {
   void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
   void list(const std::vector<NodeDefinition>& nodes);
-  void add(const Ray& ray);
+  void add(const TracedRay& ray);
   void finish(EncodedGroup& group);
 
  private:
@@ -90,7 +90,7 @@ struct GroupEncoder::Impl {
       fail_at(event, rule);
   }
 
-  void reserve_columns(const Ray& ray);
+  void reserve_columns(const TracedRay& ray);
   std::uint32_t add_node(const NodeDefinition& definition);
   std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address, unsigned hits);
   void put_events(const Round& round, std::span<const Event> events, std::uint64_t& in_eviction_buffer);
@@ -218,7 +218,7 @@ std::uint32_t GroupEncoder::Impl::add_node(const NodeDefinition& definition) {
 }
 
 // A varint takes 10 bytes at most, 5 of 32 bits, and 2 of 12 bits.
-void GroupEncoder::Impl::reserve_columns(const Ray& ray) {
+void GroupEncoder::Impl::reserve_columns(const TracedRay& ray) {
   const std::size_t events = ray.events.size(), rounds = ray.rounds.size();
   for (const Column column : {Column::inner_gap, Column::inner, Column::hits, Column::checkpoints, Column::leaf_gap,
                               Column::leaf, Column::replay_op}) {
@@ -234,7 +234,7 @@ void GroupEncoder::Impl::reserve_columns(const Ray& ray) {
   if (frames_.size() < events + 2) frames_.resize(2 * events + 2);
 }
 
-void GroupEncoder::Impl::add(const Ray& ray) {
+void GroupEncoder::Impl::add(const TracedRay& ray) {
   lane_ = rays_++;
   require(rays_ <= header_->warp_size, "a group holds at most warp_size rays");
   require(ray.events.size() <= kMaxPops - pops_, "a group has at most 2^30 events");
@@ -259,7 +259,7 @@ void GroupEncoder::Impl::add(const Ray& ray) {
     columns_.put_varint(Column::processed_count,
                         zigzag(static_cast<std::int64_t>(round.k_count) - round.processed_count));
     if (round.overflow) columns_.put_varint(Column::eviction_dropped, round.eviction_dropped);
-    put_events(round, {ray.events.data() + next_event, round.event_count}, in_eviction_buffer);
+    put_events(round, ray.events.subspan(next_event, round.event_count), in_eviction_buffer);
     next_event += round.event_count;
     processed += round.processed_count;
   }
@@ -364,9 +364,8 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
         parent = nodes + before.parent;
       }
       NodeModel& node = nodes[index];
-      require((event->pushed() & event->checkpoints) == 0, event, "a child is either pushed or checkpointed");
-      require(hits >> node.child_count == 0, event, "the child masks exceed the child count");
-      require(event->shifts() == 0, event, "only an insertion shifts");
+      require(((event->pushed() & event->checkpoints) | hits >> node.child_count | event->shifts()) == 0, event,
+              "a visit pushes or checkpoints children that exist, each once, and shifts nothing");
       ++counts.internal;
       changed_hits = hits ^ node.last_hits;
       *hits_end = static_cast<std::uint8_t>(changed_hits);
@@ -625,7 +624,7 @@ void GroupEncoder::begin(const Header& header, std::uint32_t index, RayKind kind
                          const NodeSource& nodes) {
   impl_->begin(header, index, kind, root, nodes);
 }
-void GroupEncoder::add(const Ray& ray) { impl_->add(ray); }
+void GroupEncoder::add(const TracedRay& ray) { impl_->add(ray); }
 void GroupEncoder::finish(EncodedGroup& group) { impl_->finish(group); }
 
 namespace {
@@ -651,20 +650,20 @@ NodeKind root_kind(const RayGroup& group) {
 
 void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out) {
   thread_local GroupEncoder encoder;
-  thread_local Ray by_address;
+  thread_local std::vector<Event> events;
   const NoOtherNodes nodes;
   encoder.begin(header, group.index, group.kind, root_kind(group), nodes);
   encoder.impl_->list(group.nodes);
   for (const Ray& ray : group.rays) {
-    by_address = ray;
-    for (Event& event : by_address.events) {
+    events = ray.events;
+    for (Event& event : events) {
       if (event.kind() != EventKind::visit_internal) continue;
       if (event.node >= group.nodes.size()) {
         throw std::logic_error("trace group " + std::to_string(group.index) + ": a node index exceeds the dictionary");
       }
       event.node = group.nodes[event.node].address;
     }
-    encoder.add(by_address);
+    encoder.add({ray.pixel, ray.rounds, events, ray.processed});
   }
   encoder.finish(out);
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "traces/byte_stream.h"
 #include "traces/event.h"
@@ -26,6 +27,14 @@ struct EncodedGroup {
   Totals totals;
 };
 
+/// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (/ kNodeUnit).
+struct TracedRay {
+  std::uint32_t pixel = 0;
+  std::span<const Round> rounds;
+  std::span<const Event> events;
+  std::span<const Processed> processed;
+};
+
 /// One a thread; keeps its memory. Throws std::logic_error naming group, lane, round and event when the events do not
 /// follow the stack, the source buffer or the nodes, because then the program that made them is at fault. Rules that do
 /// not decide the bytes (k-buffer, evictions) are left to check().
@@ -38,9 +47,8 @@ class GroupEncoder {
 
   /// Begins a group whose root is of kind `root`. Header and nodes must live until finish().
   void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
-  /// The next ray in lane order. Other than in a RayGroup, visit_internal events hold the address of their node
-  /// (/ kNodeUnit).
-  void add(const Ray& ray);
+  /// The next ray in lane order.
+  void add(const TracedRay& ray);
   /// Replaces `group`.
   void finish(EncodedGroup& group);
 

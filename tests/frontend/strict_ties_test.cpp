@@ -27,7 +27,7 @@ class RayByRay {
     recorder_.begin_ray(0);
     tracer_.trace(ray, recorder_);
     Traced traced;
-    for (const traces::Processed& entry : recorder_.ray().processed) {
+    for (const traces::Processed& entry : recorder_.processed()) {
       traced.processed.push_back(entry.gaussian);
     }
     traced.ties_lost = tracer_.counters().ties_lost - before;
