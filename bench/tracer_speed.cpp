@@ -89,7 +89,7 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
       begin_group(g);
       for (std::size_t lane = 0; lane < groups[g].size(); ++lane) {
         const std::uint32_t pixel = groups[g][lane];
-        if constexpr (std::decay_t<decltype(recorder)>::kEnabled) recorder.begin_ray(lane, pixel);
+        if constexpr (std::decay_t<decltype(recorder)>::kEnabled) recorder.begin_ray(pixel);
         const glm::vec3 direction(camera.direction(pixel % camera.width, pixel / camera.width));
         if (direction == glm::vec3(0.0f)) continue;
         image[pixel] = tracer.trace(frontend::TraceRay(origin, direction), recorder).colour;
@@ -113,30 +113,26 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
       (std::filesystem::temp_directory_path() / fmt::format("tracer_speed_{}.grtx", ::getpid())).string();
   std::uint64_t bytes = 0;
   if (options.traces) {
-    timed.push_back({"+ record", [&] {
-                       frontend::GroupRecorder recorder(accel.image());
-                       return trace_groups(
-                           recorder,
-                           [&](std::size_t g) {
-                             recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary,
-                                                  groups[g].size());
-                           },
-                           [&] { recorder.end_group(); });
-                     }});
-    timed.push_back({"+ write", [&] {
-                       frontend::GroupRecorder recorder(accel.image());
-                       traces::Writer writer(path, trace_header(scene, camera, accel, tracer_options, {}));
-                       const double seconds = trace_groups(
-                           recorder,
-                           [&](std::size_t g) {
-                             recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary,
-                                                  groups[g].size());
-                           },
-                           [&] { writer.append(recorder.end_group()); });
-                       writer.finish();
-                       bytes = writer.bytes();
-                       return seconds;
-                     }});
+    timed.push_back(
+        {"+ record", [&] {
+           frontend::GroupRecorder recorder(accel.image());
+           return trace_groups(
+               recorder,
+               [&](std::size_t g) { recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary); },
+               [] {});
+         }});
+    timed.push_back(
+        {"+ write", [&] {
+           traces::Writer writer(path, trace_header(scene, camera, accel, tracer_options, {}));
+           frontend::GroupRecorder recorder(accel.image(), &writer.header());
+           const double seconds = trace_groups(
+               recorder,
+               [&](std::size_t g) { recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary); },
+               [&] { writer.append(recorder.end_group()); });
+           writer.finish();
+           bytes = writer.bytes();
+           return seconds;
+         }});
     timed.push_back({"check", [&] {
                        const traces::Reader reader(path);
                        const double start = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);

@@ -6,6 +6,8 @@
 
 #include "frontend/node_image.h"
 #include "traces/event.h"
+#include "traces/group_encoder.h"
+#include "traces/header.h"
 
 namespace grtx::frontend {
 
@@ -19,73 +21,71 @@ class NullRecorder {
   void end_round(traces::Round) {}
 };
 
-/// Records the rays of one group at a time into a traces::RayGroup. One recorder a thread.
+/// Reads internal nodes out of the node image.
+class ImageNodes : public traces::NodeSource {
+ public:
+  explicit ImageNodes(const NodeImage& image) : image_(image) {}
+  traces::NodeDefinition define(std::uint32_t address) const override;
+
+ private:
+  const NodeImage& image_;
+};
+
+/// Records one ray at a time, and encodes it when it is done, before its events leave the caches. One recorder a
+/// thread.
 class GroupRecorder {
  public:
   static constexpr bool kEnabled = true;
 
-  explicit GroupRecorder(const NodeImage& image) : image_(image), slots_(1u << 12) {}
+  /// Without a header nothing is encoded: the ray recorded last is all there is. The header must outlive the recorder.
+  explicit GroupRecorder(const NodeImage& image, const traces::Header* header = nullptr)
+      : nodes_(image), header_(header) {}
 
-  void begin_group(std::uint32_t index, traces::RayKind kind, std::size_t rays);
-  void begin_ray(std::size_t lane, std::uint32_t pixel);
-  /// Sorts the node dictionary by address and renumbers the events.
-  const traces::RayGroup& end_group();
+  void begin_group(std::uint32_t index, traces::RayKind kind);
+  /// Rays begin in lane order.
+  void begin_ray(std::uint32_t pixel);
+  /// The group for Writer::append(). Needs a header.
+  traces::EncodedGroup end_group();
+  /// What the ray begun last has looked at when blending.
+  const std::vector<traces::Processed>& processed() const { return processed_; }
 
-  void begin_round() { round_start_ = ray_->events.size(); }
-  /// known: what an earlier call for the same node and group returned, or 0.
-  std::uint32_t internal(const std::uint8_t* node, std::uint32_t address, std::uint32_t known, unsigned pushed,
+  void begin_round() { round_start_ = events_; }
+  std::uint32_t internal(const std::uint8_t*, std::uint32_t address, std::uint32_t, unsigned pushed,
                          unsigned checkpoints) {
-    const std::uint32_t index = known != 0 ? known - 1 : index_of(node, address);
-    ray_->events.push_back({index, static_cast<std::uint8_t>(pushed), static_cast<std::uint8_t>(checkpoints),
-                            traces::Event::pack(traces::EventKind::visit_internal)});
-    return index + 1;
+    event(traces::EventKind::visit_internal, address, pushed, checkpoints);
+    return 0;
   }
   void event(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints,
              unsigned shifts = 0) {
-    ray_->events.push_back({address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
-                            traces::Event::pack(kind, shifts)});
+    if (events_ == store_.size()) grow();
+    store_[events_++] = {address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
+                         traces::Event::pack(kind, shifts)};
   }
   void processed(std::uint32_t gaussian, bool blended) {
     traces::Processed entry;
     entry.gaussian = gaussian & 0x7FFFFFFFu;
     entry.blended = blended ? 1u : 0u;
-    ray_->processed.push_back(entry);
+    processed_.push_back(entry);
   }
   void end_round(traces::Round round) {
-    round.event_count = static_cast<std::uint32_t>(ray_->events.size() - round_start_);
-    ray_->rounds.push_back(round);
+    round.event_count = static_cast<std::uint32_t>(events_ - round_start_);
+    rounds_.push_back(round);
   }
 
  private:
-  /// Holds a node of this group if number - first_number_ is below the number of its nodes; otherwise it is free.
-  struct Slot {
-    std::uint32_t address = 0;
-    std::uint32_t number = 0;
-  };
-  std::size_t place_of(std::uint32_t address) const { return (address * 0x9E3779B1u) >> shift_; }
-  std::uint32_t index_of(const std::uint8_t* node, std::uint32_t address) {
-    for (std::size_t at = place_of(address);; at = (at + 1) & (slots_.size() - 1)) {
-      Slot& slot = slots_[at];
-      const std::uint32_t index = slot.number - first_number_;
-      if (index >= group_.nodes.size()) return add(slot, node, address);
-      if (slot.address == address) return index;
-    }
-  }
-  std::uint32_t add(Slot& slot, const std::uint8_t* node, std::uint32_t address);
+  void encode_ray();
   void grow();
-  void sort_by_address();
 
-  const NodeImage& image_;
-  traces::RayGroup group_;
-  traces::Ray* ray_ = nullptr;
+  ImageNodes nodes_;  ///< outlives each group
+  const traces::Header* header_;
+  traces::GroupEncoder encoder_;
+  bool begun_ = false;  ///< there is a ray that is not encoded yet
+  std::uint32_t pixel_ = 0;
+  std::vector<traces::Round> rounds_;
+  std::vector<traces::Event> store_ = std::vector<traces::Event>(1024);
+  std::size_t events_ = 0;  ///< events in store_
+  std::vector<traces::Processed> processed_;
   std::size_t round_start_ = 0;
-  std::vector<Slot> slots_;  ///< open-addressing hash of node addresses
-  unsigned shift_ = 32 - 12;
-  std::uint32_t first_number_ = 1;
-  std::vector<std::uint64_t> order_;  ///< address, index
-  std::vector<std::uint64_t> sorting_;
-  std::vector<std::uint32_t> rank_;
-  std::vector<traces::NodeDefinition> sorted_;
 };
 
 }  // namespace grtx::frontend

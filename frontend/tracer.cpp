@@ -21,10 +21,10 @@ namespace {
 /// What one thread needs; made on its first group.
 struct Worker {
   Worker(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
-         const TracerOptions& options, Footprint* footprint)
+         const TracerOptions& options, Footprint* footprint, const traces::Header* header)
       : tracer(scene, gaussians, accel, options),
         secondary_tracer(scene, gaussians, accel, options),
-        recorder(accel.image()) {
+        recorder(accel.image(), header) {
     if (footprint != nullptr) {
       tracker.emplace(accel.image().size(), *footprint);
       tracer.track_visits(&*tracker);
@@ -130,8 +130,10 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
 
   std::optional<Footprint> footprint;
   if (render.count_unique) footprint.emplace(accel.image().size());
-  tbb::enumerable_thread_specific<Worker> workers(
-      [&] { return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr); });
+  tbb::enumerable_thread_specific<Worker> workers([&] {
+    return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr,
+                  writer != nullptr ? &writer->header() : nullptr);
+  });
   const SecondaryPlan* plan =
       render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr;
   std::vector<glm::vec3> secondary_colours(plan != nullptr ? plan->rays.size() : 0);
@@ -147,7 +149,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     const auto trace_rays = [&](auto& recorder, auto&& begin) {
       for (std::size_t lane = 0; lane < pixels.size(); ++lane) {
         const std::uint32_t pixel = pixels[lane];
-        begin(lane, pixel);
+        begin(pixel);
         const glm::dvec3 direction = camera.direction(pixel % camera.width, pixel / camera.width);
         if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
         if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
@@ -160,15 +162,15 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
       }
     };
     if (writer != nullptr) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary, pixels.size());
-      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
+      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
+      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
       writer->append(worker.recorder.end_group());
     } else if (!options.skips.has(Skip::events)) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary, pixels.size());
-      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
+      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
+      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
     } else {
       NullRecorder recorder;
-      trace_rays(recorder, [](std::size_t, std::uint32_t) {});
+      trace_rays(recorder, [](std::uint32_t) {});
     }
     progress.add(pixels.size());
   };
@@ -180,7 +182,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     const auto trace_rays = [&](auto& recorder, auto&& begin) {
       for (std::uint32_t lane = 0; lane < group.count; ++lane) {
         const SecondaryRay& ray = plan->rays[group.first + lane];
-        begin(lane, ray.pixel);
+        begin(ray.pixel);
         if (render.keep_sequences) {
           worker.secondary_tracer.collect_blended(&secondary_sequences[group.first + lane]);
         }
@@ -192,12 +194,12 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
       }
     };
     if (writer != nullptr) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(groups.size() + index), group.kind, group.count);
-      trace_rays(worker.recorder, [&](std::size_t lane, std::uint32_t p) { worker.recorder.begin_ray(lane, p); });
+      worker.recorder.begin_group(static_cast<std::uint32_t>(groups.size() + index), group.kind);
+      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
       writer->append(worker.recorder.end_group());
     } else {
       NullRecorder recorder;
-      trace_rays(recorder, [](std::size_t, std::uint32_t) {});
+      trace_rays(recorder, [](std::uint32_t) {});
     }
     if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
     progress.add(group.count);

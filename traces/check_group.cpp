@@ -29,8 +29,14 @@ class GroupChecker {
     closest_ = header.tracing == "closest";
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
+    model_.begin(header, NodeKind::internal);
+    std::int64_t last_address = -1;
     try {
-      model_.build(header, group.nodes, NodeKind::internal);
+      for (const NodeDefinition& node : group.nodes) {
+        require(node.address > last_address, "nodes must ascend by address");
+        last_address = node.address;
+        model_.add(node, model_.shape(node));
+      }
     } catch (const std::invalid_argument& fault) {
       fail(fault.what());
     }
@@ -136,7 +142,7 @@ class GroupChecker {
     if (round.replay) source_.swap(destination_);
     destination_.clear();
     frames_.clear();
-    if (!round.replay) frames_.push_back({model_.root_parent(), 0, 1});
+    if (!round.replay) frames_.push_back({GroupModel::kRootParent, 0, 1});
     read_ = 0;
     assigned_ = nearest_ && round.replay ? &assignment_.assign(model_, source_, events) : nullptr;
     lossless_ = header_->checkpoint && !round.overflow;
@@ -194,7 +200,7 @@ class GroupChecker {
     const NodeModel& parent = model_[frame.parent];
     const bool internal = event.kind() == EventKind::visit_internal;
     if (internal) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
-    const std::uint32_t address = internal ? model_.address(event.node) : event.node;
+    const std::uint32_t address = internal ? group_->nodes[event.node].address : event.node;
     const unsigned slot = slot_order_ ? static_cast<unsigned>(std::countr_zero(frame.remaining))
                                       : parent.slot_of(frame.remaining, address);
     require(slot < kMaxWidth && parent.child_address(slot) == address, "the node must be on top of the stack");
@@ -224,7 +230,7 @@ class GroupChecker {
 
   // What the top of the stack is: from its parent, or for the root from the first event that visits it.
   bool is_kind(const NodeReference& popped, NodeKind kind) {
-    if (popped.parent == model_.root_parent()) {
+    if (popped.parent == GroupModel::kRootParent) {
       if (!root_known_) root_kind_ = kind;
       root_known_ = true;
       return root_kind_ == kind;
@@ -237,16 +243,17 @@ class GroupChecker {
 
   void check_internal(const Event& event, const NodeReference& popped) {
     require(is_kind(popped, NodeKind::internal), "the node on top of the stack is not internal");
-    const NodeModel& node = model_[event.node];
+    const std::uint32_t index = GroupModel::kFirstNode + event.node;
+    const NodeModel& node = model_[index];
     require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
     require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
     require(event.shifts() == 0, "only an insertion shifts");
     visited_[event.node] = 1;
     ++totals_.visits_internal;
     for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
-      write({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
+      write({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
     }
-    if (event.pushed() != 0) frames_.push_back({event.node, popped.context, event.pushed()});
+    if (event.pushed() != 0) frames_.push_back({index, popped.context, event.pushed()});
   }
 
   void check_instance(const Event& event, const NodeReference& popped, std::uint32_t address) {
@@ -257,7 +264,7 @@ class GroupChecker {
     require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
     require_in_image(address, kInstanceLeafBytes);
     ++totals_.visits_instance;
-    frames_.push_back({model_.blas_root_parent(), address, 1});
+    frames_.push_back({GroupModel::kBlasRootParent, address, 1});
   }
 
   void check_leaf(const Event& event, const NodeReference& popped, std::uint32_t address) {

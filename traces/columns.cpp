@@ -1,5 +1,6 @@
 #include "traces/columns.h"
 
+#define ZSTD_STATIC_LINKING_ONLY  // for ZSTD_c_literalCompressionMode
 #include <zstd.h>
 
 #include <memory>
@@ -11,9 +12,10 @@
 namespace grtx::traces {
 namespace {
 
-// Level 1 packs these columns as small as level 3 (they are already predicted, so long matches are few) in half the
-// time.
-constexpr int kCompressionLevel = 1;
+// What the columns hold is already predicted: short matches that zstd finds in them cost more than the Huffman codes of
+// the same bytes. A fast level that soon stops looking for them is both smaller and faster than level 1, as long as it
+// does not leave out Huffman codes, which fast levels do unless told otherwise.
+constexpr int kCompressionLevel = -50;
 constexpr std::size_t kStoreBelow = 24;  ///< shorter columns do not repay zstd's frame header
 // A zstd block of up to 128 KiB takes at least four bytes (run-length block).
 constexpr std::uint64_t kMaxExpansion = (128ULL << 10) / 4;
@@ -29,6 +31,7 @@ ZSTD_CCtx* compression_context() {
     context.reset(ZSTD_createCCtx());
     if (!context) throw std::bad_alloc();
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kCompressionLevel);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);  // sizes stand in the column table
   }
   return context.get();
@@ -46,11 +49,32 @@ ZSTD_DCtx* decompression_context() {
 }  // namespace
 
 const char* column_name(Column column) {
-  static constexpr std::array<const char*, kColumnCount> kNames{
-      "group",     "node_address", "node_tree",   "node_shape", "node_kinds",      "node_children",
-      "ray",       "round_flags",  "preloaded",   "k_count",    "processed_count", "eviction_dropped",
-      "inner_op",  "hits",         "checkpoints", "pick",       "leaf_op",         "shifts",
-      "replay_op", "replay_entry", "gaussian_id", "processed",  "gaussian_low",    "gaussian_high"};
+  static constexpr std::array<const char*, kColumnCount> kNames{"group",
+                                                                "node_address",
+                                                                "node_tree",
+                                                                "node_shape",
+                                                                "node_kinds",
+                                                                "node_children",
+                                                                "node_hits",
+                                                                "ray",
+                                                                "round_flags",
+                                                                "preloaded",
+                                                                "k_count",
+                                                                "processed_count",
+                                                                "eviction_dropped",
+                                                                "inner_gap",
+                                                                "inner",
+                                                                "hits",
+                                                                "checkpoints",
+                                                                "leaf_gap",
+                                                                "leaf",
+                                                                "shifts",
+                                                                "replay_op",
+                                                                "replay_entry",
+                                                                "gaussian_id",
+                                                                "processed",
+                                                                "gaussian_low",
+                                                                "gaussian_high"};
   return kNames[static_cast<std::size_t>(column)];
 }
 

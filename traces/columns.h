@@ -18,17 +18,19 @@ enum class Column : std::uint8_t {
   node_shape,        ///< a node: child count, kind of its leaves
   node_kinds,        ///< a node with children of several kinds: which is which
   node_children,     ///< a node: child base against its prediction
+  node_hits,         ///< a node: children hit at its first visit
   ray,               ///< a ray: pixel, rounds
   round_flags,       ///< a round: replay, overflow, terminated
   preloaded,         ///< a round
   k_count,           ///< a round
   processed_count,   ///< a round: k_count - processed_count
   eviction_dropped,  ///< an overflowed round
-  inner_op,          ///< a popped internal node or instance leaf: visited or culled
-  hits,              ///< a visited internal node: mask of children hit, against the last visit
+  inner_gap,         ///< where an internal node or instance leaf is expected: predicted pops between two others
+  inner,             ///< ... a pop that was not predicted
+  hits,              ///< a visited internal node with other hits than at the last visit: mask of the difference
   checkpoints,       ///< a visited internal node that checkpoints: which of its hits
-  pick,              ///< a pop with a choice: which child comes next
-  leaf_op,           ///< a popped leaf: outcome or culled, against the last time
+  leaf_gap,          ///< where a leaf is expected: predicted pops between two others
+  leaf,              ///< ... a pop that was not predicted
   shifts,            ///< an insertion into the k-buffer
   replay_op,         ///< a source entry read: taken or forwarded
   replay_entry,      ///< a source entry read in nearest order: its position
@@ -59,14 +61,20 @@ class ColumnSet {
   std::array<Bytes, kColumnCount> columns_;
 };
 
-/// Columns being filled by a writer that knows beforehand how long they can get. reserve() forgets what they hold and
-/// keeps the memory.
+/// Columns being filled. clear() keeps the memory.
 class ColumnWriter {
  public:
-  void reserve(Column column, std::size_t most) {
+  void clear() {
+    for (Buffer& buffer : buffers_) buffer.end = buffer.bytes.data();
+  }
+  void clear(Column column) { end(column) = buffers_[static_cast<std::size_t>(column)].bytes.data(); }
+  /// Room for `more` bytes. Nothing else checks.
+  void reserve(Column column, std::size_t more) {
     Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
-    if (buffer.bytes.size() < most) buffer.bytes = Bytes(most + most / 2);
-    buffer.end = buffer.bytes.data();
+    const auto used = static_cast<std::size_t>(buffer.end - buffer.bytes.data());
+    if (buffer.bytes.size() - used >= more) return;
+    buffer.bytes.resize(2 * (used + more));
+    buffer.end = buffer.bytes.data() + used;
   }
   void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
   void put_varint(Column column, std::uint64_t value) {
@@ -74,6 +82,8 @@ class ColumnWriter {
     for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
     *at++ = static_cast<std::uint8_t>(value);
   }
+  /// Where the next byte goes.
+  std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }
   ColumnView view(Column column) const {
     const Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
     return {buffer.bytes.data(), static_cast<std::size_t>(buffer.end - buffer.bytes.data())};
@@ -85,7 +95,6 @@ class ColumnWriter {
     Bytes bytes;
     std::uint8_t* end = nullptr;
   };
-  std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }
   std::array<Buffer, kColumnCount> buffers_;
 };
 

@@ -1,68 +1,70 @@
 #include "traces/count_totals.h"
 
 #include <algorithm>
-#include <array>
 
 #include "traces/node_shape.h"
 
 namespace grtx::traces {
-namespace {
 
-/// Events by kind, leaves by outcome: counted without a branch on what they are.
-struct EventCounts {
-  static constexpr std::size_t kLeaf = 16;  ///< + outcome
-  std::array<std::uint64_t, 32> of{};
-  std::uint64_t written = 0;
-
-  void count(const Event& event) {
-    const bool leaf = event.kind() == EventKind::visit_leaf;
-    ++of[leaf ? kLeaf + (event.detail & 15U) : static_cast<std::size_t>(event.kind())];
-    written += bits_of_byte(event.checkpoints);
+void RoundCounts::add(const Event& event) {
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+      ++internal;
+      break;
+    case EventKind::visit_instance:
+      ++instances;
+      break;
+    case EventKind::visit_leaf:
+      ++leaves[event.detail & 7U];
+      break;
+    case EventKind::cull:
+      ++culls;
+      break;
+    default:
+      ++read;
+      break;
   }
-  std::uint64_t leaves(LeafOutcome outcome) const { return of[kLeaf + static_cast<std::size_t>(outcome)]; }
-  std::uint64_t evicted() const { return leaves(LeafOutcome::displaced) + leaves(LeafOutcome::rejected); }
-  void add_to(Totals& totals) const {
-    const auto kind = [&](EventKind k) { return of[static_cast<std::size_t>(k)]; };
-    totals.visits_internal += kind(EventKind::visit_internal);
-    totals.visits_instance += kind(EventKind::visit_instance);
-    for (std::size_t i = kLeaf; i < of.size(); ++i) {
-      totals.visits_leaf += of[i];
-      if (calls_any_hit(static_cast<LeafOutcome>(i - kLeaf))) totals.any_hit_calls += of[i];
-    }
-    totals.culls += kind(EventKind::cull);
-    totals.checkpoints_read += kind(EventKind::replay_take) + kind(EventKind::replay_forward);
-  }
-};
-
-void count_ray(const Header& header, const Ray& ray, Totals& totals) {
-  ++totals.rays;
-  totals.rounds += ray.rounds.size();
-  totals.processed += ray.processed.size();
-  for (const Processed& entry : ray.processed) totals.blended += entry.blended;
-  std::uint64_t in_eviction_buffer = 0;
-  std::size_t next = 0;
-  for (const Round& round : ray.rounds) {
-    EventCounts counts;
-    for (const std::size_t end = next + round.event_count; next < end; ++next) counts.count(ray.events[next]);
-    counts.add_to(totals);
-    const std::uint64_t written = counts.written, evicted = counts.evicted();
-    totals.checkpoints_written += written;
-    totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, written);
-    if (round.overflow) ++totals.overflows;
-    if (!header.checkpoint) continue;  // what does not fit is found again by the next round
-    totals.evictions += evicted;
-    in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.preloaded);
-    in_eviction_buffer += evicted;
-    totals.max_evictions_per_ray = std::max(totals.max_evictions_per_ray, in_eviction_buffer);
-    in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.eviction_dropped);
-  }
+  written += bits_of_byte(event.checkpoints);
 }
 
-}  // namespace
+void count_round(const Header& header, const Round& round, const RoundCounts& counts, std::uint64_t& in_eviction_buffer,
+                 Totals& totals) {
+  ++totals.rounds;
+  totals.visits_internal += counts.internal;
+  totals.visits_instance += counts.instances;
+  for (std::size_t i = 0; i < counts.leaves.size(); ++i) {
+    totals.visits_leaf += counts.leaves[i];
+    if (calls_any_hit(static_cast<LeafOutcome>(i))) totals.any_hit_calls += counts.leaves[i];
+  }
+  totals.culls += counts.culls;
+  totals.checkpoints_read += counts.read;
+  totals.checkpoints_written += counts.written;
+  totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, counts.written);
+  if (round.overflow) ++totals.overflows;
+  if (!header.checkpoint) return;  // what does not fit is found again by the next round
+  const std::uint64_t evicted = counts.leaves[static_cast<std::size_t>(LeafOutcome::displaced)] +
+                                counts.leaves[static_cast<std::size_t>(LeafOutcome::rejected)];
+  totals.evictions += evicted;
+  in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.preloaded);
+  in_eviction_buffer += evicted;
+  totals.max_evictions_per_ray = std::max(totals.max_evictions_per_ray, in_eviction_buffer);
+  in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.eviction_dropped);
+}
 
 Totals count_totals(const Header& header, const RayGroup& group) {
   Totals totals;
-  for (const Ray& ray : group.rays) count_ray(header, ray, totals);
+  for (const Ray& ray : group.rays) {
+    ++totals.rays;
+    totals.processed += ray.processed.size();
+    for (const Processed& entry : ray.processed) totals.blended += entry.blended;
+    std::uint64_t in_eviction_buffer = 0;
+    std::size_t next = 0;
+    for (const Round& round : ray.rounds) {
+      RoundCounts counts;
+      for (const std::size_t end = next + round.event_count; next < end; ++next) counts.add(ray.events[next]);
+      count_round(header, round, counts, in_eviction_buffer, totals);
+    }
+  }
   return totals;
 }
 

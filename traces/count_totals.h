@@ -1,10 +1,29 @@
-// The sums of a trace, group by group. Adding groups in any order gives the same totals.
+// The sums of a trace, round by round. Adding groups in any order gives the same totals.
 #pragma once
+
+#include <array>
+#include <cstdint>
 
 #include "traces/event.h"
 #include "traces/header.h"
 
 namespace grtx::traces {
+
+/// Events of one round.
+struct RoundCounts {
+  std::uint64_t internal = 0;
+  std::uint64_t instances = 0;
+  std::uint64_t culls = 0;
+  std::uint64_t read = 0;                 ///< source entries
+  std::uint64_t written = 0;              ///< checkpoints
+  std::array<std::uint64_t, 8> leaves{};  ///< by outcome
+
+  void add(const Event& event);
+};
+
+/// Counts one round. `in_eviction_buffer`: entries that the ray has there; 0 before its first round.
+void count_round(const Header& header, const Round& round, const RoundCounts& counts, std::uint64_t& in_eviction_buffer,
+                 Totals& totals);
 
 /// Counts one group. Trusts the group; check() has its own count.
 Totals count_totals(const Header& header, const RayGroup& group);

@@ -10,10 +10,7 @@
 
 namespace grtx::traces {
 
-/// Appends the group's payload to `out`. Replays the events while it encodes them: throws std::logic_error naming
-/// group, lane, round and event when they do not follow the stack, the source buffer or the node dictionary, because
-/// then the program that made them is at fault. Rules that do not decide the bytes (k-buffer, evictions) are left to
-/// check(). Keeps its working memory per calling thread.
+/// Appends the group's payload to `out`. Throws as GroupEncoder does. Keeps its working memory per calling thread.
 void encode_group(const Header& header, const RayGroup& group, Bytes& out);
 
 /// Undoes encode_group for the group that must have `index`. Throws Malformed on anything encode_group does not write.
@@ -21,13 +18,22 @@ void encode_group(const Header& header, const RayGroup& group, Bytes& out);
 void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
                   RayGroup& group);
 
-/// Symbols of column inner_op.
+/// Operations on a popped internal node or instance leaf.
 enum class InnerOp : std::uint8_t { visit = 0, visit_with_checkpoints = 1, cull_dropped = 2, cull_checkpointed = 3 };
-/// Symbols of column leaf_op: below 7 the LeafOutcome itself.
+/// Operations on a popped leaf: below 7 the LeafOutcome itself.
 inline constexpr unsigned kLeafBeyondCheckpointed = 7;
 inline constexpr unsigned kLeafCullDropped = 8;
 inline constexpr unsigned kLeafCullCheckpointed = 9;
 inline constexpr unsigned kLeafNearest = 10;
+/// A byte of columns inner and leaf: operation XOR the last one (4 bits), rank (3 bits), whether a byte of column hits
+/// follows.
+inline constexpr unsigned kPopOp = 0x0F;
+inline constexpr unsigned kPopRankShift = 4;
+inline constexpr unsigned kPopHits = 0x80;
+/// In inner_gap and leaf_gap: that many predicted pops, and no other behind them.
+inline constexpr unsigned kLongGap = 255;
+/// Pops of one group.
+inline constexpr std::uint64_t kMaxPops = 1ULL << 30;
 /// Symbols of column replay_op.
 enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2 };
 /// Bits of column round_flags.

@@ -12,6 +12,48 @@
 namespace grtx::traces {
 namespace {
 
+/// Pops of one kind, see GroupEncoder.
+class PopReader {
+ public:
+  void begin(const ByteReader& gaps, const ByteReader& symbols) {
+    gaps_ = gaps;
+    symbols_ = symbols;
+    left_ = 0;
+    symbol_behind_ = false;
+  }
+  /// 0 when the pop is as predicted.
+  unsigned next() {
+    if (left_ != 0) {
+      --left_;
+      return 0;
+    }
+    if (!symbol_behind_) {
+      left_ = gaps_.u8();
+      symbol_behind_ = left_ != kLongGap;
+      if (left_ != 0) {
+        --left_;
+        return 0;
+      }
+    }
+    symbol_behind_ = false;
+    const unsigned symbol = symbols_.u8();
+    if (symbol == 0) symbols_.fail("holds a pop that was predicted");
+    return symbol;
+  }
+  [[noreturn]] void fail(const char* rule) const { symbols_.fail(rule); }
+  void expect_end() const {
+    if (left_ != 0) gaps_.fail("counts more pops than there are");
+    gaps_.expect_end();
+    symbols_.expect_end();
+  }
+
+ private:
+  ByteReader gaps_;
+  ByteReader symbols_;
+  unsigned left_ = 0;           ///< predicted pops
+  bool symbol_behind_ = false;  ///< whether an unpredicted one follows them
+};
+
 class GroupDecoder {
  public:
   [[gnu::noinline]] void decode(const Header& header, const std::uint8_t* payload, std::size_t size,
@@ -43,22 +85,31 @@ class GroupDecoder {
     const std::uint64_t gaussians = top.varint(reader(Column::gaussian_id).remaining());
     group.nodes.assign(static_cast<std::size_t>(nodes), NodeDefinition{});
     tree_masks_.assign(static_cast<std::size_t>(nodes), 0);
-    if (flags == 0) {
-      take_nodes(header, group.nodes);
-    } else {
-      take_tree(header, flags, group.nodes);
-    }
+    tree_order_.clear();
+    nodes_ = &group.nodes;
+    model_.begin(header, root);
     try {
-      model_.build(header, group.nodes, root);
+      if (flags == 0) {
+        take_nodes(group.nodes);
+      } else {
+        take_tree(header, flags, group.nodes);
+      }
     } catch (const std::invalid_argument& fault) {
       throw Malformed(fault.what());
     }
-    model_.prepare_links();
-    for (std::uint32_t i = 0; i < group.nodes.size(); ++i) model_[i].last_hits = tree_masks_[i];
+    take_first_hits();
+    inner_.begin(reader(Column::inner_gap), reader(Column::inner));
+    leaves_.begin(reader(Column::leaf_gap), reader(Column::leaf));
+    pops_left_ = kMaxPops;
     take_gaussians(gaussians);
     group.rays.resize(static_cast<std::size_t>(rays));
     std::int64_t pixel = 0;
     for (Ray& ray : group.rays) take_ray(ray, pixel);
+    inner_.expect_end();
+    leaves_.expect_end();
+    for (const Column column : {Column::inner_gap, Column::inner, Column::leaf_gap, Column::leaf}) {
+      reader(column) = ByteReader();
+    }
     for (const ByteReader& column : readers_) column.expect_end();
   }
 
@@ -70,17 +121,27 @@ class GroupDecoder {
     return static_cast<std::uint32_t>(value);
   }
 
-  void take_nodes(const Header& header, std::vector<NodeDefinition>& nodes) {
+  /// In ascending order: model and dictionary count alike.
+  void add_node(const NodeDefinition& node, const NodeShape& shape) {
+    if (static_cast<std::int64_t>(node.address) <= last_address_) throw Malformed("nodes must ascend by address");
+    last_address_ = node.address;
+    model_.add(node, shape);
+  }
+
+  void take_nodes(std::vector<NodeDefinition>& nodes) {
     std::uint32_t address = 0;
     std::int64_t predicted_children = 0;
     ByteReader& addresses = reader(Column::node_address);
     ByteReader& children = reader(Column::node_children);
+    last_address_ = -1;
     for (NodeDefinition& node : nodes) {
       address = checked_u32(addresses, address + static_cast<std::int64_t>(addresses.varint(kU32)));
       node.address = address;
       node.child_base = checked_u32(children, predicted_children + unzigzag(children.varint(4 * kU32)));
       take_shape(node);
-      predicted_children = static_cast<std::int64_t>(node.child_base + model_.shape(header, node).units);
+      const NodeShape& shape = model_.shape(node);
+      predicted_children = static_cast<std::int64_t>(node.child_base + shape.units);
+      add_node(node, shape);
     }
   }
 
@@ -89,37 +150,72 @@ class GroupDecoder {
     ByteReader& masks = reader(Column::node_tree);
     std::size_t next = 0;
     std::int64_t end = 0;
-    const auto enter = [&](std::int64_t address) {
+    links_.clear();
+    const auto enter = [&](std::int64_t address, std::uint32_t parent, unsigned slot) {
       if (next == nodes.size()) masks.fail("names more nodes than there are");
       nodes[next].address = checked_u32(masks, address);
-      walk_.push_back(static_cast<std::uint32_t>(next++));
+      const auto index = static_cast<std::uint32_t>(next++);
+      walk_.push_back(index);
+      links_.push_back({parent, slot});
+      return index;
     };
     for (const unsigned root : {kNodesHoldRoot, kNodesHoldBlasRoot}) {
       if ((flags & root) == 0) continue;
+      const bool first = root == kNodesHoldRoot;
       walk_.clear();
-      enter(static_cast<std::int64_t>((root == kNodesHoldRoot ? header.root : header.blas_root) / kNodeUnit));
+      enter(static_cast<std::int64_t>((first ? header.root : header.blas_root) / kNodeUnit),
+            first ? GroupModel::kRootParent : GroupModel::kBlasRootParent, 0);
+      bool skipped = true;
       while (!walk_.empty()) {
         const std::uint32_t index = walk_.back();
-        NodeDefinition& node = nodes[index];
         walk_.pop_back();
-        node.child_base = checked_u32(children, end + static_cast<std::int64_t>(children.varint(kU32)));
+        if (index == kSkipped) {
+          skipped = true;
+          continue;
+        }
+        NodeDefinition& node = nodes[index];
+        const std::int64_t gap = skipped ? static_cast<std::int64_t>(children.varint(kU32)) : 0;
+        skipped = false;
+        node.child_base = checked_u32(children, end + gap);
         take_shape(node);
-        const NodeShape& shape = model_.shape(header, node);
+        const NodeShape& shape = model_.shape(node);
         if (shape.fault != nullptr) throw Malformed(shape.fault);
         end = static_cast<std::int64_t>(node.child_base) + shape.units;
+        tree_order_.push_back(index);
         if (shape.internal_mask == 0) continue;
         const unsigned visited = masks.u8();
         if ((visited & ~unsigned{shape.internal_mask}) != 0) masks.fail("names a child that is not internal");
         tree_masks_[index] = static_cast<std::uint8_t>(visited);
-        const std::size_t first = walk_.size();
-        for (unsigned left = visited; left != 0; left &= left - 1) {
-          const unsigned offset = shape.offsets >> (4 * static_cast<unsigned>(std::countr_zero(left))) & 0xF;
-          enter(static_cast<std::int64_t>(node.child_base) + offset);
+        const std::size_t first_child = walk_.size();
+        for (unsigned left = shape.internal_mask; left != 0; left &= left - 1) {
+          const auto slot = static_cast<unsigned>(std::countr_zero(left));
+          if ((visited >> slot & 1) == 0) {
+            walk_.push_back(kSkipped);
+            continue;
+          }
+          const unsigned offset = shape.offsets >> (4 * slot) & 0xF;
+          enter(static_cast<std::int64_t>(node.child_base) + offset, GroupModel::kFirstNode + index, slot);
         }
-        std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
+        std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first_child), walk_.end());
       }
     }
     if (next != nodes.size()) masks.fail("names fewer nodes than there are");
+    last_address_ = -1;
+    for (const NodeDefinition& node : nodes) add_node(node, model_.shape(node));
+    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+      model_[links_[i].parent].links[links_[i].slot] = GroupModel::kFirstNode + i;
+    }
+  }
+
+  // In the order in which the other columns list the nodes.
+  void take_first_hits() {
+    ByteReader& hits = reader(Column::node_hits);
+    for (std::uint32_t i = 0; i < nodes_->size(); ++i) {
+      const std::uint32_t index = tree_order_.empty() ? i : tree_order_[i];
+      NodeModel& node = model_[GroupModel::kFirstNode + index];
+      node.last_hits = hits.u8() ^ tree_masks_[index];
+      if (node.last_hits >> node.child_count != 0) hits.fail("names a child that is not there");
+    }
   }
 
   void take_shape(NodeDefinition& node) {
@@ -206,7 +302,7 @@ class GroupDecoder {
     if (round.replay) source_.swap(destination_);
     destination_.clear();
     frames_.clear();
-    if (!round.replay) frames_.push_back({model_.root_parent(), 0, 1});
+    if (!round.replay) frames_.push_back({GroupModel::kRootParent, 0, 1});
     taken_ = 0;
     last_taken_ = -1;
     if (nearest_) read_.assign(source_.size(), false);
@@ -263,34 +359,45 @@ class GroupDecoder {
   }
 
   void take_pop(std::vector<Event>& events) {
+    if (pops_left_-- == 0) throw Malformed("a group has more than 2^30 events");
     StackFrame& frame = frames_.back();
     NodeModel& parent = model_[frame.parent];
-    unsigned slot = static_cast<unsigned>(std::countr_zero(frame.remaining));
-    if (!slot_order_ && !has_one_bit(frame.remaining)) {
-      ByteReader& picks = reader(Column::pick);
-      const unsigned rank = picks.u8();
-      if (rank >= bits_of_byte(frame.remaining)) picks.fail("names a child that is not there");
-      slot = parent.slot_at(frame.remaining, rank);
+    const unsigned remaining = frame.remaining;
+    unsigned slot = slot_order_ ? static_cast<unsigned>(std::countr_zero(remaining)) : parent.first_of(remaining);
+    const unsigned inner = parent.internal_mask | parent.instance_mask;
+    PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
+    const unsigned symbol = pops.next();
+    const unsigned rank = symbol >> kPopRankShift & 7;
+    if (rank != 0) {
+      if (slot_order_ || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
+      slot = parent.slot_at(remaining, rank);
+      parent.move_up(remaining, slot);
     }
     const NodeReference popped{frame.parent, slot, frame.context};
-    frame.remaining &= ~(1U << slot);
+    frame.remaining = remaining & ~(1U << slot);
     if (frame.remaining == 0) frames_.pop_back();
     const std::uint32_t address = parent.child_address(slot);
-    if (parent.is_internal(slot)) {
-      take_internal(popped, address, events);
-    } else if (parent.is_instance(slot)) {
-      take_instance(popped, address, events);
-    } else {
-      take_leaf(popped, address, events);
+    const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
+    parent.last_op[slot] = static_cast<std::uint8_t>(op);
+    const bool is_inner = (inner >> slot & 1) != 0;
+    if (op > (is_inner ? static_cast<unsigned>(InnerOp::cull_checkpointed) : kLeafNearest)) {
+      pops.fail("holds an unknown operation");
     }
-  }
-
-  unsigned take_op(Column column, const NodeReference& popped, unsigned limit) {
-    std::uint8_t& last = model_[popped.parent].last_op[popped.slot];
-    const unsigned op = reader(column).u8() ^ last;
-    if (op > limit) reader(column).fail("holds an unknown symbol");
-    last = static_cast<std::uint8_t>(op);
-    return op;
+    const bool changed_hits = (symbol & kPopHits) != 0;
+    if (is_inner && op < static_cast<unsigned>(InnerOp::cull_dropped) && parent.is_internal(slot)) {
+      return take_internal(popped, address, op == static_cast<unsigned>(InnerOp::visit_with_checkpoints), changed_hits,
+                           events);
+    }
+    if (changed_hits) pops.fail("changes hits where none are");
+    if (!is_inner) return take_leaf(popped, address, op, events);
+    if (op >= static_cast<unsigned>(InnerOp::cull_dropped)) {
+      return take_cull(popped, address, op == static_cast<unsigned>(InnerOp::cull_checkpointed), events);
+    }
+    if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
+      pops.fail("holds an operation that an instance leaf cannot have");
+    }
+    events.push_back(event_of(EventKind::visit_instance, address, 0, 0));
+    frames_.push_back({GroupModel::kBlasRootParent, address, 1});
   }
 
   void take_cull(const NodeReference& popped, std::uint32_t address, bool checkpointed, std::vector<Event>& events) {
@@ -298,19 +405,34 @@ class GroupDecoder {
     if (checkpointed) destination_.push_back(popped);
   }
 
-  void take_internal(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const auto op =
-        static_cast<InnerOp>(take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
-    if (op >= InnerOp::cull_dropped) return take_cull(popped, address, op == InnerOp::cull_checkpointed, events);
-    const std::uint32_t index = model_.link(popped.parent, popped.slot);
-    if (index == GroupModel::kUnknownLink) throw Malformed("a visited internal node is missing in the dictionary");
+  /// Index into the model of the internal node in a child's place.
+  std::uint32_t link(const NodeReference& child, std::uint32_t address) {
+    std::uint32_t& link = model_[child.parent].links[child.slot];
+    if (link == NodeModel::kUnknownLink) {
+      const auto found = std::lower_bound(nodes_->begin(), nodes_->end(), address,
+                                          [](const NodeDefinition& node, std::uint32_t a) { return node.address < a; });
+      if (found == nodes_->end() || found->address != address) {
+        throw Malformed("a visited internal node is missing in the dictionary");
+      }
+      link = GroupModel::kFirstNode + static_cast<std::uint32_t>(found - nodes_->begin());
+    }
+    return link;
+  }
+
+  void take_internal(const NodeReference& popped, std::uint32_t address, bool checkpoints_some, bool changed_hits,
+                     std::vector<Event>& events) {
+    const std::uint32_t index = link(popped, address);
     NodeModel& node = model_[index];
-    const unsigned hits = reader(Column::hits).u8() ^ node.last_hits;
-    if (hits >> node.child_count != 0) reader(Column::hits).fail("names a child that is not there");
-    node.last_hits = static_cast<std::uint8_t>(hits);
+    if (changed_hits) {
+      const unsigned difference = reader(Column::hits).u8();
+      if (difference == 0) reader(Column::hits).fail("changes nothing");
+      if (difference >> node.child_count != 0) reader(Column::hits).fail("names a child that is not there");
+      node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
+    }
+    const unsigned hits = node.last_hits;
     unsigned checkpoints = 0;
-    if (op == InnerOp::visit_with_checkpoints) {
-      if (hits == 0) reader(Column::inner_op).fail("checkpoints children where none is hit");
+    if (checkpoints_some) {
+      if (hits == 0) throw Malformed("a visit checkpoints children where none is hit");
       checkpoints = hits;
       if (!has_one_bit(hits)) {
         const unsigned gathered = reader(Column::checkpoints).u8();
@@ -325,21 +447,10 @@ class GroupDecoder {
     }
     const unsigned pushed = hits & ~checkpoints;
     if (pushed != 0) frames_.push_back({index, popped.context, pushed});
-    events.push_back(event_of(EventKind::visit_internal, index, pushed, checkpoints));
+    events.push_back(event_of(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints));
   }
 
-  void take_instance(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const auto op =
-        static_cast<InnerOp>(take_op(Column::inner_op, popped, static_cast<unsigned>(InnerOp::cull_checkpointed)));
-    if (op >= InnerOp::cull_dropped) return take_cull(popped, address, op == InnerOp::cull_checkpointed, events);
-    if (op != InnerOp::visit || !two_level_)
-      reader(Column::inner_op).fail("holds a symbol that an instance leaf cannot have");
-    events.push_back(event_of(EventKind::visit_instance, address, 0, 0));
-    frames_.push_back({model_.blas_root_parent(), address, 1});
-  }
-
-  void take_leaf(const NodeReference& popped, std::uint32_t address, std::vector<Event>& events) {
-    const unsigned op = take_op(Column::leaf_op, popped, kLeafNearest);
+  void take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, std::vector<Event>& events) {
     if (op == kLeafCullDropped || op == kLeafCullCheckpointed)
       return take_cull(popped, address, op == kLeafCullCheckpointed, events);
     const bool checkpointed = op == kLeafBeyondCheckpointed;
@@ -387,7 +498,19 @@ class GroupDecoder {
   ColumnSet columns_;
   std::array<ByteReader, kColumnCount> readers_;
   GroupModel model_;
-  std::vector<std::uint8_t> tree_masks_;  ///< children in the dictionary, of a tree
+  static constexpr std::uint32_t kSkipped = 0xFFFFFFFF;
+  struct Place {
+    std::uint32_t parent = 0;  ///< index into the model
+    unsigned slot = 0;
+  };
+  PopReader inner_;
+  PopReader leaves_;
+  std::uint64_t pops_left_ = 0;
+  const std::vector<NodeDefinition>* nodes_ = nullptr;
+  std::int64_t last_address_ = -1;
+  std::vector<std::uint8_t> tree_masks_;   ///< children in the dictionary, of a tree
+  std::vector<std::uint32_t> tree_order_;  ///< of a tree: its nodes in the order of the columns
+  std::vector<Place> links_;               ///< of a tree: where each node hangs
   std::vector<std::uint32_t> walk_;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;

@@ -1,13 +1,17 @@
+#include "traces/group_encoder.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/hash.h"
 #include "traces/columns.h"
+#include "traces/count_totals.h"
 #include "traces/file_layout.h"
 #include "traces/group_codec.h"
 #include "traces/group_model.h"
@@ -17,437 +21,114 @@
 namespace grtx::traces {
 namespace {
 
-class GroupEncoder {
+/// For a dictionary that exists before its events.
+class NoOtherNodes : public NodeSource {
  public:
-  [[gnu::noinline]] void encode(const Header& header, const RayGroup& group, Bytes& out) {
-    header_ = &header;
-    group_ = &group;
-    lane_ = round_ = event_ = kNowhere;
-    nearest_ = header.checkpoint_order == "nearest";
-    lifo_ = header.checkpoint_order == "lifo";
-    slot_order_ = header.child_order == "slot";
-    reserve_columns();
-    require(group.index < header.groups, "the index must be below the header's groups");
-    require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
-    require(group.kind <= RayKind::mirror, "the ray kind must be known");
-    const NodeKind root = root_kind();
-    try {
-      model_.build(header, group.nodes, root);
-    } catch (const std::invalid_argument& fault) {
-      fail(fault.what());
+  NodeDefinition define(std::uint32_t) const override { throw std::logic_error("all nodes are listed"); }
+};
+
+/// Pops of one kind: those that were predicted are counted, the others have a symbol. Written without branches on which
+/// it is, which would follow no pattern.
+struct PopColumns {
+  std::uint8_t* gap = nullptr;
+  std::uint8_t* symbols = nullptr;
+  unsigned run = 0;  ///< predicted pops since the last other one
+
+  void put(unsigned symbol) {
+    const unsigned told = symbol != 0 ? 1 : 0;
+    *gap = static_cast<std::uint8_t>(run);
+    *symbols = static_cast<std::uint8_t>(symbol);
+    gap += told;
+    symbols += told;
+    run = (run + 1) & (told - 1);
+    if (run == kLongGap) {
+      *gap++ = kLongGap;
+      run = 0;
     }
-    columns_.put_varint(Column::group, group.index);
-    put(Column::group, static_cast<unsigned>(group.kind));
-    put(Column::group, static_cast<unsigned>(root));
-    columns_.put_varint(Column::group, group.nodes.size());
-    columns_.put_varint(Column::group, group.rays.size());
-    if (!put_tree()) put_nodes();
-    collect_gaussians();
-    columns_.put_varint(Column::group, gaussians_.size());
-    std::int64_t last_pixel = 0;
-    for (lane_ = 0; lane_ < group.rays.size(); ++lane_) {
-      const Ray& ray = group.rays[lane_];
-      columns_.put_varint(Column::ray, zigzag(static_cast<std::int64_t>(ray.pixel) - last_pixel));
-      columns_.put_varint(Column::ray, ray.rounds.size());
-      last_pixel = ray.pixel;
-      put_ray(ray);
-    }
-    if (columns_.bytes() > kMaxGroupBytes) {
-      lane_ = kNowhere;
-      fail("takes more than 1 GiB before compression");
-    }
-    std::array<ColumnView, kColumnCount> views;
-    for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns_.view(static_cast<Column>(i));
-    pack_columns(views, out);
   }
+};
+
+}  // namespace
+
+struct GroupEncoder::Impl {
+  void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
+  void list(const std::vector<NodeDefinition>& nodes);
+  void add(const TracedRay& ray);
+  void finish(EncodedGroup& group);
 
  private:
   static constexpr std::size_t kNowhere = ~std::size_t{0};
+  static constexpr std::uint32_t kSkipped = 0xFFFFFFFF;
 
-  [[noreturn]] void fail(const std::string& rule) const {
-    std::string place = "trace group " + std::to_string(group_->index);
+  /// What the dictionary stores of a node beside its model.
+  struct NodeRecord {
+    std::uint32_t address = 0;
+    std::uint16_t kinds_code = 0;
+    std::uint8_t code = 0;
+    std::uint8_t units = 0;
+    std::uint8_t first_hits = 0;
+    bool visited = false;
+  };
+
+  [[noreturn, gnu::cold, gnu::noinline]] void fail(const std::string& rule) const {
+    std::string place = "trace group " + std::to_string(index_);
     if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
     if (round_ != kNowhere) place += " round " + std::to_string(round_);
     if (event_ != kNowhere) place += " event " + std::to_string(event_);
     throw std::logic_error(place + ": " + rule);
   }
   void require(bool holds, const char* rule) const {
-    if (!holds) fail(rule);
+    if (!holds) [[unlikely]]
+      fail(rule);
   }
-  void put(Column column, unsigned symbol) { columns_.put(column, symbol); }
-
-  // The first event of a round from the root tells what the root is; a root that is only culled may pass as internal.
-  NodeKind root_kind() const {
-    for (const Ray& ray : group_->rays) {
-      std::size_t first = 0;
-      for (const Round& round : ray.rounds) {
-        if (!round.replay && round.event_count > 0 && first < ray.events.size()) {
-          const EventKind kind = ray.events[first].kind();
-          if (kind == EventKind::visit_internal) return NodeKind::internal;
-          if (kind == EventKind::visit_instance) return NodeKind::instance;
-          if (kind == EventKind::visit_leaf) return NodeKind::triangle;
-        }
-        first += round.event_count;
-      }
-    }
-    return NodeKind::internal;
+  [[noreturn, gnu::cold, gnu::noinline]] void fail_at(const Event* event, const char* rule) {
+    event_ = static_cast<std::size_t>(event - round_events_);
+    fail(rule);
+  }
+  void require(bool holds, const Event* event, const char* rule) {
+    if (!holds) [[unlikely]]
+      fail_at(event, rule);
   }
 
-  // No column gets longer: a varint takes 10 bytes at most, and 5 of 32 bits.
-  void reserve_columns() {
-    std::size_t rounds = 0, events = 0, processed = 0;
-    for (const Ray& ray : group_->rays) {
-      rounds += ray.rounds.size();
-      events += ray.events.size();
-      processed += ray.processed.size();
-    }
-    const std::size_t nodes = group_->nodes.size();
-    columns_.reserve(Column::group, 64);
-    columns_.reserve(Column::node_address, 5 * nodes);
-    columns_.reserve(Column::node_tree, nodes);
-    columns_.reserve(Column::node_shape, nodes);
-    columns_.reserve(Column::node_kinds, 2 * nodes);
-    columns_.reserve(Column::node_children, 10 * nodes);
-    columns_.reserve(Column::ray, 20 * group_->rays.size());
-    columns_.reserve(Column::round_flags, rounds);
-    for (const Column column :
-         {Column::preloaded, Column::k_count, Column::processed_count, Column::eviction_dropped}) {
-      columns_.reserve(column, 5 * rounds);
-    }
-    for (const Column column :
-         {Column::inner_op, Column::hits, Column::checkpoints, Column::pick, Column::leaf_op, Column::replay_op}) {
-      columns_.reserve(column, events);
-    }
-    columns_.reserve(Column::shifts, 2 * events);
-    columns_.reserve(Column::replay_entry, nearest_ ? 10 * events : 0);
-    columns_.reserve(Column::gaussian_id, 5 * processed);
-    columns_.reserve(Column::processed, processed);
-    columns_.reserve(Column::gaussian_low, processed);
-    columns_.reserve(Column::gaussian_high, 5 * processed);
-  }
-
-  // Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
-  // Addresses then follow from the tree, and children lie behind all that came before. Returns false otherwise.
-  bool put_tree() {
-    const std::vector<NodeDefinition>& nodes = group_->nodes;
-    tree_.clear();
-    tree_masks_.assign(nodes.size(), 0);
-    std::uint32_t next = 0;  // dictionary node that comes next in ascending order
-    std::uint64_t end = 0;   // of the children so far
-    unsigned flags = kNodesInTree;
-    for (const bool blas : {false, true}) {
-      const std::uint64_t root = blas ? header_->blas_root : header_->root;
-      if ((blas && !header_->two_level) || next == nodes.size() || nodes[next].address * kNodeUnit != root) continue;
-      flags |= blas ? kNodesHoldBlasRoot : kNodesHoldRoot;
-      walk_.assign(1, next++);
-      while (!walk_.empty()) {
-        const std::uint32_t index = walk_.back();
-        walk_.pop_back();
-        tree_.push_back(index);
-        const NodeModel& node = model_[index];
-        if (node.child_base < end) return false;
-        end = node.child_base + model_.shape(*header_, nodes[index]).units;
-        const std::size_t first = walk_.size();
-        for (unsigned left = node.internal_mask; left != 0; left &= left - 1) {
-          const unsigned slot = static_cast<unsigned>(std::countr_zero(left));
-          if (next == nodes.size() || nodes[next].address != node.child_address(slot)) continue;
-          tree_masks_[index] = static_cast<std::uint8_t>(tree_masks_[index] | 1U << slot);
-          walk_.push_back(next++);
-        }
-        std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
-      }
-    }
-    if (next != nodes.size()) return false;
-    put(Column::group, flags);
-    end = 0;
-    for (const std::uint32_t index : tree_) {
-      NodeModel& node = model_[index];
-      columns_.put_varint(Column::node_children, node.child_base - end);
-      end = node.child_base + model_.shape(*header_, nodes[index]).units;
-      put_shape(nodes[index]);
-      if (node.internal_mask != 0) put(Column::node_tree, tree_masks_[index]);
-      node.last_hits = tree_masks_[index];
-    }
-    return true;
-  }
-
-  void put_nodes() {
-    put(Column::group, 0);
-    std::int64_t last_address = 0;
-    std::int64_t predicted_children = 0;
-    for (const NodeDefinition& node : group_->nodes) {
-      columns_.put_varint(Column::node_address, static_cast<std::uint64_t>(node.address - last_address));
-      last_address = node.address;
-      columns_.put_varint(Column::node_children,
-                          zigzag(static_cast<std::int64_t>(node.child_base) - predicted_children));
-      predicted_children = static_cast<std::int64_t>(node.child_base + model_.shape(*header_, node).units);
-      put_shape(node);
-    }
-  }
-
-  // Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
-  void put_shape(const NodeDefinition& node) {
-    const NodeShape& shape = model_.shape(*header_, node);
-    const unsigned leaves = ((1U << node.child_count) - 1) & ~unsigned{shape.internal_mask};
-    const unsigned leaf =
-        leaves != 0 ? stored_kind(node.child_kinds[static_cast<unsigned>(std::countr_zero(leaves))]) : 0;
-    bool irregular = false;
-    for (unsigned left = leaves; left != 0; left &= left - 1) {
-      irregular |= stored_kind(node.child_kinds[static_cast<unsigned>(std::countr_zero(left))]) != leaf;
-    }
-    const bool mixed = leaf != 0 && shape.internal_mask != 0 && !irregular;
-    put(Column::node_shape,
-        node.child_count | (irregular ? 0 : leaf) << 4 | (mixed ? kShapeMixed : 0) | (irregular ? kShapeIrregular : 0));
-    if (mixed) put(Column::node_kinds, shape.internal_mask);
-    if (irregular) {
-      unsigned kinds = 0;
-      for (unsigned slot = 0; slot < node.child_count; ++slot)
-        kinds |= stored_kind(node.child_kinds[slot]) << (2 * slot);
-      put(Column::node_kinds, kinds & 0xFF);
-      put(Column::node_kinds, kinds >> 8);
-    }
-  }
-
-  static unsigned stored_kind(NodeKind kind) {
-    switch (kind) {
-      case NodeKind::internal:
-        return 0;
-      case NodeKind::instance:
-        return 1;
-      case NodeKind::procedural:
-        return 2;
-      default:
-        return 3;  // GroupModel::build has refused unknown kinds
-    }
-  }
-
-  void collect_gaussians() {
-    gaussians_.clear();
-    for (const Ray& ray : group_->rays) {
-      for (const Processed& entry : ray.processed) gaussians_.push_back(entry.gaussian);
-    }
-    std::sort(gaussians_.begin(), gaussians_.end());
-    gaussians_.erase(std::unique(gaussians_.begin(), gaussians_.end()), gaussians_.end());
-    std::uint32_t last = 0;
-    for (const std::uint32_t gaussian : gaussians_) {
-      columns_.put_varint(Column::gaussian_id, gaussian - last);
-      last = gaussian;
-    }
-    successor_.assign(gaussians_.size() + 1, kNoSuccessor);
-  }
-
-  void put_ray(const Ray& ray) {
-    destination_.clear();
-    std::size_t next_event = 0;
-    std::size_t processed = 0;
-    for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
-      const Round& round = ray.rounds[round_];
-      require(round.event_count <= ray.events.size() - next_event, "event_count exceeds the ray's events");
-      require(round.processed_count <= ray.processed.size() - processed, "processed_count exceeds the ray's entries");
-      require(round.overflow || round.eviction_dropped == 0, "evictions are only dropped by an overflow");
-      put(Column::round_flags, (round.replay ? kRoundReplay : 0) | (round.overflow ? kRoundOverflow : 0) |
-                                   (round.terminated ? kRoundTerminated : 0));
-      columns_.put_varint(Column::preloaded, round.preloaded);
-      columns_.put_varint(Column::k_count, round.k_count);
-      columns_.put_varint(Column::processed_count,
-                          zigzag(static_cast<std::int64_t>(round.k_count) - round.processed_count));
-      if (round.overflow) columns_.put_varint(Column::eviction_dropped, round.eviction_dropped);
-      put_events(ray, round, next_event);
-      event_ = kNowhere;
-      next_event += round.event_count;
-      processed += round.processed_count;
-    }
-    round_ = kNowhere;
-    require(next_event == ray.events.size(), "events remain behind the last round");
-    require(processed == ray.processed.size(), "processed entries remain behind the last round");
-    put_processed(ray);
-  }
-
-  void put_events(const Ray& ray, const Round& round, std::size_t first) {
-    source_.clear();
-    if (round.replay) source_.swap(destination_);
-    destination_.clear();
-    frames_.clear();
-    if (!round.replay) frames_.push_back({model_.root_parent(), 0, 1});
-    taken_ = 0;
-    last_taken_ = -1;
-    const std::span<const Event> events(ray.events.data() + first, round.event_count);
-    if (nearest_ && round.replay) assigned_ = &assignment_.assign(model_, source_, events);
-    for (event_ = 0; event_ < round.event_count; ++event_) {
-      const Event& event = events[event_];
-      if (!frames_.empty()) {
-        put_pop(event);
-        continue;
-      }
-      const bool more = event_ + 1 < events.size();
-      if (put_replay(event) && model_.is_blas(event.node)) {
-        require(more, "visit_instance must follow the take of a BLAS node");
-        ++event_;
-        const Event& transform = events[event_];
-        require(transform.kind() == EventKind::visit_instance && transform.detail == 1 &&
-                    transform.node == frames_.back().context && transform.checkpoints == 0 && transform.shifts() == 0,
-                "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
-      }
-    }
-    require(frames_.empty(), "the stack must be empty at the end of a round");
-    require(taken_ == source_.size(), "every source entry must be read");
-    if (round.overflow) destination_.clear();
-  }
-
-  // Returns whether the entry was pushed.
-  bool put_replay(const Event& event) {
-    const bool take = event.kind() == EventKind::replay_take;
-    require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
-    require(taken_ < source_.size(), "no source entry is left to read");
-    std::size_t index = taken_;
-    if (lifo_) index = source_.size() - 1 - taken_;
-    if (nearest_) {
-      require((*assigned_)[taken_] != SourceAssignment::kNone, "no unread source entry has this address");
-      index = (*assigned_)[taken_];
-      columns_.put_varint(Column::replay_entry, zigzag(static_cast<std::int64_t>(index) - last_taken_ - 1));
-      last_taken_ = static_cast<std::int64_t>(index);
-    }
-    ++taken_;
-    const NodeReference entry = source_[index];
-    require(event.node == model_[entry.parent].child_address(entry.slot), "must read the next source entry");
-    require(event.detail == 0 && event.shifts() == 0, "a replay event has no detail and no shifts");
-    require(event.checkpoints <= (take ? 0 : 1), "a forward writes at most one checkpoint, a take none");
-    if (take) {
-      put(Column::replay_op, static_cast<unsigned>(ReplayOp::take));
-      frames_.push_back({entry.parent, entry.context, 1U << entry.slot});
-      return true;
-    }
-    put(Column::replay_op,
-        static_cast<unsigned>(event.checkpoints != 0 ? ReplayOp::forward_checkpointed : ReplayOp::forward_dropped));
-    if (event.checkpoints != 0) destination_.push_back(entry);
-    return false;
-  }
-
-  void put_pop(const Event& event) {
-    StackFrame& frame = frames_.back();
-    NodeModel& parent = model_[frame.parent];
-    const bool internal_event = event.kind() == EventKind::visit_internal;
-    if (internal_event) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
-    const std::uint32_t address = internal_event ? model_.address(event.node) : event.node;
-    const unsigned slot = parent.slot_of(frame.remaining, address);
-    require(slot < kMaxWidth, "the node is not on top of the stack");
-    if (has_one_bit(frame.remaining)) {
-      // no choice
-    } else if (slot_order_) {
-      require(slot == static_cast<unsigned>(std::countr_zero(frame.remaining)),
-              "children must be popped in slot order");
-    } else {
-      put(Column::pick, parent.rank_of(frame.remaining, slot));
-    }
-    const NodeReference popped{frame.parent, slot, frame.context};
-    frame.remaining &= ~(1U << slot);
-    if (frame.remaining == 0) frames_.pop_back();
-    if (event.kind() == EventKind::cull) {
-      require(event.detail == 0 && event.shifts() == 0, "a cull has no detail and no shifts");
-      require(event.checkpoints <= 1, "a cull writes at most one checkpoint");
-    }
-    if (parent.is_internal(slot)) {
-      put_internal(event, popped);
-    } else if (parent.is_instance(slot)) {
-      put_instance(event, popped);
-    } else {
-      put_leaf(event, popped);
-    }
-  }
-
-  void put_op(Column column, const NodeReference& popped, unsigned op) {
-    std::uint8_t& last = model_[popped.parent].last_op[popped.slot];
-    put(column, op ^ last);
-    last = static_cast<std::uint8_t>(op);
-  }
-
-  void put_cull(Column column, const Event& event, const NodeReference& popped, unsigned dropped) {
-    put_op(column, popped, dropped + event.checkpoints);
-    if (event.checkpoints != 0) destination_.push_back(popped);
-  }
-
-  void put_internal(const Event& event, const NodeReference& popped) {
-    constexpr Column column = Column::inner_op;
-    if (event.kind() == EventKind::cull) {
-      return put_cull(column, event, popped, static_cast<unsigned>(InnerOp::cull_dropped));
-    }
-    require(event.kind() == EventKind::visit_internal, "an internal node is on top of the stack");
-    NodeModel& node = model_[event.node];
-    require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
-    require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
-    require(event.shifts() == 0, "only an insertion shifts");
-    put_op(column, popped,
-           static_cast<unsigned>(event.checkpoints != 0 ? InnerOp::visit_with_checkpoints : InnerOp::visit));
-    const unsigned hits = event.pushed() | event.checkpoints;
-    put(Column::hits, hits ^ node.last_hits);
-    node.last_hits = static_cast<std::uint8_t>(hits);
-    if (event.checkpoints != 0) {  // of a single hit there is nothing to tell
-      if (!has_one_bit(hits)) put(Column::checkpoints, gather_bits(event.checkpoints, hits));
-      for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
-        destination_.push_back({event.node, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
-      }
-    }
-    if (event.pushed() != 0) frames_.push_back({event.node, popped.context, event.pushed()});
-  }
-
-  void put_instance(const Event& event, const NodeReference& popped) {
-    constexpr Column column = Column::inner_op;
-    if (event.kind() == EventKind::cull) {
-      return put_cull(column, event, popped, static_cast<unsigned>(InnerOp::cull_dropped));
-    }
-    require(event.kind() == EventKind::visit_instance && event.detail == 0, "an instance leaf is on top of the stack");
-    require(header_->two_level, "instance leaves need a two-level structure");
-    require(event.checkpoints == 0 && event.shifts() == 0,
-            "the visit of an instance leaf has no checkpoints, no shifts");
-    put_op(column, popped, static_cast<unsigned>(InnerOp::visit));
-    frames_.push_back({model_.blas_root_parent(), event.node, 1});
-  }
-
-  void put_leaf(const Event& event, const NodeReference& popped) {
-    constexpr Column column = Column::leaf_op;
-    if (event.kind() == EventKind::cull) return put_cull(column, event, popped, kLeafCullDropped);
-    require(event.kind() == EventKind::visit_leaf, "a leaf is on top of the stack");
-    require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
-    const bool beyond = event.outcome() == LeafOutcome::beyond;
-    require(event.checkpoints <= (beyond ? 1 : 0), "only a leaf beyond t_max is checkpointed");
-    const unsigned op = event.outcome() == LeafOutcome::nearest ? kLeafNearest : event.detail;
-    put_op(column, popped, event.checkpoints != 0 ? kLeafBeyondCheckpointed : op);
-    if (event.checkpoints != 0) destination_.push_back(popped);
-    if (event.outcome() == LeafOutcome::inserted || event.outcome() == LeafOutcome::displaced) {
-      columns_.put_varint(Column::shifts, event.shifts());
-    } else {
-      require(event.shifts() == 0, "only an insertion shifts");
-    }
-  }
-
-  void put_processed(const Ray& ray) {
-    std::size_t last = gaussians_.size();
-    for (const Processed& entry : ray.processed) {
-      const auto found = std::lower_bound(gaussians_.begin(), gaussians_.end(), entry.gaussian);
-      const auto index = static_cast<std::uint32_t>(found - gaussians_.begin());
-      const bool predicted = successor_[last] == index;
-      put(Column::processed, (entry.blended != 0 ? kProcessedBlended : 0) | (predicted ? 0 : kProcessedNotPredicted));
-      if (!predicted) {
-        put(Column::gaussian_low, index & 0xFF);
-        columns_.put_varint(Column::gaussian_high, index >> 8);
-      }
-      successor_[last] = index;
-      last = index;
-    }
+  void reserve_columns(const TracedRay& ray);
+  std::uint32_t add_node(const NodeDefinition& definition);
+  std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address, unsigned hits);
+  void put_events(const Round& round, std::span<const Event> events, std::uint64_t& in_eviction_buffer);
+  bool read_source(const Event* event, StackFrame& taken);
+  bool put_tree(unsigned& flags);
+  void put_nodes();
+  void put_shape(const NodeRecord& record);
+  void put_gaussians();
+  void put_processed(std::span<const Processed> entries);
+  void end_gap(Column column, unsigned run) {
+    columns_.reserve(column, 1);
+    if (run > 0) columns_.put(column, run);
   }
 
   const Header* header_ = nullptr;
-  const RayGroup* group_ = nullptr;
+  const NodeSource* source_of_nodes_ = nullptr;
+  std::uint32_t index_ = 0;
+  RayKind kind_ = RayKind::primary;
+  NodeKind root_ = NodeKind::internal;
   bool nearest_ = false;
   bool lifo_ = false;
   bool slot_order_ = false;
+  std::uint64_t pops_ = 0;
+  std::int64_t last_pixel_ = 0;
+  std::size_t rays_ = 0;
+  // Where an error is.
   std::size_t lane_ = kNowhere;
   std::size_t round_ = kNowhere;
   std::size_t event_ = kNowhere;
+  const Event* round_events_ = nullptr;
+
+  Totals totals_;
   ColumnWriter columns_;
+  unsigned inner_run_ = 0;
+  unsigned leaf_run_ = 0;
   GroupModel model_;
-  std::vector<std::uint32_t> tree_;       ///< dictionary in the order of put_tree()
-  std::vector<std::uint8_t> tree_masks_;  ///< children in the dictionary
+  std::vector<NodeRecord> records_;  ///< of the model's nodes from GroupModel::kFirstNode on
+  bool all_listed_ = false;          ///< list() made the records, by ascending address
   std::vector<std::uint32_t> walk_;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
@@ -456,16 +137,541 @@ class GroupEncoder {
   std::int64_t last_taken_ = -1;  ///< position of the one read last
   SourceAssignment assignment_;
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::vector<Processed> processed_;                      ///< of all rays
+  std::vector<std::size_t> processed_ends_;               ///< of each ray
   std::vector<std::uint32_t> gaussians_;                  ///< distinct, ascending
   std::vector<std::uint32_t> successor_;  ///< what followed a Gaussian last time; last place: what began a ray
 };
 
+void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
+                               const NodeSource& nodes) {
+  header_ = &header;
+  source_of_nodes_ = &nodes;
+  index_ = index;
+  kind_ = kind;
+  root_ = root;
+  nearest_ = header.checkpoint_order == "nearest";
+  lifo_ = header.checkpoint_order == "lifo";
+  slot_order_ = header.child_order == "slot";
+  pops_ = 0;
+  last_pixel_ = 0;
+  rays_ = 0;
+  lane_ = round_ = event_ = kNowhere;
+  totals_ = Totals{};
+  columns_.clear();
+  inner_run_ = leaf_run_ = 0;
+  records_.clear();
+  all_listed_ = false;
+  processed_.clear();
+  processed_ends_.clear();
+  require(index < header.groups, "the index must be below the header's groups");
+  require(kind <= RayKind::mirror, "the ray kind must be known");
+  model_.begin(header, root);
+}
+
+void GroupEncoder::Impl::list(const std::vector<NodeDefinition>& nodes) {
+  std::int64_t last_address = -1;
+  for (const NodeDefinition& node : nodes) {
+    require(node.address > last_address, "nodes must ascend by address");
+    last_address = node.address;
+    add_node(node);
+  }
+  all_listed_ = true;
+}
+
+std::uint32_t GroupEncoder::Impl::add_node(const NodeDefinition& definition) {
+  const NodeShape& shape = model_.shape(definition);
+  NodeRecord record;
+  record.address = definition.address;
+  record.kinds_code = shape.kinds_code;
+  record.code = shape.code;
+  record.units = shape.units;
+  records_.push_back(record);
+  try {
+    return model_.add(definition, shape);
+  } catch (const std::invalid_argument& fault) {
+    fail(fault.what());
+  }
+}
+
+/// The node that a visit reaches for the first time through this parent. References to nodes become invalid.
+[[gnu::noinline]] std::uint32_t GroupEncoder::Impl::reach(std::uint32_t parent, unsigned slot, std::uint32_t address,
+                                                          unsigned hits) {
+  std::uint32_t index = 0;
+  if (all_listed_) {
+    const auto end = records_.end();
+    const auto found = std::lower_bound(records_.begin(), end, address,
+                                        [](const NodeRecord& r, std::uint32_t a) { return r.address < a; });
+    require(found != end && found->address == address, "the visited node is missing in the dictionary");
+    index = GroupModel::kFirstNode + static_cast<std::uint32_t>(found - records_.begin());
+  } else {
+    index = add_node(source_of_nodes_->define(address));
+  }
+  model_[parent].links[slot] = index;
+  NodeRecord& record = records_[index - GroupModel::kFirstNode];
+  if (!record.visited) {
+    record.visited = true;
+    record.first_hits = static_cast<std::uint8_t>(hits);
+    model_[index].last_hits = static_cast<std::uint8_t>(hits);
+  }
+  return index;
+}
+
+// A varint takes 10 bytes at most, 5 of 32 bits, and 2 of 12 bits.
+void GroupEncoder::Impl::reserve_columns(const TracedRay& ray) {
+  const std::size_t events = ray.events.size(), rounds = ray.rounds.size();
+  for (const Column column : {Column::inner_gap, Column::inner, Column::hits, Column::checkpoints, Column::leaf_gap,
+                              Column::leaf, Column::replay_op}) {
+    columns_.reserve(column, events + 2);
+  }
+  columns_.reserve(Column::shifts, 2 * events);
+  if (nearest_) columns_.reserve(Column::replay_entry, 10 * events);
+  columns_.reserve(Column::ray, 20);
+  columns_.reserve(Column::round_flags, rounds);
+  for (const Column column : {Column::preloaded, Column::k_count, Column::processed_count, Column::eviction_dropped}) {
+    columns_.reserve(column, 5 * rounds);
+  }
+  if (frames_.size() < events + 2) frames_.resize(2 * events + 2);
+}
+
+void GroupEncoder::Impl::add(const TracedRay& ray) {
+  lane_ = rays_++;
+  require(rays_ <= header_->warp_size, "a group holds at most warp_size rays");
+  require(ray.events.size() <= kMaxPops - pops_, "a group has at most 2^30 events");
+  pops_ += ray.events.size();
+  reserve_columns(ray);
+  columns_.put_varint(Column::ray, zigzag(static_cast<std::int64_t>(ray.pixel) - last_pixel_));
+  columns_.put_varint(Column::ray, ray.rounds.size());
+  last_pixel_ = ray.pixel;
+  destination_.clear();
+  std::size_t next_event = 0;
+  std::size_t processed = 0;
+  std::uint64_t in_eviction_buffer = 0;
+  for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
+    const Round& round = ray.rounds[round_];
+    require(round.event_count <= ray.events.size() - next_event, "event_count exceeds the ray's events");
+    require(round.processed_count <= ray.processed.size() - processed, "processed_count exceeds the ray's entries");
+    require(round.overflow || round.eviction_dropped == 0, "evictions are only dropped by an overflow");
+    columns_.put(Column::round_flags, (round.replay ? kRoundReplay : 0) | (round.overflow ? kRoundOverflow : 0) |
+                                          (round.terminated ? kRoundTerminated : 0));
+    columns_.put_varint(Column::preloaded, round.preloaded);
+    columns_.put_varint(Column::k_count, round.k_count);
+    columns_.put_varint(Column::processed_count,
+                        zigzag(static_cast<std::int64_t>(round.k_count) - round.processed_count));
+    if (round.overflow) columns_.put_varint(Column::eviction_dropped, round.eviction_dropped);
+    put_events(round, ray.events.subspan(next_event, round.event_count), in_eviction_buffer);
+    next_event += round.event_count;
+    processed += round.processed_count;
+  }
+  round_ = kNowhere;
+  require(next_event == ray.events.size(), "events remain behind the last round");
+  require(processed == ray.processed.size(), "processed entries remain behind the last round");
+  ++totals_.rays;
+  totals_.processed += ray.processed.size();
+  for (const Processed& entry : ray.processed) totals_.blended += entry.blended;
+  processed_.insert(processed_.end(), ray.processed.begin(), ray.processed.end());
+  processed_ends_.push_back(processed_.size());
+  lane_ = kNowhere;
+}
+
+void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> events,
+                                    std::uint64_t& in_eviction_buffer) {
+  static constexpr std::uint8_t kLeafOps[8] = {0, 1, 2, 3, 4, 5, 6, kLeafNearest};
+  round_events_ = events.data();
+  source_.clear();
+  if (round.replay) source_.swap(destination_);
+  destination_.clear();
+  taken_ = 0;
+  last_taken_ = -1;
+  if (nearest_ && round.replay) assigned_ = &assignment_.assign(model_, source_, events);
+  StackFrame* const frames = frames_.data();
+  std::size_t depth = 0;
+  if (!round.replay) frames[depth++] = {GroupModel::kRootParent, 0, 1};
+  NodeModel* nodes = model_.nodes();
+  PopColumns pops[2] = {{columns_.end(Column::leaf_gap), columns_.end(Column::leaf), leaf_run_},
+                        {columns_.end(Column::inner_gap), columns_.end(Column::inner), inner_run_}};
+  std::uint8_t* hits_end = columns_.end(Column::hits);
+  RoundCounts counts;
+  const Event* const end = events.data() + events.size();
+  for (const Event* event = events.data(); event != end; ++event) {
+    if (depth == 0) {
+      ++counts.read;
+      counts.written += event->checkpoints & 1U;
+      if (!read_source(event, frames[0])) continue;
+      depth = 1;
+      if (!model_.is_blas(event->node)) continue;
+      require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
+      ++event;
+      ++counts.instances;
+      require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == frames[0].context &&
+                  event->checkpoints == 0 && event->shifts() == 0,
+              event, "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
+      continue;
+    }
+    StackFrame& frame = frames[depth - 1];
+    const StackFrame before = frame;
+    NodeModel* parent = nodes + before.parent;
+    const unsigned slot = parent->slot_of(before.remaining, event->node);
+    require(slot < kMaxWidth, event, "the node is not on top of the stack");
+    unsigned rank = 0;
+    unsigned expected = slot;
+    if (slot_order_) {
+      require(slot == static_cast<unsigned>(std::countr_zero(before.remaining)), event,
+              "children must be popped in slot order");
+    } else {
+      rank = parent->rank_of(before.remaining, slot);
+      if (rank != 0) {
+        expected = parent->first_of(before.remaining);
+        parent->move_up(before.remaining, slot);
+      }
+    }
+    PopColumns& column = pops[(parent->internal_mask | parent->instance_mask) >> expected & 1];
+    frame.remaining = before.remaining & ~(1U << slot);
+    depth -= frame.remaining == 0 ? 1 : 0;
+    const NodeReference popped{before.parent, slot, before.context};
+    const EventKind kind = event->kind();
+    if (kind == EventKind::visit_leaf) {
+      require(!parent->is_internal(slot) && !parent->is_instance(slot), event, "no leaf is on top of the stack");
+      require(event->detail <= static_cast<unsigned>(kLastLeafOutcome), event, "the leaf outcome must be known");
+      ++counts.leaves[event->detail];
+      const LeafOutcome outcome = event->outcome();
+      unsigned op = kLeafOps[event->detail];
+      if (event->checkpoints != 0) {
+        require(event->checkpoints == 1 && outcome == LeafOutcome::beyond, event,
+                "only a leaf beyond t_max is checkpointed");
+        op = kLeafBeyondCheckpointed;
+        ++counts.written;
+        destination_.push_back(popped);
+      }
+      column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
+      parent->last_op[slot] = static_cast<std::uint8_t>(op);
+      if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
+        columns_.put_varint(Column::shifts, event->shifts());
+      } else {
+        require(event->shifts() == 0, event, "only an insertion shifts");
+      }
+      continue;
+    }
+    unsigned op = static_cast<unsigned>(InnerOp::visit);
+    unsigned changed_hits = 0;
+    if (kind == EventKind::visit_internal) {
+      require(parent->is_internal(slot), event, "no internal node is on top of the stack");
+      const unsigned hits = event->pushed() | event->checkpoints;
+      std::uint32_t index = parent->links[slot];
+      if (index == NodeModel::kUnknownLink) {
+        index = reach(before.parent, slot, event->node, hits);
+        nodes = model_.nodes();
+        parent = nodes + before.parent;
+      }
+      NodeModel& node = nodes[index];
+      require(((event->pushed() & event->checkpoints) | hits >> node.child_count | event->shifts()) == 0, event,
+              "a visit pushes or checkpoints children that exist, each once, and shifts nothing");
+      ++counts.internal;
+      changed_hits = hits ^ node.last_hits;
+      *hits_end = static_cast<std::uint8_t>(changed_hits);
+      hits_end += changed_hits != 0 ? 1 : 0;
+      node.last_hits = static_cast<std::uint8_t>(hits);
+      if (event->checkpoints != 0) {  // of a single hit there is nothing to tell
+        op = static_cast<unsigned>(InnerOp::visit_with_checkpoints);
+        if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(event->checkpoints, hits));
+        for (unsigned left = event->checkpoints; left != 0; left &= left - 1) {
+          destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), before.context});
+        }
+        counts.written += bits_of_byte(event->checkpoints);
+      }
+      frames[depth] = {index, before.context, event->pushed()};
+      depth += event->pushed() != 0 ? 1 : 0;
+    } else if (kind == EventKind::cull) {
+      require(event->detail == 0 && event->shifts() == 0, event, "a cull has no detail and no shifts");
+      require(event->checkpoints <= 1, event, "a cull writes at most one checkpoint");
+      ++counts.culls;
+      counts.written += event->checkpoints;
+      if (event->checkpoints != 0) destination_.push_back(popped);
+      if (!parent->is_internal(slot) && !parent->is_instance(slot)) {
+        op = kLeafCullDropped + event->checkpoints;
+        column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
+        parent->last_op[slot] = static_cast<std::uint8_t>(op);
+        continue;
+      }
+      op = static_cast<unsigned>(InnerOp::cull_dropped) + event->checkpoints;
+    } else {
+      require(kind == EventKind::visit_instance && event->detail == 0 && parent->is_instance(slot), event,
+              "the event does not handle the node on top of the stack");
+      require(header_->two_level, event, "instance leaves need a two-level structure");
+      require(event->checkpoints == 0 && event->shifts() == 0, event,
+              "the visit of an instance leaf has no checkpoints, no shifts");
+      ++counts.instances;
+      frames[depth++] = {GroupModel::kBlasRootParent, event->node, 1};
+    }
+    column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift | (changed_hits != 0 ? kPopHits : 0));
+    parent->last_op[slot] = static_cast<std::uint8_t>(op);
+  }
+  require(depth == 0, "the stack must be empty at the end of a round");
+  require(taken_ == source_.size(), "every source entry must be read");
+  if (round.overflow) destination_.clear();
+  columns_.end(Column::leaf_gap) = pops[0].gap;
+  columns_.end(Column::leaf) = pops[0].symbols;
+  columns_.end(Column::inner_gap) = pops[1].gap;
+  columns_.end(Column::inner) = pops[1].symbols;
+  columns_.end(Column::hits) = hits_end;
+  inner_run_ = pops[1].run;
+  leaf_run_ = pops[0].run;
+  count_round(*header_, round, counts, in_eviction_buffer, totals_);
+}
+
+/// Returns whether the entry was pushed: `taken` is its frame.
+bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
+  const bool take = event->kind() == EventKind::replay_take;
+  require(take || event->kind() == EventKind::replay_forward, event,
+          "the stack is empty: only a source entry can come next");
+  require(taken_ < source_.size(), event, "no source entry is left to read");
+  std::size_t index = taken_;
+  if (lifo_) index = source_.size() - 1 - taken_;
+  if (nearest_) {
+    require((*assigned_)[taken_] != SourceAssignment::kNone, event, "no unread source entry has this address");
+    index = (*assigned_)[taken_];
+    columns_.put_varint(Column::replay_entry, zigzag(static_cast<std::int64_t>(index) - last_taken_ - 1));
+    last_taken_ = static_cast<std::int64_t>(index);
+  }
+  ++taken_;
+  const NodeReference entry = source_[index];
+  require(event->node == model_[entry.parent].child_address(entry.slot), event, "must read the next source entry");
+  require(event->detail == 0 && event->shifts() == 0, event, "a replay event has no detail and no shifts");
+  require(event->checkpoints <= (take ? 0 : 1), event, "a forward writes at most one checkpoint, a take none");
+  if (take) {
+    columns_.put(Column::replay_op, static_cast<unsigned>(ReplayOp::take));
+    taken = {entry.parent, entry.context, 1U << entry.slot};
+    return true;
+  }
+  columns_.put(Column::replay_op, static_cast<unsigned>(event->checkpoints != 0 ? ReplayOp::forward_checkpointed
+                                                                                : ReplayOp::forward_dropped));
+  if (event->checkpoints != 0) destination_.push_back(entry);
+  return false;
+}
+
+void GroupEncoder::Impl::finish(EncodedGroup& group) {
+  unsigned flags = 0;
+  if (!put_tree(flags)) {
+    flags = 0;
+    put_nodes();
+  }
+  put_gaussians();
+  end_gap(Column::inner_gap, inner_run_);
+  end_gap(Column::leaf_gap, leaf_run_);
+  columns_.reserve(Column::group, 64);
+  columns_.put_varint(Column::group, index_);
+  columns_.put(Column::group, static_cast<unsigned>(kind_));
+  columns_.put(Column::group, static_cast<unsigned>(root_));
+  columns_.put_varint(Column::group, records_.size());
+  columns_.put_varint(Column::group, rays_);
+  columns_.put(Column::group, flags);
+  columns_.put_varint(Column::group, gaussians_.size());
+  if (columns_.bytes() > kMaxGroupBytes) fail("takes more than 1 GiB before compression");
+  std::array<ColumnView, kColumnCount> views;
+  for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns_.view(static_cast<Column>(i));
+  group.index = index_;
+  group.totals = totals_;
+  group.chunk.assign(kChunkPreambleBytes, 0);
+  pack_columns(views, group.chunk);
+  const std::size_t payload = group.chunk.size() - kChunkPreambleBytes;
+  Bytes preamble;
+  put_u32(preamble, static_cast<std::uint32_t>(payload));
+  put_u64(preamble, xxh3(group.chunk.data() + kChunkPreambleBytes, payload));
+  std::copy(preamble.begin(), preamble.end(), group.chunk.begin());
+}
+
+// Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
+// Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
+// between that no ray visited. Returns false otherwise.
+bool GroupEncoder::Impl::put_tree(unsigned& flags) {
+  const Column node_columns[] = {Column::node_tree, Column::node_shape, Column::node_kinds, Column::node_children,
+                                 Column::node_hits};
+  for (const Column column : node_columns) columns_.reserve(column, 5 * records_.size());
+  const auto record_of = [&](std::uint32_t index) -> NodeRecord& { return records_[index - GroupModel::kFirstNode]; };
+  std::size_t found = 0;
+  std::int64_t last_address = -1;  // of the nodes found so far, in their order
+  std::uint64_t end = 0;           // of the children so far
+  const auto is_next = [&](std::uint32_t index) {
+    const std::int64_t address = record_of(index).address;
+    ++found;
+    return address > std::exchange(last_address, address);
+  };
+  const auto walk = [&](std::uint32_t root) {
+    if (!is_next(root)) return false;
+    bool skipped = true;
+    walk_.assign(1, root);
+    while (!walk_.empty()) {
+      const std::uint32_t index = walk_.back();
+      walk_.pop_back();
+      if (index == kSkipped) {
+        skipped = true;
+        continue;
+      }
+      const NodeModel& node = model_[index];
+      const NodeRecord& record = record_of(index);
+      if (node.child_base < end || (!skipped && node.child_base > end)) return false;
+      if (skipped) columns_.put_varint(Column::node_children, node.child_base - end);
+      skipped = false;
+      end = node.child_base + record.units;
+      put_shape(record);
+      unsigned mask = 0;
+      const std::size_t first = walk_.size();
+      for (unsigned left = node.internal_mask; left != 0; left &= left - 1) {
+        const auto slot = static_cast<unsigned>(std::countr_zero(left));
+        const std::uint32_t child = node.links[slot];
+        const bool known = child != NodeModel::kUnknownLink;
+        if (known && (found == records_.size() || !is_next(child))) return false;
+        mask |= (known ? 1U : 0U) << slot;
+        walk_.push_back(known ? child : kSkipped);
+      }
+      std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
+      if (node.internal_mask != 0) columns_.put(Column::node_tree, mask);
+      columns_.put(Column::node_hits, (record.visited ? record.first_hits : 0) ^ mask);
+    }
+    return true;
+  };
+  flags = kNodesInTree;
+  bool tree = true;
+  for (const auto& [parent, flag] : {std::pair{GroupModel::kRootParent, kNodesHoldRoot},
+                                     std::pair{GroupModel::kBlasRootParent, kNodesHoldBlasRoot}}) {
+    const std::uint32_t root = model_[parent].links[0];
+    if (root == NodeModel::kUnknownLink || !tree) continue;
+    flags |= flag;
+    tree = walk(root);
+  }
+  if (tree && found == records_.size()) return true;
+  for (const Column column : node_columns) columns_.clear(column);
+  return false;
+}
+
+void GroupEncoder::Impl::put_nodes() {
+  const std::size_t count = records_.size();
+  columns_.reserve(Column::node_address, 5 * count);
+  columns_.reserve(Column::node_children, 10 * count);
+  walk_.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) walk_[i] = i;
+  std::sort(walk_.begin(), walk_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return records_[a].address < records_[b].address; });
+  std::int64_t last_address = -1;
+  std::int64_t predicted_children = 0;
+  for (const std::uint32_t i : walk_) {
+    const NodeRecord& record = records_[i];
+    const std::uint32_t child_base = model_[GroupModel::kFirstNode + i].child_base;
+    require(record.address > last_address, "two parents lead to one node");
+    columns_.put_varint(Column::node_address,
+                        static_cast<std::uint64_t>(record.address - std::max<std::int64_t>(last_address, 0)));
+    last_address = record.address;
+    columns_.put_varint(Column::node_children, zigzag(static_cast<std::int64_t>(child_base) - predicted_children));
+    predicted_children = static_cast<std::int64_t>(child_base) + record.units;
+    put_shape(record);
+    columns_.put(Column::node_hits, record.first_hits);
+  }
+}
+
+void GroupEncoder::Impl::put_shape(const NodeRecord& record) {
+  columns_.put(Column::node_shape, record.code);
+  if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return;
+  columns_.put(Column::node_kinds, record.kinds_code & 0xFF);
+  if ((record.code & kShapeIrregular) != 0) columns_.put(Column::node_kinds, record.kinds_code >> 8);
+}
+
+void GroupEncoder::Impl::put_gaussians() {
+  gaussians_.clear();
+  for (const Processed& entry : processed_) gaussians_.push_back(entry.gaussian);
+  std::sort(gaussians_.begin(), gaussians_.end());
+  gaussians_.erase(std::unique(gaussians_.begin(), gaussians_.end()), gaussians_.end());
+  columns_.reserve(Column::gaussian_id, 5 * gaussians_.size());
+  std::uint32_t last = 0;
+  for (const std::uint32_t gaussian : gaussians_) {
+    columns_.put_varint(Column::gaussian_id, gaussian - last);
+    last = gaussian;
+  }
+  successor_.assign(gaussians_.size() + 1, kNoSuccessor);
+  columns_.reserve(Column::processed, processed_.size());
+  columns_.reserve(Column::gaussian_low, processed_.size());
+  columns_.reserve(Column::gaussian_high, 5 * processed_.size());
+  std::size_t begin = 0;
+  for (const std::size_t end : processed_ends_) {
+    put_processed({processed_.data() + begin, end - begin});
+    begin = end;
+  }
+}
+
+void GroupEncoder::Impl::put_processed(std::span<const Processed> entries) {
+  std::size_t last = gaussians_.size();
+  for (const Processed& entry : entries) {
+    std::uint32_t index = successor_[last];
+    const bool predicted = index != kNoSuccessor && gaussians_[index] == entry.gaussian;
+    if (!predicted) {
+      const auto found = std::lower_bound(gaussians_.begin(), gaussians_.end(), entry.gaussian);
+      index = static_cast<std::uint32_t>(found - gaussians_.begin());
+      columns_.put(Column::gaussian_low, index & 0xFF);
+      columns_.put_varint(Column::gaussian_high, index >> 8);
+    }
+    columns_.put(Column::processed,
+                 (entry.blended != 0 ? kProcessedBlended : 0) | (predicted ? 0 : kProcessedNotPredicted));
+    successor_[last] = index;
+    last = index;
+  }
+}
+
+GroupEncoder::GroupEncoder() : impl_(std::make_unique<Impl>()) {}
+GroupEncoder::~GroupEncoder() = default;
+GroupEncoder::GroupEncoder(GroupEncoder&&) noexcept = default;
+GroupEncoder& GroupEncoder::operator=(GroupEncoder&&) noexcept = default;
+
+void GroupEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
+                         const NodeSource& nodes) {
+  impl_->begin(header, index, kind, root, nodes);
+}
+void GroupEncoder::add(const TracedRay& ray) { impl_->add(ray); }
+void GroupEncoder::finish(EncodedGroup& group) { impl_->finish(group); }
+
+namespace {
+
+// The first event of a round from the root tells what the root is; a root that is only culled may pass as internal.
+NodeKind root_kind(const RayGroup& group) {
+  for (const Ray& ray : group.rays) {
+    std::size_t first = 0;
+    for (const Round& round : ray.rounds) {
+      if (!round.replay && round.event_count > 0 && first < ray.events.size()) {
+        const EventKind kind = ray.events[first].kind();
+        if (kind == EventKind::visit_internal) return NodeKind::internal;
+        if (kind == EventKind::visit_instance) return NodeKind::instance;
+        if (kind == EventKind::visit_leaf) return NodeKind::triangle;
+      }
+      first += round.event_count;
+    }
+  }
+  return NodeKind::internal;
+}
+
 }  // namespace
 
+void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out) {
+  thread_local GroupEncoder encoder;
+  thread_local std::vector<Event> events;
+  const NoOtherNodes nodes;
+  encoder.begin(header, group.index, group.kind, root_kind(group), nodes);
+  encoder.impl_->list(group.nodes);
+  for (const Ray& ray : group.rays) {
+    events = ray.events;
+    for (Event& event : events) {
+      if (event.kind() != EventKind::visit_internal) continue;
+      if (event.node >= group.nodes.size()) {
+        throw std::logic_error("trace group " + std::to_string(group.index) + ": a node index exceeds the dictionary");
+      }
+      event.node = group.nodes[event.node].address;
+    }
+    encoder.add({ray.pixel, ray.rounds, events, ray.processed});
+  }
+  encoder.finish(out);
+}
+
 void encode_group(const Header& header, const RayGroup& group, Bytes& out) {
-  // On the heap: members of a thread_local object would each be reached through the thread pointer.
-  thread_local const std::unique_ptr<GroupEncoder> encoder = std::make_unique<GroupEncoder>();
-  encoder->encode(header, group, out);
+  EncodedGroup encoded;
+  encode_group(header, group, encoded);
+  out.insert(out.end(), encoded.chunk.begin() + kChunkPreambleBytes, encoded.chunk.end());
 }
 
 }  // namespace grtx::traces

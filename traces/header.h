@@ -8,7 +8,7 @@
 
 namespace grtx::traces {
 
-inline constexpr std::uint32_t kFormatVersion = 3;
+inline constexpr std::uint32_t kFormatVersion = 4;
 
 struct Header {
   // What was traced.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "traces/event.h"
+#include "traces/group_encoder.h"
 #include "traces/header.h"
 
 namespace grtx::traces {
@@ -26,10 +27,13 @@ class Writer {
   /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming
   /// group, lane, round and event, when the events contradict each other, and Error when the file cannot be written.
   void append(const RayGroup& group);
+  /// Stores a group that GroupEncoder has encoded with the same header.
+  void append(EncodedGroup&& group);
   /// Wakes callers that wait in append(), with an Error. For a thread that will not append its group after all.
   void cancel();
   /// Writes the index and totals, gives the file its final name. All groups must have been appended.
   void finish();
+  const Header& header() const;
   const Totals& totals() const;
   std::uint64_t bytes() const;
 

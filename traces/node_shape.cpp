@@ -1,8 +1,52 @@
 #include "traces/node_shape.h"
 
+#include <bit>
 #include <cstring>
 
+#include "traces/group_codec.h"
+
 namespace grtx::traces {
+namespace {
+
+unsigned stored_kind(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::internal:
+      return 0;
+    case NodeKind::instance:
+      return 1;
+    case NodeKind::procedural:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+// Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
+void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
+  const unsigned leaves = ((1U << shape.child_count) - 1) & ~unsigned{shape.internal_mask};
+  const unsigned leaf = leaves != 0 ? stored_kind(kinds[static_cast<unsigned>(std::countr_zero(leaves))]) : 0;
+  unsigned all = 0;
+  bool irregular = false;
+  for (unsigned slot = 0; slot < shape.child_count; ++slot) {
+    const unsigned kind = stored_kind(kinds[slot]);
+    all |= kind << (2 * slot);
+    irregular |= kind != 0 && kind != leaf;
+  }
+  unsigned code = shape.child_count;
+  if (irregular) {
+    code |= kShapeIrregular;
+    shape.kinds_code = static_cast<std::uint16_t>(all);
+  } else {
+    code |= leaf << 4;
+    if (leaf != 0 && shape.internal_mask != 0) {
+      code |= kShapeMixed;
+      shape.kinds_code = shape.internal_mask;
+    }
+  }
+  shape.code = static_cast<std::uint8_t>(code);
+}
+
+}  // namespace
 
 NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count) {
   NodeShape shape;
@@ -34,6 +78,7 @@ NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& 
   shape.instance_mask = static_cast<std::uint8_t>(instance);
   shape.wide_mask = static_cast<std::uint8_t>(wide);
   shape.units = static_cast<std::uint8_t>(offset);
+  if (shape.fault == nullptr) set_codes(kinds, shape);
   return shape;
 }
 

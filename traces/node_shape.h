@@ -17,6 +17,8 @@ struct NodeShape {
   std::uint8_t instance_mask = 0;  ///< slots with an instance leaf
   std::uint8_t wide_mask = 0;      ///< slots that take two units
   std::uint8_t units = 0;          ///< of all children together
+  std::uint8_t code = 0;           ///< as in column node_shape
+  std::uint16_t kinds_code = 0;    ///< as in column node_kinds
   const char* fault = nullptr;     ///< the rule that the kinds break
 };
 

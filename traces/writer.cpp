@@ -10,7 +10,7 @@
 #include "base/hash.h"
 #include "traces/count_totals.h"
 #include "traces/file_layout.h"
-#include "traces/group_codec.h"
+#include "traces/group_encoder.h"
 #include "traces/header_json.h"
 #include "traces/io.h"
 #include "traces/stream_hash.h"
@@ -62,17 +62,13 @@ Writer::Writer(const std::string& path, const Header& header) : impl_(std::make_
 Writer::~Writer() = default;
 
 void Writer::append(const RayGroup& group) {
-  Impl& impl = *impl_;
-  // The chunk is built in the caller's thread; its preamble is filled in once the payload is known.
-  Bytes chunk(kChunkPreambleBytes);
-  encode_group(impl.header, group, chunk);
-  const std::size_t payload = chunk.size() - kChunkPreambleBytes;
-  Bytes preamble;
-  put_u32(preamble, static_cast<std::uint32_t>(payload));
-  put_u64(preamble, xxh3(chunk.data() + kChunkPreambleBytes, payload));
-  std::copy(preamble.begin(), preamble.end(), chunk.begin());
-  const Totals counted = count_totals(impl.header, group);
+  EncodedGroup encoded;
+  encode_group(impl_->header, group, encoded);
+  append(std::move(encoded));
+}
 
+void Writer::append(EncodedGroup&& group) {
+  Impl& impl = *impl_;
   std::unique_lock lock(impl.mutex);
   impl.progress.wait(lock, [&] { return impl.stopped || group.index <= impl.offsets.size() + kMaxAhead; });
   const std::string& path = impl.file->path();
@@ -80,13 +76,13 @@ void Writer::append(const RayGroup& group) {
   if (impl.finished || group.index < impl.offsets.size() || impl.waiting.contains(group.index)) {
     throw std::logic_error("trace group " + std::to_string(group.index) + " appended twice or after finish()");
   }
-  add_totals(impl.totals, counted);
+  add_totals(impl.totals, group.totals);
   if (group.index != impl.offsets.size()) {
-    impl.waiting.emplace(group.index, std::move(chunk));
+    impl.waiting.emplace(group.index, std::move(group.chunk));
     return;
   }
   try {
-    impl.write_chunk(chunk);
+    impl.write_chunk(group.chunk);
     while (!impl.waiting.empty() && impl.waiting.begin()->first == impl.offsets.size()) {
       impl.write_chunk(impl.waiting.begin()->second);
       impl.waiting.erase(impl.waiting.begin());
@@ -132,6 +128,7 @@ void Writer::finish() {
   impl.finished = true;
 }
 
+const Header& Writer::header() const { return impl_->header; }
 const Totals& Writer::totals() const { return impl_->totals; }
 
 std::uint64_t Writer::bytes() const {

@@ -23,11 +23,11 @@ class RayByRay {
   };
   Traced trace(const TraceRay& ray) {
     const std::uint64_t before = tracer_.counters().ties_lost;
-    recorder_.begin_group(0, traces::RayKind::primary, 1);
-    recorder_.begin_ray(0, 0);
+    recorder_.begin_group(0, traces::RayKind::primary);
+    recorder_.begin_ray(0);
     tracer_.trace(ray, recorder_);
     Traced traced;
-    for (const traces::Processed& entry : recorder_.end_group().rays[0].processed) {
+    for (const traces::Processed& entry : recorder_.processed()) {
       traced.processed.push_back(entry.gaussian);
     }
     traced.ties_lost = tracer_.counters().ties_lost - before;

@@ -66,12 +66,37 @@ ColumnSet columns_of(const Header& header, const RayGroup& group) {
 TEST(NodeDictionary, DepthFirstTreesStoreNoAddresses) {
   const ColumnSet columns = columns_of(small_header(), two_children(5, 7));
   EXPECT_EQ(columns[Column::node_address], Bytes{});
-  EXPECT_EQ(columns[Column::node_tree], (Bytes{0b101}));        // both internal children are there
-  EXPECT_EQ(columns[Column::node_children], (Bytes{2, 0, 0}));  // the root's begin at 2, each other behind the last
+  EXPECT_EQ(columns[Column::node_tree], (Bytes{0b101}));    // both internal children are there
+  EXPECT_EQ(columns[Column::node_children], (Bytes{2}));    // the root's begin at 2, all others behind the last
+  EXPECT_EQ(columns[Column::node_hits], (Bytes{0, 0, 0}));  // the root hits what is in the dictionary
 }
 
 TEST(NodeDictionary, GapsAreNodesThatNoRayVisited) {
-  EXPECT_EQ(columns_of(small_header(), two_children(5, 20))[Column::node_children], (Bytes{2, 0, 13}));
+  RayGroup group = two_children(5, 20);
+  group.nodes.erase(group.nodes.begin() + 1);
+  group.rays[0].events = {visit(0, 0b100), visit(1, 0)};
+  group.rays[0].rounds[0].event_count = 2;
+  const ColumnSet columns = columns_of(small_header(), group);
+  EXPECT_EQ(columns[Column::node_tree], (Bytes{0b100}));
+  EXPECT_EQ(columns[Column::node_children], (Bytes{2, 15}));  // 15 units behind the root's children
+}
+
+TEST(NodeDictionary, AGapThatNoNodeExplainsNeedsAddresses) {
+  EXPECT_EQ(columns_of(small_header(), two_children(5, 20))[Column::node_address], (Bytes{1, 1, 2}));
+}
+
+TEST(NodeDictionary, HitsOfTheFirstVisitStandWithTheNode) {
+  RayGroup group = two_children(5, 7);
+  group.rays[0].events = {visit(0, 0b111), visit(2, 0b010), Event{}, Event{}, visit(1, 0)};
+  group.rays[0].events[2].node = 8;  // leaves: missed
+  group.rays[0].events[3].node = 3;
+  for (const std::size_t leaf : {2U, 3U}) {
+    group.rays[0].events[leaf].kind_shifts = Event::pack(EventKind::visit_leaf);
+  }
+  group.rays[0].rounds[0].event_count = 5;
+  const ColumnSet columns = columns_of(small_header(), group);
+  EXPECT_EQ(columns[Column::node_hits], (Bytes{0b010, 0, 0b010}));  // but for children in the dictionary
+  EXPECT_EQ(columns[Column::hits], Bytes{});
 }
 
 TEST(NodeDictionary, OtherLayoutsStoreAddresses) {
@@ -102,7 +127,10 @@ TEST(NodeDictionary, DamagedTreesAreRefused) {
   columns[Column::node_tree] = {0b001};  // a node of the dictionary is left over
   EXPECT_THROW(decode(columns), Malformed);
   columns = sound;
-  columns[Column::node_children] = {2, 0, 100};  // outside the node image
+  columns[Column::node_children] = {100};  // outside the node image
+  EXPECT_THROW(decode(columns), Malformed);
+  columns = sound;
+  columns[Column::node_hits] = {0, 0b1000, 0};  // the node has two children
   EXPECT_THROW(decode(columns), Malformed);
 }
 

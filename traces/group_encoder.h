@@ -1,0 +1,64 @@
+// Encodes a group ray by ray, as the rays are traced: the events of one ray are all that has to be kept.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "traces/byte_stream.h"
+#include "traces/event.h"
+#include "traces/header.h"
+
+namespace grtx::traces {
+
+/// Tells where the children of an internal node lie that a ray visited.
+class NodeSource {
+ public:
+  virtual ~NodeSource() = default;
+  /// Of the internal node at `address` (/ kNodeUnit).
+  virtual NodeDefinition define(std::uint32_t address) const = 0;
+};
+
+/// A group ready for Writer::append().
+struct EncodedGroup {
+  std::uint32_t index = 0;
+  Bytes chunk;  ///< as in the file
+  Totals totals;
+};
+
+/// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (/ kNodeUnit).
+struct TracedRay {
+  std::uint32_t pixel = 0;
+  std::span<const Round> rounds;
+  std::span<const Event> events;
+  std::span<const Processed> processed;
+};
+
+/// One a thread; keeps its memory. Throws std::logic_error naming group, lane, round and event when the events do not
+/// follow the stack, the source buffer or the nodes, because then the program that made them is at fault. Rules that do
+/// not decide the bytes (k-buffer, evictions) are left to check().
+class GroupEncoder {
+ public:
+  GroupEncoder();
+  ~GroupEncoder();
+  GroupEncoder(GroupEncoder&&) noexcept;
+  GroupEncoder& operator=(GroupEncoder&&) noexcept;
+
+  /// Begins a group whose root is of kind `root`. Header and nodes must live until finish().
+  void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
+  /// The next ray in lane order.
+  void add(const TracedRay& ray);
+  /// Replaces `group`.
+  void finish(EncodedGroup& group);
+
+ private:
+  friend void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out);
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// All rays of a group. Keeps its working memory per calling thread.
+void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out);
+
+}  // namespace grtx::traces
