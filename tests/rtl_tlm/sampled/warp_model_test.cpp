@@ -88,7 +88,7 @@ TEST(WarpModel, KnownLaunchesDecideTheSm) {
   for (const GroupWork& group : groups) pointers.push_back(&group);
   ModelMachine machine;
   machine.sms = 4;
-  const ModelRun run = run_model(pointers, {{3, 0.0}, {3, 500.0}}, machine, rates(100, 1, 1, 1));
+  const ModelRun run = run_model(pointers, {{3, 0}, {3, 500}}, machine, rates(100, 1, 1, 1));
   EXPECT_EQ(run.group_sm, (std::vector<unsigned>{3, 3, 0}));
   EXPECT_NEAR(run.group_end[1] - run.group_end[0], 500.0, 1.0);
 }

@@ -1,0 +1,98 @@
+// Which SM gets which of the first groups is cycle mode's choice in fast mode too.
+#include "rtl_tlm/first_launches.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "observed_run.h"
+#include "rtl_tlm/config_file.h"
+
+namespace grtx::tlm {
+namespace {
+
+constexpr Cycle kFirst = 6000;  // cycles, as first_launches.h says
+
+class Launches final : public modules::WarpObserver {
+ public:
+  void launched(unsigned sm, unsigned /*slot*/, const traces::RayGroup& group, Cycle now) override {
+    list.push_back({group.index, sm, now});
+  }
+  void ended(unsigned /*sm*/, unsigned /*slot*/, Cycle /*now*/) override {}
+  nlohmann::json list = nlohmann::json::array();
+};
+
+class FirstLaunches : public ::testing::Test {
+ protected:
+  // Two of three groups meet nothing and end at once.
+  FirstLaunches() {
+    traces::testing::RandomOptions random;
+    random.seed = 5;
+    random.groups = 24;
+    random.warp_size = 32;
+    auto trace = traces::testing::random_trace(random);
+    for (std::size_t i = 0; i < trace.groups.size(); ++i) {
+      traces::RayGroup& group = trace.groups[i];
+      group.kind = traces::RayKind::primary;
+      if (i % 3 == 1) continue;
+      group.nodes.clear();
+      for (traces::Ray& ray : group.rays) {
+        ray.rounds.clear();
+        ray.events.clear();
+        ray.processed.clear();
+      }
+    }
+    traces::testing::write_trace(trace_.path(), trace.header, trace.groups);
+  }
+  static GpuConfig config() {
+    // Eight warp slots for 24 groups.
+    return load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {"gpu.sms=4", "gpu.resident_warps=2"});
+  }
+  /// Of a whole run: group, SM, cycle.
+  nlohmann::json launches(SimulationMode mode) const {
+    ChildProcess child("launches", [&] {
+      Launches seen;
+      SimulationOptions options;
+      options.mode = mode;
+      options.observer = &seen;
+      simulate(trace_.path(), config(), options);
+      return seen.list.dump();
+    });
+    return nlohmann::json::parse(child.result());
+  }
+  traces::testing::TemporaryFile trace_{"first_launches"};
+};
+
+TEST_F(FirstLaunches, AreThoseOfCycleMode) {
+  const traces::Reader reader(trace_.path());
+  std::vector<std::uint64_t> groups(reader.group_count());
+  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  const std::vector<Launch> first = first_launches(reader, groups, config());
+  const nlohmann::json cycle = launches(SimulationMode::cycle);
+  ASSERT_EQ(cycle.size(), groups.size());
+  EXPECT_GT(first.size(), 8U) << "nothing ended in the first cycles: this test shows nothing";
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].sm, cycle[i][1].get<unsigned>()) << "launch " << i;
+    EXPECT_EQ(first[i].cycle, cycle[i][2].get<Cycle>()) << "launch " << i;
+  }
+  if (first.size() < groups.size()) {
+    EXPECT_GE(cycle[first.size()][2].get<Cycle>(), kFirst);
+  }
+}
+
+TEST_F(FirstLaunches, AreFollowedByFastMode) {
+  const nlohmann::json cycle = launches(SimulationMode::cycle);
+  const nlohmann::json fast = launches(SimulationMode::fast);
+  ASSERT_EQ(fast.size(), cycle.size());
+  std::size_t compared = 0;
+  for (; compared < cycle.size() && cycle[compared][2].get<Cycle>() < kFirst; ++compared) {
+    EXPECT_EQ(fast[compared][0], cycle[compared][0]) << "launch " << compared;
+    EXPECT_EQ(fast[compared][1], cycle[compared][1]) << "launch " << compared;
+  }
+  EXPECT_GT(compared, 8U);
+}
+
+}  // namespace
+}  // namespace grtx::tlm
