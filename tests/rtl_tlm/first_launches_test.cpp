@@ -9,6 +9,8 @@
 
 #include "observed_run.h"
 #include "rtl_tlm/config_file.h"
+#include "rtl_tlm/fast/fast_gpu.h"
+#include "rtl_tlm/trace_source.h"
 
 namespace grtx::tlm {
 namespace {
@@ -82,7 +84,27 @@ TEST_F(FirstLaunches, AreThoseOfCycleMode) {
   }
 }
 
+// SMs that fast mode would not choose by itself: it takes them in turn.
 TEST_F(FirstLaunches, AreFollowedByFastMode) {
+  const std::vector<unsigned> wanted = {3, 3, 2, 2, 1, 1, 0, 0, 3};
+  ChildProcess child("fast", [&] {
+    const traces::Reader reader(trace_.path());
+    modules::set_time_resolution_to_fs();
+    TraceSource source(reader, 4);
+    Launches seen;
+    FastGpu gpu("fast", config(), reader.header(), reader.totals().max_evictions_per_ray, source);
+    gpu.observe(&seen);
+    gpu.assign(wanted);
+    sc_core::sc_start(sc_core::SC_ZERO_TIME);
+    gpu.run([](std::uint64_t) {});
+    return seen.list.dump();
+  });
+  const nlohmann::json fast = nlohmann::json::parse(child.result());
+  ASSERT_EQ(fast.size(), 24U);
+  for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_EQ(fast[i][1].get<unsigned>(), wanted[i]) << "launch " << i;
+}
+
+TEST_F(FirstLaunches, OfARunInFastModeAreThoseOfCycleMode) {
   const nlohmann::json cycle = launches(SimulationMode::cycle);
   const nlohmann::json fast = launches(SimulationMode::fast);
   ASSERT_EQ(fast.size(), cycle.size());
