@@ -38,8 +38,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// User and system time of all threads of the process so far.
-/// Of this process and of children that have ended.
+/// User and system time so far, of all threads of the process and of its children that have ended.
 double cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -212,15 +211,15 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
   return finished;
 }
 
-/// What fast mode needs to know of cycle mode. Where all groups are launched at once, it is nothing; a trace that
-/// cannot be simulated says so in the run itself.
+/// What fast mode needs to know of cycle mode; nothing where all groups are launched at once.
 std::vector<Launch> launches_to_follow(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
                                        const GpuConfig& config) {
   if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return {};
   try {
     return first_launches(reader, groups, config);
   } catch (const std::exception&) {
-    return {};
+    traces::check(reader, true);  // as in rethrow(): a trace that contradicts itself says where
+    throw;
   }
 }
 

@@ -16,6 +16,7 @@ FastL1::FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t 
       memory_(memory),
       tags_(config.geometry),
       banks_(config.banks),
+      bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0),
       misses_(config.mshr_entries),
       arrivals_(config.mshr_entries),
       pending_(config.mshr_entries),
@@ -45,7 +46,8 @@ void FastL1::store(DueWheel::Number number) {
 }
 
 Cycle FastL1::take_bank(Cycle now, const MemoryRequest& request, Client client) {
-  const Cycle bank = banks_[request.address / modules::kSectorBytes % banks_.size()].reserve(now);
+  const std::uint64_t sector = request.address / modules::kSectorBytes;
+  const Cycle bank = banks_[bank_mask_ != 0 ? sector & bank_mask_ : sector % banks_.size()].reserve(now);
   if (bank == now) return now;
   if (client != kNode && (between_ = !between_)) {
     ++overtaken_;

@@ -88,6 +88,7 @@ class FastL1 {
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
   std::vector<SlotCalendar> banks_;  ///< one access a cycle each
+  unsigned bank_mask_;               ///< banks - 1 for a power of two of banks, else 0
   bool between_ = false;             ///< the next bank conflict is the node request's
   Cycle overtaken_ = 0;
   std::array<Cycle, kClients> again_{};  ///< when a client asks again that was refused; 0: none was
