@@ -25,8 +25,35 @@ DramChannelCounters& DramChannelCounters::operator+=(const DramChannelCounters& 
   return *this;
 }
 
+namespace {
+
+int shift_of(unsigned divisor) { return std::has_single_bit(divisor) ? std::countr_zero(divisor) : -1; }
+
+// A division by a variable takes as long as the rest of a request's way into the queue.
+std::uint64_t divided(std::uint64_t a, unsigned divisor, int shift) { return shift >= 0 ? a >> shift : a / divisor; }
+
+constexpr std::uint64_t kNoKey = ~std::uint64_t{0};
+
+std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& keys) {
+  std::uint64_t least = kNoKey;
+  for (; banks != 0; banks &= banks - 1) {
+    least = std::min(least, keys[static_cast<std::size_t>(std::countr_zero(banks))]);
+  }
+  return least;
+}
+
+}  // namespace
+
 DramChannel::DramChannel(const DramChannelConfig& config)
-    : config_(config), entries_(config.queue), banks_(config.banks), wake_(config.banks, kNever), completions_(256) {
+    : config_(config),
+      row_shift_(shift_of(config.row_bytes)),
+      bank_shift_(shift_of(config.banks)),
+      entries_(config.queue),
+      banks_(config.banks),
+      oldest_key_(config.banks),
+      hit_key_(config.banks),
+      wake_(config.banks, kNever),
+      completions_(256) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "dram", rule);
   };
@@ -45,18 +72,21 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   const std::uint32_t number = free_.back();
   free_.pop_back();
   Entry& e = entries_[number];
-  const std::uint64_t row_number = address / config_.row_bytes;
-  e = {};
+  const std::uint64_t row_number = divided(address, config_.row_bytes, row_shift_);
+  const std::uint64_t row = divided(row_number, config_.banks, bank_shift_);
+  auto number_of_bank = static_cast<std::uint32_t>(row_number - row * config_.banks);
+  if (config_.bank_xor) number_of_bank ^= static_cast<std::uint32_t>(row & (config_.banks - 1));
+  Bank& bank = banks_[number_of_bank];
   e.id = id;
-  e.row = row_number / config_.banks;
-  e.bank = static_cast<std::uint32_t>(row_number % config_.banks);
-  if (config_.bank_xor) e.bank ^= static_cast<std::uint32_t>(e.row % config_.banks);
+  e.row = row;
   e.order = next_order_++;
   e.enqueued = now;
+  e.newer = kNone;
+  e.older = bank.newest;
+  e.bank = number_of_bank;
   e.remaining = bursts(bytes);
   e.write = write;
-  Bank& bank = banks_[e.bank];
-  e.older = bank.newest;
+  e.activated = e.precharged = false;
   if (bank.newest != kNone) {
     entries_[bank.newest].newer = number;
   } else {
@@ -78,27 +108,26 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
 // yet have it, or whose oldest request ages, is looked at again when its time has come.
 void DramChannel::refresh(Cycle now, std::uint32_t number) {
   const std::uint64_t bit = std::uint64_t{1} << number;
-  const Bank& bank = banks_[number];
-  reads_ &= ~bit;
-  writes_ &= ~bit;
-  precharges_ &= ~bit;
-  activates_ &= ~bit;
+  Bank& bank = banks_[number];
+  banks_that(bank.ready) &= ~bit;
   timed_ &= ~bit;
+  bank.ready = Ready::none;
   if (bank.oldest == kNone) return;
   Cycle at = 0;
   Cycle wake = kNever;
-  std::uint64_t* ready = nullptr;
+  Ready ready = Ready::none;
   const bool hit_is_oldest = bank.hit == bank.oldest;
   if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
     at = bank.can_column;
-    ready = bank.hit_write ? &writes_ : &reads_;
+    ready = bank.hit_write ? Ready::write : Ready::read;
     if (!hit_is_oldest) wake = bank.ages_at;
   } else {
     at = bank.open ? bank.can_precharge : bank.can_activate;
-    ready = bank.open ? &precharges_ : &activates_;
+    ready = bank.open ? Ready::precharge : Ready::activate;
   }
   if (at <= now) {
-    *ready |= bit;
+    bank.ready = ready;
+    banks_that(ready) |= bit;
   } else {
     wake = std::min(wake, at);
   }
@@ -128,8 +157,9 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
   for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
     const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
     first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
-    if (bank.hit == kNone || (bank.hit != bank.oldest && now >= bank.ages_at) || bank.hit_order >= order) continue;
-    order = bank.hit_order;
+    if (bank.hit == kNone || (bank.hit != bank.oldest && now >= bank.ages_at)) continue;
+    if (entries_[bank.hit].order >= order) continue;
+    order = entries_[bank.hit].order;
     oldest = bank.hit;
   }
   return oldest != kNone && oldest != column && aged(entries_[oldest], now);
@@ -140,37 +170,30 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
 // bank serves no younger hits, and the data bus waits for it once its row is open.
 void DramChannel::step(Cycle now) {
   if (next_wake_ <= now) wake_banks(now);
-  const auto oldest_of = [this](std::uint64_t banks, auto order) {
-    std::uint32_t best = kNone;
-    std::uint64_t best_order = ~std::uint64_t{0};
-    for (; banks != 0; banks &= banks - 1) {
-      const auto number = static_cast<std::uint32_t>(std::countr_zero(banks));
-      if (order(banks_[number]) >= best_order) continue;
-      best_order = order(banks_[number]);
-      best = number;
-    }
-    return best;
-  };
-  const std::uint32_t column = oldest_of((next_read_ <= now ? reads_ : 0) | (next_write_ <= now ? writes_ : 0),
-                                         [](const Bank& bank) { return bank.hit_order; });
-  const std::uint32_t row = oldest_of(precharges_ | (next_activate_ <= now ? activates_ : 0),
-                                      [](const Bank& bank) { return bank.oldest_order; });
-  const bool held_back = column != kNone && older_hit_has_aged(now, banks_[column].hit);
-  if (row != kNone) {
-    issue_row(now, banks_[row].oldest);
-    refresh(now, row);
+  const std::uint64_t columns =
+      (next_read_ <= now ? banks_that(Ready::read) : 0) | (next_write_ <= now ? banks_that(Ready::write) : 0);
+  const std::uint64_t rows = banks_that(Ready::precharge) | (next_activate_ <= now ? banks_that(Ready::activate) : 0);
+  const std::uint64_t row = least_key(rows, oldest_key_);
+  const std::uint64_t column = least_key(columns, hit_key_);
+  const bool held_back = column != kNoKey && older_hit_has_aged(now, banks_[column % 64].hit);
+  if (row != kNoKey) {
+    issue_row(now, banks_[row % 64].oldest);
+    refresh(now, row % 64);
   }
-  if (column != kNone && !held_back) {
-    issue_column(now, banks_[column].hit);
-    refresh(now, column);
+  if (column != kNoKey && !held_back) {
+    issue_column(now, banks_[column % 64].hit);
+    refresh(now, column % 64);
   }
-  if (busy_banks_ == 0) next_wake_ = kNever;
+  if (busy_banks_ == 0) {
+    next_wake_ = next_ = kNever;
+    return;
+  }
   Cycle next = next_wake_;
-  if (reads_ != 0) next = std::min(next, next_read_);
-  if (writes_ != 0) next = std::min(next, next_write_);
-  if (activates_ != 0) next = std::min(next, next_activate_);
-  if (precharges_ != 0) next = 0;
-  next_ = busy_banks_ == 0 ? kNever : std::max(next, now + 1);
+  if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
+  if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
+  if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
+  if (banks_that(Ready::precharge) != 0) next = 0;
+  next_ = std::max(next, now + 1);
 }
 
 void DramChannel::issue_column(Cycle now, std::uint32_t number) {
@@ -216,23 +239,25 @@ void DramChannel::issue_row(Cycle now, std::uint32_t number) {
 }
 
 // The oldest entry of the open row, from this one on.
-void DramChannel::find_hit(Bank& bank, std::uint32_t from) const {
+void DramChannel::find_hit(Bank& bank, std::uint32_t from) {
   while (from != kNone && entries_[from].row != bank.row) from = entries_[from].newer;
   set_hit(bank, from);
 }
 
-void DramChannel::set_hit(Bank& bank, std::uint32_t entry) const {
+void DramChannel::set_hit(Bank& bank, std::uint32_t entry) {
   bank.hit = entry;
   if (entry == kNone) return;
-  bank.hit_order = entries_[entry].order;
-  bank.hit_write = entries_[entry].write;
+  const Entry& e = entries_[entry];
+  hit_key_[e.bank] = key(e);
+  bank.hit_write = e.write;
 }
 
-void DramChannel::set_oldest(Bank& bank, std::uint32_t entry) const {
+void DramChannel::set_oldest(Bank& bank, std::uint32_t entry) {
   bank.oldest = entry;
   if (entry == kNone) return;
-  bank.oldest_order = entries_[entry].order;
-  bank.ages_at = entries_[entry].enqueued + config_.age_cap + 1;
+  const Entry& e = entries_[entry];
+  oldest_key_[e.bank] = key(e);
+  bank.ages_at = e.enqueued + config_.age_cap + 1;
 }
 
 void DramChannel::remove(std::uint32_t number) {

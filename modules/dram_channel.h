@@ -2,6 +2,7 @@
 // GPGPU-Sim's GDDR model as configured by Vulkan-Sim (hardware.md 4.5, 9.5); refresh and bank groups are left out.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <vector>
@@ -116,16 +117,17 @@ class DramChannel {
     bool activated = false;  ///< a row was opened for it
     bool precharged = false;
   };
+  /// The command that a bank's own timing allows now.
+  enum class Ready : std::uint8_t { read, write, precharge, activate, none };
   // What step() reads of a bank fills one line of the host's cache; of the entries it reads none.
   struct alignas(64) Bank {
     std::uint32_t oldest = kNone;
-    std::uint32_t hit = kNone;       ///< oldest entry of the open row
-    std::uint64_t oldest_order = 0;  ///< of these entries
-    std::uint64_t hit_order = 0;
-    Cycle ages_at = 0;  ///< first clock at which the oldest entry lets nothing overtake it
+    std::uint32_t hit = kNone;  ///< oldest entry of the open row
+    Cycle ages_at = 0;          ///< first clock at which the oldest entry lets nothing overtake it
     Cycle can_activate = 0;
     Cycle can_precharge = 0;
     Cycle can_column = 0;
+    Ready ready = Ready::none;
     bool hit_write = false;
     bool open = false;
     std::uint32_t newest = kNone;
@@ -139,23 +141,29 @@ class DramChannel {
   bool older_hit_has_aged(Cycle now, std::uint32_t column);
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
-  void find_hit(Bank& bank, std::uint32_t from) const;
-  void set_hit(Bank& bank, std::uint32_t entry) const;
-  void set_oldest(Bank& bank, std::uint32_t entry) const;
+  void find_hit(Bank& bank, std::uint32_t from);
+  void set_hit(Bank& bank, std::uint32_t entry);
+  void set_oldest(Bank& bank, std::uint32_t entry);
+  std::uint64_t& banks_that(Ready ready) { return ready_[static_cast<std::size_t>(ready)]; }
+  /// The bank's number is the rest of dividing by 64: the least key of several banks names the one with the oldest.
+  static std::uint64_t key(const Entry& e) { return e.order << 6 | e.bank; }
   void remove(std::uint32_t entry);
   void count_queue(Cycle now);
 
   DramChannelConfig config_;
+  int row_shift_;   ///< log2 of a row's bytes, -1 for no power of two
+  int bank_shift_;  ///< of the number of banks
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
-  std::uint64_t busy_banks_ = 0;  ///< banks with queued entries
-  // Of these, the banks whose own timing allows a command now, by its kind, and those that wait for their time.
-  std::uint64_t reads_ = 0, writes_ = 0, precharges_ = 0, activates_ = 0;
-  std::uint64_t timed_ = 0;
-  std::vector<Cycle> wake_;       ///< of a bank in timed_
-  Cycle next_wake_ = kNever;      ///< none is due before
-  Cycle first_ages_at_ = kNever;  ///< no request is past the age cap before
+  std::uint64_t busy_banks_ = 0;           ///< banks with queued entries
+  std::array<std::uint64_t, 5> ready_{};   ///< of these, by the command that their own timing allows now
+  std::uint64_t timed_ = 0;                ///< of these, those that wait for their time
+  std::vector<std::uint64_t> oldest_key_;  ///< of each bank's oldest entry
+  std::vector<std::uint64_t> hit_key_;     ///< of each bank's oldest entry of the open row
+  std::vector<Cycle> wake_;                ///< of a bank in timed_
+  Cycle next_wake_ = kNever;               ///< none is due before
+  Cycle first_ages_at_ = kNever;           ///< no request is past the age cap before
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;
   unsigned queued_bursts_ = 0;

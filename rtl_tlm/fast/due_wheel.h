@@ -16,6 +16,7 @@ namespace grtx::tlm {
 class DueWheel {
  public:
   using Number = std::uint16_t;
+  static constexpr Number kNone = 0xFFFF;
 
   explicit DueWheel(std::size_t numbers) : next_(numbers, kNone) { heads_.fill(kNone); }
 
@@ -38,6 +39,8 @@ class DueWheel {
   }
   /// Earliest due cycle; kNever when empty.
   Cycle next() const { return next_due_; }
+  /// One of those that are due in cycle next(), or kNone: it may not say.
+  Number peek() const { return next_due_ == modules::kNever ? kNone : heads_[next_due_ % kWindow]; }
   /// f(number) for all that are due in cycle `now`, which must be next() or earlier. f may add.
   template <typename F>
   void take(Cycle now, F&& f) {
@@ -69,7 +72,6 @@ class DueWheel {
 
  private:
   static constexpr Cycle kWindow = 2048;
-  static constexpr Number kNone = 0xFFFF;
   struct Far {
     Cycle due;
     Number number;

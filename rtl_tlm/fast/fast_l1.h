@@ -13,7 +13,7 @@
 #include "modules/sector_cache_tags.h"
 #include "rtl_tlm/fast/due_wheel.h"
 #include "rtl_tlm/fast/fast_memory.h"
-#include "rtl_tlm/fast/slot_calendar.h"
+#include "rtl_tlm/fast/port_calendar.h"
 
 namespace grtx::tlm {
 
@@ -43,7 +43,7 @@ class FastL1 {
   Cycle latency() const { return config_.latency; }
   /// Nothing will be asked before cycle `now` any more.
   void advance(Cycle now) {
-    for (SlotCalendar& bank : banks_) bank.advance(now);
+    for (PortCalendar& bank : banks_) bank.advance(now);
   }
   /// Asks the host for what an access will read.
   void prefetch_host(std::uint64_t address) const {
@@ -87,9 +87,9 @@ class FastL1 {
   std::uint8_t sm_;
   FastMemory& memory_;
   modules::SectorCacheTags tags_;
-  std::vector<SlotCalendar> banks_;  ///< one access a cycle each
-  unsigned bank_mask_;               ///< banks - 1 for a power of two of banks, else 0
-  bool between_ = false;             ///< the next bank conflict is the node request's
+  std::vector<PortCalendar> banks_;
+  unsigned bank_mask_;    ///< banks - 1 for a power of two of banks, else 0
+  bool between_ = false;  ///< the next bank conflict is the node request's
   Cycle overtaken_ = 0;
   std::array<Cycle, kClients> again_{};  ///< when a client asks again that was refused; 0: none was
   unsigned first_ = 0;                   ///< in the priority

@@ -13,8 +13,9 @@ using modules::SectorCacheTags;
 namespace {
 
 constexpr unsigned kFoundBits = 16;
-constexpr std::int64_t kWeight = 256;  // intervals in the running mean
-constexpr std::size_t kBusy = 16;      // requests from which on the DRAM's pace counts as its capacity
+constexpr std::int64_t kWeight = 256;   // intervals in the running mean
+constexpr std::size_t kBusy = 16;       // requests from which on the DRAM's pace counts as its capacity
+constexpr Cycle kCalendarPeriod = 256;  // between two visits of the calendars, which keep thousands of cycles
 
 }  // namespace
 
@@ -47,15 +48,12 @@ FastMemory::Ratio FastMemory::ratio(std::uint64_t a, std::uint64_t b) {
   return {a / b, static_cast<std::uint64_t>(fraction)};
 }
 
-void FastMemory::Slice::arrive(Cycle clock, const DramRequest& request) {
-  if (free_requests.empty()) {
-    free_requests.push_back(static_cast<std::uint32_t>(requests.size()));
-    requests.emplace_back();
-  }
-  const std::uint32_t number = free_requests.back();
-  free_requests.pop_back();
-  requests[number] = request;
-  arrivals.push_back({clock, number});
+// Nearly in order: the SMs' turns are short.
+void FastMemory::Slice::arrive(const Arrival& arrival) {
+  arrivals.push_back(arrival);
+  auto at = arrivals.end() - 1;
+  for (; at != arrivals.begin() && arrival.clock < (at - 1)->clock; --at) *at = *(at - 1);
+  *at = arrival;
 }
 
 FastMemory::Trip FastMemory::access(const MemoryRequest& request, Cycle sent) {
@@ -133,7 +131,7 @@ Cycle FastMemory::ask_dram(Slice& slice, Cycle clock, std::uint64_t local, bool 
     return dram_.fixed_latency;
   }
   const std::size_t found = std::min<std::size_t>(waiting(slice), (1u << kFoundBits) - 1);
-  slice.arrive(clock, {local, write ? kWriteBack : clock << kFoundBits | found});
+  slice.arrive({clock, local, write ? kWriteBack : clock << kFoundBits | found});
   if (write) return 0;
   const std::int64_t expected =
       static_cast<std::int64_t>(found) * slice.interval / kParts + slice.errors[slice.next_sample];
@@ -143,13 +141,16 @@ Cycle FastMemory::ask_dram(Slice& slice, Cycle clock, std::uint64_t local, bool 
 }
 
 void FastMemory::advance(Cycle now) {
-  for (SlotCalendar& port : ports_) port.advance(now);
+  if (now >= next_advance_) {
+    for (PortCalendar& port : ports_) port.advance(now);
+    for (Slice& slice : slices_) {
+      for (PortCalendar* port : {&slice.input, &slice.lookup, &slice.reply}) port->advance(now);
+    }
+    next_advance_ = now + kCalendarPeriod;
+  }
+  if (dram_.perfect) return;
   const Cycle known = now + latency_ + pipe_;  // what is sent later is looked up later
   for (Slice& slice : slices_) {
-    slice.input.advance(now);
-    slice.lookup.advance(now);
-    slice.reply.advance(now);
-    if (dram_.perfect) continue;
     run_dram(slice, after_core(known));
     const std::size_t room = slice.config.dram_queue + dram_.channel.queue;
     const std::size_t inside = waiting(slice);
@@ -164,7 +165,7 @@ void FastMemory::drain() {
   for (Slice& slice : slices_) {
     while (!slice.arrivals.empty() || slice.outstanding != 0) {
       Cycle clock = slice.dram.next_command() == kNever ? 0 : slice.dram.next_command();
-      for (const Arrival& arrival : slice.arrivals) clock = std::max(clock, arrival.clock);
+      if (!slice.arrivals.empty()) clock = std::max(clock, slice.arrivals.back().clock);
       run_dram(slice, clock + 1);
     }
     while (!slice.done.empty()) slice.done.pop();
@@ -173,12 +174,10 @@ void FastMemory::drain() {
 
 // The DRAM up to this memory clock: no request that arrives before it is missing.
 void FastMemory::run_dram(Slice& slice, Cycle clock) {
-  std::sort(slice.arrivals.begin(), slice.arrivals.end());
   std::size_t taken = 0;
   for (; taken < slice.arrivals.size() && slice.arrivals[taken].clock < clock; ++taken) {
-    const std::uint32_t number = slice.arrivals[taken].request;
-    const DramRequest& request = slice.requests[number];
-    Cycle arrival = std::max(slice.arrivals[taken].clock, slice.arrival_free);
+    const Arrival& request = slice.arrivals[taken];
+    Cycle arrival = std::max(request.clock, slice.arrival_free);
     slice.dram.run_until(arrival - 1);
     if (!slice.dram.can_accept(sector_bytes_)) {
       const Cycle room = slice.dram.run_until_room(sector_bytes_) + 1;
@@ -186,11 +185,12 @@ void FastMemory::run_dram(Slice& slice, Cycle clock) {
       arrival = std::max(arrival, room);
     }
     slice.dram.enqueue(arrival, request.id, request.address, sector_bytes_, request.id == kWriteBack);
-    slice.free_requests.push_back(number);
     slice.arrival_free = after_core(after_memory(arrival));
     ++slice.outstanding;
   }
-  slice.arrivals.erase(slice.arrivals.begin(), slice.arrivals.begin() + static_cast<std::ptrdiff_t>(taken));
+  if (taken != 0) {
+    slice.arrivals.erase(slice.arrivals.begin(), slice.arrivals.begin() + static_cast<std::ptrdiff_t>(taken));
+  }
   slice.dram.run_until(clock);
   for (auto& done = slice.dram.completions(); !done.empty(); done.pop()) {
     const Cycle at = std::max(done.front().done, slice.response_free);

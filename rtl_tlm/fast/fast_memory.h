@@ -14,7 +14,7 @@
 #include "modules/memory_request.h"
 #include "modules/ring_queue.h"
 #include "modules/sector_cache_tags.h"
-#include "rtl_tlm/fast/slot_calendar.h"
+#include "rtl_tlm/fast/port_calendar.h"
 #include "rtl_tlm/gpu_config.h"
 
 namespace grtx::tlm {
@@ -54,30 +54,24 @@ class FastMemory {
   static constexpr std::size_t kSamples = 64;                     ///< reads whose missed predictions are kept
   static constexpr std::int64_t kParts = 4096;                    ///< of a clock, in the measured pace
 
-  struct DramRequest {
+  /// A request on its way to the DRAM.
+  struct Arrival {
+    Cycle clock = 0;            ///< of the memory, earliest
     std::uint64_t address = 0;  ///< inside the channel
     std::uint64_t id = 0;       ///< of a read: clock and the requests it found, packed
-  };
-  /// In the order of time: the memory clock of the earliest arrival, and the request's number.
-  struct Arrival {
-    Cycle clock = 0;
-    std::uint32_t request = 0;
-    bool operator<(const Arrival& o) const { return clock != o.clock ? clock < o.clock : request < o.request; }
   };
   struct Slice {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
         : config(c), tags(c.geometry), looked_up(capacity), dram(channel) {}
     modules::L2Slice::Config config;
     modules::SectorCacheTags tags;
-    SlotCalendar input, lookup, reply;
+    PortCalendar input, lookup, reply;
     std::vector<Cycle> looked_up;  ///< of as many requests as fit between the crossbar and the tags
     std::size_t next = 0;          ///< in looked_up
     Cycle blocked_until = 0;       ///< the queue to the DRAM was full
     modules::DramChannel dram;
-    std::vector<Arrival> arrivals;  ///< not at the DRAM yet, not in order
-    std::vector<DramRequest> requests;
-    std::vector<std::uint32_t> free_requests;
-    void arrive(Cycle clock, const DramRequest& request);
+    std::vector<Arrival> arrivals;  ///< not at the DRAM yet, in the order of time
+    void arrive(const Arrival& arrival);
     modules::RingQueue<Cycle> done;  ///< memory clocks of answers, later than the one to which all is known
     std::uint64_t outstanding = 0;   ///< in the DRAM
     Cycle arrival_free = 0;          ///< memory clock of the next request
@@ -120,7 +114,8 @@ class FastMemory {
   std::vector<Cycle> inputs_;  ///< by SM: earliest crossing of its next request
   std::vector<Slice> slices_;
   std::vector<modules::L2Counters> l2_;
-  std::vector<SlotCalendar> ports_;  ///< by SM, for replies
+  std::vector<PortCalendar> ports_;  ///< by SM, for replies
+  Cycle next_advance_ = 0;           ///< of the calendars
   std::uint64_t packets_ = 0;
   std::uint64_t responses_ = 0;
   std::uint64_t full_clocks_ = 0;

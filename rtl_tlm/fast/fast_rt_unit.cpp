@@ -104,8 +104,6 @@ Stall FastRtUnit::stall_reason() const {
 void FastRtUnit::step(Cycle now) {
   if (now > accounted_) scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += now - accounted_;
   accounted_ = now + 1;
-  for (Unit* unit : {&box_, &leaf_, &transform_}) unit->places.advance(now);
-  responses_.advance(now);
   results_.take(now, [&](LaneId id) { unit_result(now, id); });
   if (checkpoint_) {
     if (const auto id = checkpoint_->respond(now, *links_.checkpoint_responses)) {
@@ -126,6 +124,17 @@ void FastRtUnit::step(Cycle now) {
   accept(now);
   refresh_waits();
   due_ = next_due(now);
+  prefetch_host();
+}
+
+// The host has long dropped what the next lane will read.
+void FastRtUnit::prefetch_host() const {
+  const DueWheel::Number id = results_.peek();
+  if (id == DueWheel::kNone) return;
+  const Warp& warp = warps_[entry_of(id)];
+  const Lane& l = warp.lane[lane_of(id)];
+  prefetch_for_read(l.next + 1);
+  if (l.event.kind() == EventKind::visit_internal) prefetch_for_read(&warp.group->nodes[l.event.node]);
 }
 
 void FastRtUnit::schedule(Cycle now) {

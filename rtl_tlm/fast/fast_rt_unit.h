@@ -21,6 +21,7 @@
 #include "modules/warp_selection.h"
 #include "rtl_tlm/fast/due_wheel.h"
 #include "rtl_tlm/fast/fast_l1.h"
+#include "rtl_tlm/fast/port_calendar.h"
 #include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/rt_unit.h"
 
@@ -44,6 +45,11 @@ class FastRtUnit {
 
   /// All that is due in this cycle.
   void step(Cycle now);
+  /// Nothing will be asked before cycle `now` any more.
+  void advance(Cycle now) {
+    for (Unit* unit : {&box_, &leaf_, &transform_}) unit->places.advance(now);
+    responses_.advance(now);
+  }
   /// Next cycle in which step() has something to do.
   Cycle due() const { return due_; }
   /// The SIMT core may have sent something.
@@ -119,6 +125,7 @@ class FastRtUnit {
   modules::Stall stall_reason() const;
   void refresh_waits();
   Cycle next_due(Cycle now) const;
+  void prefetch_host() const;
   void unit_result(Cycle now, modules::LaneId id);
   void complete(Cycle now, modules::LaneId id, unsigned checkpoints, modules::LaneState from);
   void schedule(Cycle now);
@@ -165,7 +172,7 @@ class FastRtUnit {
   Port prefetch_;
   modules::MemoryRequest prefetched_;  ///< the prefetcher's last one
   bool prefetching_ = false;           ///< which the L1 refused
-  SlotCalendar responses_;             ///< of the L1 to node requests, one a cycle
+  PortCalendar responses_;             ///< of the L1 to node requests
   std::vector<Cycle> hits_;            ///< when those left the L1 that fill its pipeline, the oldest first
   std::size_t next_hit_ = 0;
   DueWheel results_;  ///< lanes in the cycle in which their node has been tested

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kSimt = 0;  // clients
 constexpr std::size_t kCheckpoint = 1;
+constexpr Cycle kCalendarPeriod = 256;  // between two visits of the calendars, which keep thousands of cycles
 
 }  // namespace
 
@@ -74,12 +75,16 @@ bool FastSm::take_ended(Cycle end, Cycle& seen, std::uint16_t& slot) {
 
 void FastSm::run(Cycle end) {
   Cycle now = next_due();
+  if (now >= next_advance_ && now < end) {
+    l1_.advance(now);
+    rt_->advance(now);
+    next_advance_ = now + kCalendarPeriod;
+  }
   while (now < end) {
     step(now);
     now = std::max(earliest(), now + 1);
   }
   due_ = now;
-  l1_.advance(end);
 }
 
 Cycle FastSm::earliest() const {

@@ -85,6 +85,7 @@ class FastSm final : public sc_core::sc_module {
   std::unique_ptr<modules::SimtCore> simt_;
   std::unique_ptr<FastRtUnit> rt_;
   Cycle due_ = modules::kNever;
+  Cycle next_advance_ = 0;  ///< of the calendars
 };
 
 }  // namespace grtx::tlm
