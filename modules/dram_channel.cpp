@@ -52,7 +52,7 @@ DramChannel::DramChannel(const DramChannelConfig& config)
       banks_(config.banks),
       oldest_key_(config.banks),
       hit_key_(config.banks),
-      wake_(config.banks, kNever),
+      wake_(config.banks),
       completions_(256) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "dram", rule);
@@ -110,8 +110,8 @@ void DramChannel::refresh(Cycle now, std::uint32_t number) {
   const std::uint64_t bit = std::uint64_t{1} << number;
   Bank& bank = banks_[number];
   banks_that(bank.ready) &= ~bit;
-  timed_ &= ~bit;
   bank.ready = Ready::none;
+  if ((timed_ & bit) != 0) unbook(number);
   if (bank.oldest == kNone) return;
   Cycle at = 0;
   Cycle wake = kNever;
@@ -131,20 +131,26 @@ void DramChannel::refresh(Cycle now, std::uint32_t number) {
   } else {
     wake = std::min(wake, at);
   }
-  if (wake == kNever) return;
-  timed_ |= bit;
-  wake_[number] = wake;
-  next_wake_ = std::min(next_wake_, wake);
+  if (wake != kNever) book(std::min(wake, now + kWheel - 1), number);
+}
+
+void DramChannel::book(Cycle clock, std::uint32_t bank) {
+  timed_ |= std::uint64_t{1} << bank;
+  wake_[bank] = static_cast<std::uint8_t>(clock % kWheel);
+  wakes_[clock % kWheel] |= std::uint64_t{1} << bank;
+  wake_clocks_ |= std::uint64_t{1} << clock % kWheel;
+}
+
+void DramChannel::unbook(std::uint32_t bank) {
+  timed_ &= ~(std::uint64_t{1} << bank);
+  std::uint64_t& banks = wakes_[wake_[bank]];
+  banks &= ~(std::uint64_t{1} << bank);
+  if (banks == 0) wake_clocks_ &= ~(std::uint64_t{1} << wake_[bank]);
 }
 
 void DramChannel::wake_banks(Cycle now) {
-  for (std::uint64_t rest = timed_; rest != 0; rest &= rest - 1) {
-    const auto number = static_cast<std::uint32_t>(std::countr_zero(rest));
-    if (wake_[number] <= now) refresh(now, number);
-  }
-  next_wake_ = kNever;
-  for (std::uint64_t rest = timed_; rest != 0; rest &= rest - 1) {
-    next_wake_ = std::min(next_wake_, wake_[static_cast<std::size_t>(std::countr_zero(rest))]);
+  for (std::uint64_t rest = wakes_[now % kWheel]; rest != 0; rest &= rest - 1) {
+    refresh(now, static_cast<std::uint32_t>(std::countr_zero(rest)));
   }
 }
 
@@ -169,7 +175,7 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
 // bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
 // bank serves no younger hits, and the data bus waits for it once its row is open.
 void DramChannel::step(Cycle now) {
-  if (next_wake_ <= now) wake_banks(now);
+  if ((wake_clocks_ >> now % kWheel & 1) != 0) wake_banks(now);
   const std::uint64_t columns =
       (next_read_ <= now ? banks_that(Ready::read) : 0) | (next_write_ <= now ? banks_that(Ready::write) : 0);
   const std::uint64_t rows = banks_that(Ready::precharge) | (next_activate_ <= now ? banks_that(Ready::activate) : 0);
@@ -185,10 +191,14 @@ void DramChannel::step(Cycle now) {
     refresh(now, column % 64);
   }
   if (busy_banks_ == 0) {
-    next_wake_ = next_ = kNever;
+    next_ = kNever;
     return;
   }
-  Cycle next = next_wake_;
+  Cycle next = kNever;
+  if (wake_clocks_ != 0) {
+    next =
+        now + 1 + static_cast<Cycle>(std::countr_zero(std::rotr(wake_clocks_, static_cast<int>((now + 1) % kWheel))));
+  }
   if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
   if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
   if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);

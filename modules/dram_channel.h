@@ -138,6 +138,8 @@ class DramChannel {
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
   void refresh(Cycle now, std::uint32_t bank);
   void wake_banks(Cycle now);
+  void book(Cycle clock, std::uint32_t bank);
+  void unbook(std::uint32_t bank);
   bool older_hit_has_aged(Cycle now, std::uint32_t column);
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
@@ -161,9 +163,12 @@ class DramChannel {
   std::uint64_t timed_ = 0;                ///< of these, those that wait for their time
   std::vector<std::uint64_t> oldest_key_;  ///< of each bank's oldest entry
   std::vector<std::uint64_t> hit_key_;     ///< of each bank's oldest entry of the open row
-  std::vector<Cycle> wake_;                ///< of a bank in timed_
-  Cycle next_wake_ = kNever;               ///< none is due before
-  Cycle first_ages_at_ = kNever;           ///< no request is past the age cap before
+  // When: by the clock modulo 64, later than the last one executed. What is farther away is looked at in between.
+  static constexpr Cycle kWheel = 64;
+  std::array<std::uint64_t, kWheel> wakes_{};  ///< banks
+  std::uint64_t wake_clocks_ = 0;              ///< which of wakes_ are not empty
+  std::vector<std::uint8_t> wake_;             ///< of a bank in timed_, in wakes_
+  Cycle first_ages_at_ = kNever;               ///< no request is past the age cap before
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;
   unsigned queued_bursts_ = 0;

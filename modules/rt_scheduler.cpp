@@ -70,8 +70,8 @@ void RtScheduler::begin(unsigned entry) {
     if (checkpoint_ != nullptr) {
       // A replay round reads every source entry; only reading from the end needs to know how many there are.
       std::uint32_t entries = 0;
-      if (checkpoint_->reads_backwards() && warp.lane[i].replay) {
-        for (const Event* e = warp.lane[i].next; e != warp.lane[i].end; ++e) {
+      if (checkpoint_->reads_backwards() && (warp.replaying & bit(i)) != 0) {
+        for (const Event *e = warp.lane[i].next, *end = e + warp.lane[i].left; e != end; ++e) {
           if (e->kind() == EventKind::replay_take || e->kind() == EventKind::replay_forward) ++entries;
         }
       }
@@ -236,18 +236,20 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
     if (lane.event.node < nodes.size()) prefetch_for_read(&nodes[lane.event.node]);
   }
   if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && takes_top(lane.event.kind()))) {
-    lane.checkpoints = static_cast<std::uint8_t>(checkpoints);
+    buffer_.warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
     buffer_.move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
   }
   hand_over(id, checkpoints, from);
 }
 
-void RtScheduler::stack_settled(LaneId id) { hand_over(id, buffer_.lane(id).checkpoints, LaneState::waiting_stack); }
+void RtScheduler::stack_settled(LaneId id) {
+  hand_over(id, buffer_.warp(entry_of(id)).checkpoints[lane_of(id)], LaneState::waiting_stack);
+}
 
 void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   const Lane& lane = buffer_.lane(id);
-  const bool last = lane.next == lane.end;
+  const bool last = lane.left == 0;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
     if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
@@ -259,7 +261,7 @@ void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
 
 void RtScheduler::entries_taken(LaneId id) {
   const Lane& lane = buffer_.lane(id);
-  const LaneState to = lane.next == lane.end ? LaneState::finished : LaneState::ready;
+  const LaneState to = lane.left == 0 ? LaneState::finished : LaneState::ready;
   buffer_.move(entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write, to);
 }
 

@@ -46,15 +46,15 @@ void begin_call(Warp& w, const TraceCall& call, const RoundCursor& cursor, Cycle
   w.slot = call.slot;
   w.lanes = call.lanes;
   w.in.fill(0);
+  w.replaying = 0;
   w.accepted = now;
   for_each_bit(call.lanes, [&](unsigned i) {
     const auto events = cursor.events(i);
     Lane& lane = w.lane[i];
-    lane.next = events.data();
-    lane.end = events.data() + events.size();
-    if (!events.empty()) lane.event = events.front();
-    lane.replay = cursor.round(i).replay;
-    lane.stack_depth = lane.replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
+    lane.begin(events);
+    const bool replay = cursor.round(i).replay;
+    if (replay) w.replaying |= bit(i);
+    lane.stack_depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
     const LaneState state = events.empty() ? LaneState::finished : LaneState::ready;
     w.in[static_cast<std::size_t>(state)] |= bit(i);
   });

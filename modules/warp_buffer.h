@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <iosfwd>
+#include <span>
 #include <string_view>
 #include <systemc>
 #include <vector>
@@ -56,18 +57,25 @@ inline constexpr std::array<std::string_view, kWarpWaits> kWarpWaitNames = {"rea
 
 struct Lane {
   const traces::Event* next = nullptr;  ///< event to handle, or being handled
-  const traces::Event* end = nullptr;
-  /// A copy of *next, if next != end: the host has long dropped that line of the trace when a fetch returns.
+  // Copies of next[0] and next[1], as far as there are any. The host has long dropped that line of the trace when a
+  // fetch returns; what it reads now is not needed before the next return.
   traces::Event event;
+  traces::Event following;
+  std::uint32_t left = 0;  ///< events of the round from next[0] on
   std::uint32_t stack_depth = 0;
-  std::uint8_t checkpoints = 0;  ///< entries to hand over once the stack has been settled
-  bool replay = false;
 
+  void begin(std::span<const traces::Event> events) {
+    next = events.data();
+    left = static_cast<std::uint32_t>(events.size());
+    if (left > 0) event = next[0];
+    if (left > 1) following = next[1];
+  }
   /// Moves to the next event; false when there is none.
   bool advance() {
-    if (++next == end) return false;
-    event = *next;
-    return true;
+    ++next;
+    event = following;
+    if (--left > 1) following = next[1];
+    return left != 0;
   }
 };
 
@@ -80,7 +88,9 @@ struct Warp {
   std::array<LaneMask, kLaneStates> in{};
   Cycle accepted = 0;
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
+  LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
+  std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< entries of a lane to hand over once its stack is settled
 
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }

@@ -196,7 +196,7 @@ void RtUnit::take_fetch(Cycle now, const MemoryScheduler::Completed& fetch) {
   const Warp& warp = warp_buffer_.warp(fetch.entry);
   for_each_bit(fetch.lanes, [&](unsigned i) {
     const Lane& lane = warp.lane[i];
-    prefetch_for_read(lane.next + 1);  // needed after the test
+    prefetch_for_read(lane.next + 2);  // needed after the test
     if (prefetcher_ && fetch.kind == NodeKind::internal) prefetch_for_read(&warp.group->nodes[lane.event.node]);
     unsigned tests = 1;
     if (config_.box_op_per_child && fetch.kind == NodeKind::internal) {

@@ -113,7 +113,7 @@ void FastRtUnit::step(Cycle now) {
     checkpoint_->accept([&](LaneId id) {
       const Lane& l = lane(id);
       move(now, entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write,
-           l.next == l.end ? LaneState::finished : LaneState::ready);
+           l.left == 0 ? LaneState::finished : LaneState::ready);
     });
   }
   any_hit_returns(now);
@@ -133,8 +133,16 @@ void FastRtUnit::prefetch_host() const {
   if (id == DueWheel::kNone) return;
   const Warp& warp = warps_[entry_of(id)];
   const Lane& l = warp.lane[lane_of(id)];
-  prefetch_for_read(l.next + 1);
-  if (l.event.kind() == EventKind::visit_internal) prefetch_for_read(&warp.group->nodes[l.event.node]);
+  prefetch_for_read(l.next + 2);
+  if (prefetcher_) prefetcher_->prefetch_host(id);
+  const auto& nodes = warp.group->nodes;
+  if (l.event.kind() == EventKind::visit_internal) prefetch_for_read(&nodes[l.event.node]);
+  if (l.left < 2) return;
+  if (l.following.kind() == EventKind::visit_internal) {
+    if (l.following.node < nodes.size()) prefetch_for_read(&nodes[l.following.node]);
+  } else if (l.following.kind() == EventKind::visit_leaf) {
+    l1_.prefetch_host(std::uint64_t{l.following.node} * traces::kNodeUnit);
+  }
 }
 
 void FastRtUnit::schedule(Cycle now) {
@@ -216,7 +224,7 @@ void FastRtUnit::fetch(Cycle now, LaneId id, NodeKind kind, std::uint64_t addres
     if (found || f.ready < table[place].ready) place = probe;
   }
   Fetch& f = table[place];
-  prefetch_for_read(warps_[entry].lane[lane_of(id)].next + 1);
+  prefetch_for_read(warps_[entry].lane[lane_of(id)].next + 2);
   if (found && f.ready != kNever) return await_result(now, id, kind, f.ready);
   if (!found) {
     ++memory_counters_.fetches[region];
@@ -434,7 +442,7 @@ void FastRtUnit::accept(Cycle now) {
     const LaneId id = lane_id(entry, i);
     if (checkpoint_) {
       std::uint32_t entries = 0;
-      if (checkpoint_->reads_backwards() && w.lane[i].replay) {
+      if (checkpoint_->reads_backwards() && (w.replaying & bit(i)) != 0) {
         const auto events = cursor.events(i);
         entries = static_cast<std::uint32_t>(std::count_if(events.begin(), events.end(), [](const Event& e) {
           return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;

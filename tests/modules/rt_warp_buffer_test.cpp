@@ -39,7 +39,7 @@ TEST_F(RtWarpBufferTest, LanesFindTheEventsOfTheirRound) {
   EXPECT_EQ(e, 0u);
   EXPECT_EQ(buffer.warp(e).in_state(LaneState::ready), 0b11u);
   EXPECT_EQ(buffer.warp(e).lane[0].next, group.rays[0].events.data());
-  EXPECT_EQ(buffer.warp(e).lane[0].end - buffer.warp(e).lane[0].next, 3);
+  EXPECT_EQ(buffer.warp(e).lane[0].left, 3u);
   EXPECT_EQ(buffer.warp(e).lane[0].stack_depth, 1u);
   EXPECT_EQ(buffer.ready_entries(), 1u);
   EXPECT_EQ(buffer.find_slot(7), 0u);
