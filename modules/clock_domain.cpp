@@ -25,6 +25,7 @@ Cycle ClockDomain::edge_at_or_after_now() const {
 }
 
 Cycle ClockDomain::earliest_booked() const {
+  if (booked_ == 0) return far_.empty() ? kNever : *far_.begin();
   // Bits of the wheel in cycle order, beginning with the cycle after the present one and wrapping once around.
   const Cycle start = cycle_ + 1;
   for (Cycle checked = 0; checked < kWheel;) {
@@ -55,49 +56,45 @@ void ClockDomain::request_earlier(Cycle cycle) {
 
 void ClockDomain::on_tick() {
   cycle_ = next_;
-  wheel_[(cycle_ % kWheel) / 64] &= ~(std::uint64_t{1} << (cycle_ % 64));
+  std::uint64_t& word = wheel_[(cycle_ % kWheel) / 64];
+  const std::uint64_t bit = std::uint64_t{1} << (cycle_ % 64);
+  if ((word & bit) != 0) {
+    word &= ~bit;
+    --booked_;
+  }
   if (!far_.empty() && *far_.begin() == cycle_) far_.erase(far_.begin());
   next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
+  next_wanted_ = !idle_skip_;
   ++ticks_;
   // Bundles run here, and by immediate notifications all other clocked processes in this evaluation phase.
-  Cycle next = kNever;
-  bool woke = !idle_skip_;
   for (std::size_t i = 0; i < alarms_.cycles.size(); ++i) {
-    const Cycle cycle = alarms_.cycles[i];
-    if (cycle > cycle_ && idle_skip_) {
-      next = std::min(next, cycle);
-      continue;
-    }
+    if (alarms_.cycles[i] > cycle_ && idle_skip_) continue;
     alarms_.cycles[i] = kNever;
     if (alarms_.alarms[i]->called_) {
       const auto [run, bundle] = alarms_.calls[i];
       run(bundle);
+      next_wanted_ |= observed_;
     } else {
       alarms_.alarms[i]->event_.notify();
+      next_wanted_ = true;  // who has not run yet mostly wants the next cycle
     }
-    woke = true;
   }
   if (observed_) tick_.notify();
-  // Who woke mostly wants the next cycle too; when nobody does, one empty tick finds the way.
+  const Cycle next = next_wanted_ ? cycle_ + 1 : std::min(earliest(alarms_), earliest_booked());
   next_ = kNever;
-  next = woke ? cycle_ + 1 : std::min(next, earliest_booked());
   if (next != kNever) schedule(next);
 }
 
 void ProcessBundle::run() {
+  list_.running = true;
   for (std::size_t i = 0; i < list_.cycles.size(); ++i) {
     if (list_.cycles[i] > domain_.cycle_ && domain_.idle_skip_) continue;
     list_.cycles[i] = kNever;
     const auto [run, module] = list_.calls[i];
     run(module);
   }
-  whole_.request(next());  // what ran has asked for its next cycle; this is for what did not
-}
-
-Cycle ProcessBundle::next() const {
-  Cycle next = kNever;
-  for (const Cycle cycle : list_.cycles) next = std::min(next, cycle);
-  return next;
+  list_.running = false;
+  if (const Cycle due = next(); due != kNever) whole_.request(due);
 }
 
 }  // namespace grtx::modules

@@ -2,6 +2,7 @@
 // for, and in each of them wakes only the processes whose alarm is due.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -43,7 +44,11 @@ class ClockDomain final : public sc_core::sc_module {
   /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
   void request(Cycle cycle) {
     if (cycle >= next_) {
-      if (cycle != next_) book(cycle);
+      if (cycle != next_) {
+        book(cycle);
+      } else {
+        next_wanted_ = true;
+      }
       return;
     }
     request_earlier(cycle);
@@ -77,11 +82,20 @@ class ClockDomain final : public sc_core::sc_module {
     std::vector<Alarm*> alarms;
     std::vector<std::pair<void (*)(void*), void*>> calls;  ///< what a bundle does for the alarm, and of which module
     Alarm* whole = nullptr;  ///< alarm of the bundle that runs them; null for the domain's own list
+    bool running = false;    ///< the bundle runs them and will look at their cycles afterwards
   };
 
+  static Cycle earliest(const AlarmList& list) {
+    Cycle earliest = kNever;
+    for (const Cycle cycle : list.cycles) earliest = std::min(earliest, cycle);
+    return earliest;
+  }
   void book(Cycle cycle) {
     if (cycle - cycle_ < kWheel) {
-      wheel_[(cycle % kWheel) / 64] |= std::uint64_t{1} << (cycle % 64);
+      std::uint64_t& word = wheel_[(cycle % kWheel) / 64];
+      const std::uint64_t bit = std::uint64_t{1} << (cycle % 64);
+      booked_ += (word & bit) == 0 ? 1 : 0;
+      word |= bit;
     } else if (cycle != kNever) {
       far_.insert(cycle);
     }
@@ -98,7 +112,9 @@ class ClockDomain final : public sc_core::sc_module {
   mutable bool observed_ = false;  ///< somebody has asked for tick_
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
+  bool next_wanted_ = false;  ///< somebody asked for next_ since the present tick began
   std::uint64_t ticks_ = 0;
+  unsigned booked_ = 0;  ///< cycles in the wheel
   std::array<std::uint64_t, kWheel / 64> wheel_{};
   std::set<Cycle> far_;
   AlarmList alarms_;
@@ -114,6 +130,10 @@ class Alarm {
   explicit Alarm(ClockDomain& domain) : Alarm(domain, domain.alarms_, nullptr, nullptr) {}
   /// The same for a process that a bundle may run: run(module) does what the process does.
   Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, *domain.building_, module, run) {}
+  /// The same for a module that needs no process: that of the domain calls run(module).
+  static Alarm without_process(ClockDomain& domain, void* module, Call run) {
+    return Alarm(domain, domain.alarms_, module, run, true);
+  }
   Alarm(const Alarm&) = delete;
   Alarm& operator=(const Alarm&) = delete;
 
@@ -127,8 +147,8 @@ class Alarm {
   friend class ClockDomain;
   friend class ProcessBundle;
 
-  Alarm(ClockDomain& domain, ClockDomain::AlarmList& list, void* module, Call run)
-      : domain_(domain), list_(list), index_(list.cycles.size()) {
+  Alarm(ClockDomain& domain, ClockDomain::AlarmList& list, void* module, Call run, bool called = false)
+      : domain_(domain), list_(list), index_(list.cycles.size()), called_(called) {
     list.cycles.push_back(kNever);
     list.alarms.push_back(this);
     list.calls.emplace_back(run, module);
@@ -136,6 +156,7 @@ class Alarm {
   void set(Cycle cycle) {
     if (cycle <= domain_.cycle_ && domain_.ticks_ > 0) cycle = domain_.cycle_ + 1;  // an edge fires once
     list_.cycles[index_] = cycle;
+    if (list_.running) return;
     if (list_.whole != nullptr) return list_.whole->request(cycle);
     if (cycle < domain_.next_) domain_.schedule(cycle);
   }
@@ -143,7 +164,7 @@ class Alarm {
   ClockDomain& domain_;
   ClockDomain::AlarmList& list_;
   std::size_t index_;
-  bool called_ = false;  ///< a bundle: the domain calls it, no process waits for the event
+  bool called_;  ///< the domain calls it, no process waits for the event
   sc_core::sc_event event_;
 };
 
@@ -155,9 +176,9 @@ class ProcessBundle {
  public:
   explicit ProcessBundle(ClockDomain& domain)
       : domain_(domain),
-        whole_(domain, domain.alarms_, this, [](void* bundle) { static_cast<ProcessBundle*>(bundle)->run(); }) {
+        whole_(
+            domain, domain.alarms_, this, [](void* bundle) { static_cast<ProcessBundle*>(bundle)->run(); }, true) {
     list_.whole = &whole_;
-    whole_.called_ = true;
   }
   ProcessBundle(const ProcessBundle&) = delete;
   ProcessBundle& operator=(const ProcessBundle&) = delete;
@@ -167,7 +188,7 @@ class ProcessBundle {
   /// Runs the modules whose alarm is due. The domain does so; models that keep their own time call it by hand.
   void run();
   /// Earliest cycle in which a module's alarm is due.
-  Cycle next() const;
+  Cycle next() const { return ClockDomain::earliest(list_); }
 
  private:
   ClockDomain& domain_;

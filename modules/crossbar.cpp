@@ -22,22 +22,20 @@ template <typename Destination>
 Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
   // Requests for the outputs, from the heads of the inputs.
   const unsigned n = static_cast<unsigned>(inputs_.size());
-  for (unsigned i = 0; i < n; ++i) {
+  for_each_input([&](unsigned i) {
     const Packet* head = inputs_[i]->front(now);
-    wanted_[i] = head == nullptr ? kNoOutput : destination(*head);
-    if (head == nullptr) continue;
-    Output& output = outputs_[wanted_[i]];
+    if (head == nullptr) return;
+    Output& output = outputs_[destination(*head)];
     if (output.buffer.size() >= output.capacity) {
       ++counters_.blocked_cycles;
-      wanted_[i] = kNoOutput;
-      continue;
+      return;
     }
     // Distance from the round-robin pointer: the nearest input wins.
     const auto distance = [&](unsigned k) {
       return k >= output.next_input ? k - output.next_input : k + n - output.next_input;
     };
     if (output.contenders++ == 0 || distance(i) < distance(output.winner)) output.winner = i;
-  }
+  });
 
   Cycle due = kNever;
   for (Output& output : outputs_) {
@@ -47,18 +45,21 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
       Link<Packet>* input = inputs_[output.winner];
       output.buffer.push({*input->front(now), now + output.hold});
       input->pop(now);
+      if (input->empty()) waiting_[output.winner / 64] &= ~(std::uint64_t{1} << output.winner % 64);
       output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
     }
-    if (!output.buffer.empty() && output.buffer.front().due <= now && output.link->can_push(now)) {
+    if (output.buffer.empty()) continue;
+    if (output.buffer.front().due <= now && output.link->can_push(now)) {
       output.link->push(now, output.buffer.front().packet);
       clock.request(now + output.link->latency());
       output.buffer.pop();
       ++counters_.packets_out;
+      if (output.buffer.empty()) continue;
     }
-    if (!output.buffer.empty()) due = std::min(due, std::max(now + 1, output.buffer.front().due));
+    due = std::min(due, std::max(now + 1, output.buffer.front().due));
   }
-  for (const Link<Packet>* input : inputs_) due = std::min(due, input->next_visible());
+  for_each_input([&](unsigned i) { due = std::min(due, inputs_[i]->next_visible()); });
   return std::max(due, now + 1);
 }
 

@@ -3,6 +3,7 @@
 // Costs one look at each input port's head per active cycle; sleeps when empty.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -39,10 +40,13 @@ template <typename Packet>
 class CrossbarNetwork {
  public:
   CrossbarNetwork(unsigned inputs, unsigned outputs, unsigned latency, unsigned buffer)
-      : latency_(latency), inputs_(inputs), outputs_(outputs), wanted_(inputs) {
+      : latency_(latency), inputs_(inputs), waiting_((inputs + 63) / 64), outputs_(outputs) {
     for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
   }
-  void bind_input(unsigned i, Link<Packet>* link) { inputs_[i] = link; }
+  void bind_input(unsigned i, Link<Packet>* link) {
+    inputs_[i] = link;
+    link->announce(&waiting_[i / 64], i % 64);
+  }
   /// The output link's own latency is part of the network's latency.
   void bind_output(unsigned i, Link<Packet>* link) {
     outputs_[i].link = link;
@@ -70,12 +74,20 @@ class CrossbarNetwork {
     unsigned winner = 0;
   };
 
-  static constexpr unsigned kNoOutput = ~0u;
+  /// f(number) for the inputs with packets, lowest first.
+  template <typename F>
+  void for_each_input(F&& f) const {
+    for (std::size_t word = 0; word < waiting_.size(); ++word) {
+      for (std::uint64_t rest = waiting_[word]; rest != 0; rest &= rest - 1) {
+        f(static_cast<unsigned>(word * 64) + static_cast<unsigned>(std::countr_zero(rest)));
+      }
+    }
+  }
 
   unsigned latency_;
   std::vector<Link<Packet>*> inputs_;
+  std::vector<std::uint64_t> waiting_;  ///< bits of the inputs that are not empty
   std::vector<Output> outputs_;
-  std::vector<unsigned> wanted_;  ///< output of each input's head packet in the present cycle
   CrossbarCounters::Network counters_;
 };
 

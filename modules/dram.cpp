@@ -10,16 +10,17 @@
 namespace grtx::modules {
 
 Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name), sockets("socket", config.interleave.slices), config_(config), clock_(clock), alarm_(clock) {
+    : sc_module(name),
+      sockets("socket", config.interleave.slices),
+      config_(config),
+      clock_(clock),
+      alarm_(Alarm::without_process(clock, this, [](void* dram) { static_cast<Dram*>(dram)->tick(); })) {
   config.interleave.check();
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     ports_.emplace_back(config.channel);
     sockets[i].register_nb_transport_fw(this, &Dram::nb_transport_fw, static_cast<int>(i));
     sockets[i].register_b_transport(this, &Dram::b_transport, static_cast<int>(i));
   }
-  SC_METHOD(tick);
-  sensitive << alarm_.event();
-  dont_initialize();
 }
 
 ::tlm::tlm_response_status Dram::check(const ::tlm::tlm_generic_payload& payload) const {

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "base/error.h"
+#include "modules/lane_loop.h"
 
 namespace grtx::modules {
 namespace {
@@ -38,7 +39,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "l1", rule);
   };
-  require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
+  require(config.clients >= 1 && config.clients <= 64, "clients must be 1 to 64");
   require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
   require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
   require(config.miss_queue >= 1, "the miss queue needs an entry");
@@ -55,6 +56,7 @@ void L1Cache::end_of_elaboration() {
   for (unsigned i = 0; i < config_.clients; ++i) {
     clients_[i].request = request[i].operator->();
     clients_[i].request->wake(&alarm_);
+    clients_[i].request->announce(&waiting_, i);
     clients_[i].response = response[i].operator->();
     const unsigned link = clients_[i].response->latency();
     if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
@@ -64,8 +66,9 @@ void L1Cache::end_of_elaboration() {
 
 bool L1Cache::work_at(Cycle now) const {
   if (due_ <= now || up_->front(now) != nullptr) return true;
-  return std::any_of(clients_.begin(), clients_.end(),
-                     [&](const Client& c) { return c.request->front(now) != nullptr; });
+  bool work = false;
+  for_each_bit(waiting_, [&](unsigned i) { work = work || clients_[i].request->front(now) != nullptr; });
+  return work;
 }
 
 void L1Cache::tick() {
@@ -88,12 +91,13 @@ void L1Cache::prefetch_host(Cycle now) const {
     mshrs_.prefetch_find(arrived->address);
     tags_.prefetch(arrived->address);
   }
-  for (const Client& client : clients_) {
+  for_each_bit(waiting_, [&](unsigned i) {
+    const Client& client = clients_[i];
     if (const MemoryRequest* head = client.request->front(now); head != nullptr && client.refused_at != version_) {
       tags_.prefetch(head->address);
       mshrs_.prefetch_find(head->address);
     }
-  }
+  });
 }
 
 // The fill port: one sector or acknowledgement a cycle.
@@ -137,22 +141,24 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 // One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
 void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
-  const unsigned n = config_.clients;
-  const unsigned first = first_client_;
   bool won = false;
-  for (unsigned k = 0; k < n; ++k) {
-    const unsigned i = first + k < n ? first + k : first + k - n;
+  const auto take = [&](unsigned i) {
     Client& client = clients_[i];
     const MemoryRequest* head = client.request->front(now);
-    if (head == nullptr) continue;
+    if (head == nullptr) return;
     MemoryRequest accepted = *head;
     accepted.client = static_cast<std::uint8_t>(i);
     accepted.sm = config_.sm;
-    if (!accept(now, client, accepted)) continue;
+    if (!accept(now, client, accepted)) return;
     client.request->pop(now);
-    if (!won && config_.rotating_priority) first_client_ = i + 1 == n ? 0 : i + 1;
+    if (client.request->empty()) waiting_ &= ~(std::uint64_t{1} << i);
+    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
     won = true;
-  }
+  };
+  const std::uint64_t before = (std::uint64_t{1} << first_client_) - 1;  // clients that come last
+  const std::uint64_t waiting = waiting_;
+  for_each_bit(waiting & ~before, take);
+  for_each_bit(waiting & before, take);
 }
 
 bool L1Cache::stall(L1Stall reason) {
@@ -290,9 +296,7 @@ void L1Cache::send_responses(Cycle now) {
 Cycle L1Cache::next_due(Cycle now) const {
   Cycle due = up_->next_visible();
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
-  for (const Client& client : clients_) {
-    due = std::min(due, client.request->next_visible());
-  }
+  for_each_bit(waiting_, [&](unsigned i) { due = std::min(due, clients_[i].request->next_visible()); });
   for (const Cycle ready : response_due_) due = std::min(due, ready);
   return std::max(now + 1, due);
 }

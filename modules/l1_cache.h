@@ -145,6 +145,7 @@ class L1Cache final : public sc_core::sc_module {
   Link<MemoryRequest>* down_ = nullptr;
   Link<MemoryResponse>* up_ = nullptr;
   std::vector<Client> clients_;
+  std::uint64_t waiting_ = 0;        ///< clients with requests in their links
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
   SectorCacheTags tags_;
   MshrTable mshrs_;

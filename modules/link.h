@@ -27,6 +27,12 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
   const std::string& name() const { return name_; }
   /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
   void wake(Alarm* consumer) { consumer_ = consumer; }
+  /// A push into the empty link sets this bit of the consumer's, which so knows the few of its many links that are not
+  /// empty.
+  void announce(std::uint64_t* word, unsigned bit) {
+    announced_ = word;
+    announced_bit_ = std::uint64_t{1} << bit;
+  }
 
   // Producer side.
   bool can_push(Cycle now) const { return occupied(now) < capacity_; }
@@ -35,7 +41,10 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
     assert(can_push(now));
     slots_[tail_] = {item, now + latency_};
     tail_ = next(tail_);
-    if (size_++ == 0) visible_ = now + latency_;
+    if (size_++ == 0) {
+      visible_ = now + latency_;
+      if (announced_ != nullptr) *announced_ |= announced_bit_;
+    }
     ++pushed_;
     if (consumer_ != nullptr) consumer_->request(now + latency_);
   }
@@ -95,6 +104,8 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
   std::vector<Slot> slots_;
   std::uint64_t pushed_ = 0;
   Alarm* consumer_ = nullptr;
+  std::uint64_t* announced_ = nullptr;
+  std::uint64_t announced_bit_ = 0;
   std::string name_;
 };
 
