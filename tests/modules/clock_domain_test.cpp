@@ -89,6 +89,42 @@ TEST_F(ClockDomainTest, ACallFromOutsideIsVisibleStrictlyLater) {
   EXPECT_THAT(seen, ElementsAre(3, 4));
 }
 
+// A module that the domain calls: the clock ticks when it is due, and in no cycle besides.
+struct Sleeper {
+  explicit Sleeper(ClockDomain& domain)
+      : clock(domain),
+        alarm(Alarm::without_process(domain, this, [](void* module) { static_cast<Sleeper*>(module)->tick(); })) {}
+  ClockDomain& clock;
+  Alarm alarm;
+  std::vector<Cycle> wishes, seen;
+  void tick() {
+    seen.push_back(clock.cycle());
+    if (seen.size() < wishes.size()) alarm.request(wishes[seen.size()]);
+  }
+};
+
+TEST_F(ClockDomainTest, TicksOnlyInTheCyclesOfACalledAlarm) {
+  ClockDomain clock("clock", 1365.0);
+  Sleeper sleeper(clock);
+  sleeper.wishes = {3, 4, 40, 2000, 2001};
+  sleeper.alarm.request(3);
+  run(clock, 3000);
+  EXPECT_EQ(sleeper.seen, sleeper.wishes);
+  EXPECT_EQ(clock.ticks(), 5u);
+}
+
+TEST_F(ClockDomainTest, ABookingOfTheNextCycleFromInsideATickIsKept) {
+  ClockDomain clock("clock", 1365.0);
+  Alarm alarm = Alarm::without_process(clock, &clock, [](void* module) {
+    auto& domain = *static_cast<ClockDomain*>(module);
+    domain.request(domain.cycle() + 1);
+  });
+  alarm.request(7);
+  run(clock, 100);
+  EXPECT_EQ(clock.ticks(), 2u);
+  EXPECT_EQ(clock.cycle(), 8u);
+}
+
 TEST_F(ClockDomainTest, WithoutIdleSkipEveryCycleTicks) {
   ClockDomain clock("clock", 1365.0, false);
   Cycle last = 0;

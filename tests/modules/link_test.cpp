@@ -33,6 +33,21 @@ TEST(LinkTest, SpaceFreedInACycleIsSeenInTheNext) {
   EXPECT_EQ(link.space(3), 2u);
 }
 
+TEST(LinkTest, AnnouncesThatItIsNoLongerEmpty) {
+  Link<int> link("link", 1, 4);
+  std::uint64_t waiting = 0;
+  link.announce(&waiting, 5);
+  link.push(0, 1);
+  EXPECT_EQ(waiting, 32u);
+  waiting = 0;
+  link.push(1, 2);
+  EXPECT_EQ(waiting, 0u) << "it was not empty";
+  link.pop(2);
+  link.pop(2);
+  link.push(3, 3);
+  EXPECT_EQ(waiting, 32u);
+}
+
 TEST(LinkTest, OneItemACycleFlowsThroughTwoPlaces) {
   // Capacity for full rate: latency + 1, because credits return a cycle late.
   Link<int> link("link", 1, 2);

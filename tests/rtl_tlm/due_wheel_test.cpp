@@ -32,6 +32,8 @@ TEST(DueWheel, EqualsASortedMap) {
       continue;
     }
     now = wheel.next();
+    const DueWheel::Number peeked = wheel.peek();
+    EXPECT_TRUE(peeked == DueWheel::kNone || due.begin()->second.contains(peeked));
     std::set<DueWheel::Number> taken;
     wheel.take(now, [&](DueWheel::Number number) { EXPECT_TRUE(taken.insert(number).second); });
     ASSERT_EQ(taken, due.begin()->second) << "cycle " << now;

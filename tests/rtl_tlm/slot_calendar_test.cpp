@@ -6,6 +6,8 @@
 #include <map>
 #include <random>
 
+#include "rtl_tlm/fast/port_calendar.h"
+
 namespace grtx::tlm {
 namespace {
 
@@ -37,6 +39,22 @@ TEST_P(SlotCalendarTest, EqualsAPlainTable) {
 
 INSTANTIATE_TEST_SUITE_P(Shapes, SlotCalendarTest,
                          ::testing::Values(Shape{1, 1}, Shape{4, 1}, Shape{1, 4}, Shape{3, 2}, Shape{300, 1}));
+
+TEST(PortCalendar, EqualsASlotCalendarOfOnePlace) {
+  PortCalendar port;
+  SlotCalendar slots;
+  std::mt19937_64 random(11);
+  Cycle now = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 50 == 49) {
+      now += random() % 120;
+      port.advance(now);
+      slots.advance(now);
+    }
+    const Cycle wish = now + random() % (step % 1000 == 0 ? 20000 : 100);  // some beyond what is kept
+    ASSERT_EQ(port.reserve(wish), slots.reserve(wish)) << "step " << step << " wish " << wish;
+  }
+}
 
 TEST(SlotCalendarLimits, PastCyclesAreNotGivenAndFarOnesComeInOrder) {
   SlotCalendar calendar;
