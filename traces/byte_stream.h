@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -104,5 +105,11 @@ class ByteReader {
   const std::uint8_t* end_ = nullptr;
   const char* name_ = "";
 };
+
+/// A number that must fit 32 bits without a sign, computed from what `from` read last. Throws Malformed.
+inline std::uint32_t checked_u32(const ByteReader& from, std::int64_t value) {
+  if (value < 0 || value > std::numeric_limits<std::uint32_t>::max()) from.fail("leaves 32 bits");
+  return static_cast<std::uint32_t>(value);
+}
 
 }  // namespace grtx::traces
