@@ -23,24 +23,15 @@ class DictionaryDecoder {
   void take(const Header& header, unsigned flags, std::vector<NodeDefinition>& nodes);
 
  private:
-  static constexpr std::uint32_t kSkipped = 0xFFFFFFFF;
-  struct Place {
-    std::uint32_t parent = 0;  ///< index into the model
-    unsigned slot = 0;
-  };
-
   void take_by_address(std::vector<NodeDefinition>& nodes);
   void take_tree(const Header& header, unsigned flags, std::vector<NodeDefinition>& nodes);
-  void take_first_hits(std::size_t nodes);
-  void take_shape(NodeDefinition& node);
-  void add(const NodeDefinition& node, const NodeShape& shape);
+  const NodeShape& take_shape(NodeDefinition& node);
+  void set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape, unsigned tree_mask);
+  void ascend(std::int64_t address);
 
   ColumnReaders& readers_;
   GroupModel& model_;
   std::int64_t last_address_ = -1;
-  std::vector<std::uint8_t> tree_masks_;   ///< children in the dictionary, of a tree
-  std::vector<std::uint32_t> tree_order_;  ///< of a tree: its nodes in the order of the columns
-  std::vector<Place> links_;               ///< of a tree: where each node hangs
   std::vector<std::uint32_t> walk_;
 };
 

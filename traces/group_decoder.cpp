@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "traces/columns.h"
@@ -13,6 +15,31 @@
 
 namespace grtx::traces {
 namespace {
+
+/// Leaf operations that need more than their event: they shift or checkpoint something, or are unknown.
+constexpr unsigned kSpecialLeafOps =
+    ~(1U << kLeafCullDropped | 1U << kLeafNearest | 1U << static_cast<unsigned>(LeafOutcome::miss) |
+      1U << static_cast<unsigned>(LeafOutcome::behind) | 1U << static_cast<unsigned>(LeafOutcome::beyond) |
+      1U << static_cast<unsigned>(LeafOutcome::rejected) | 1U << static_cast<unsigned>(LeafOutcome::ignored));
+
+constexpr Event make_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints,
+                           unsigned shifts = 0) {
+  Event event;
+  event.node = node;
+  event.detail = static_cast<std::uint8_t>(detail);
+  event.checkpoints = static_cast<std::uint8_t>(checkpoints);
+  event.kind_shifts = Event::pack(kind, shifts);
+  return event;
+}
+
+/// Events of the other leaf operations, without their node.
+constexpr std::array<Event, kPopOp + 1> kLeafEvents = [] {
+  std::array<Event, kPopOp + 1> events{};
+  for (unsigned op = 0; op < events.size(); ++op) events[op] = make_event(EventKind::visit_leaf, 0, op, 0);
+  events[kLeafNearest].detail = static_cast<std::uint8_t>(LeafOutcome::nearest);
+  events[kLeafCullDropped] = make_event(EventKind::cull, 0, 0, 0);
+  return events;
+}();
 
 class GroupDecoder {
  public:
@@ -40,12 +67,13 @@ class GroupDecoder {
     const bool known_flags = flags == 0 || (flags < 2 * kNodesHoldBlasRoot && (flags & kNodesInTree) != 0);
     if (!known_flags) top.fail("holds unknown flags");
     const std::uint64_t gaussians = top.varint(reader(Column::gaussian_id).remaining());
-    group.nodes.assign(static_cast<std::size_t>(nodes), NodeDefinition{});
+    group.nodes.resize(static_cast<std::size_t>(nodes));
     nodes_ = &group.nodes;
     model_.begin(header, root);
     dictionary_.take(header, flags, group.nodes);
     inner_.begin(reader(Column::inner_gap), reader(Column::inner));
     leaves_.begin(reader(Column::leaf_gap), reader(Column::leaf));
+    hits_ = reader(Column::hits);
     pops_left_ = kMaxPops;
     processed_.begin(gaussians, readers_);
     group.rays.resize(static_cast<std::size_t>(rays));
@@ -53,7 +81,8 @@ class GroupDecoder {
     for (Ray& ray : group.rays) take_ray(ray, pixel);
     inner_.expect_end();
     leaves_.expect_end();
-    for (const Column column : {Column::inner_gap, Column::inner, Column::leaf_gap, Column::leaf}) {
+    hits_.expect_end();
+    for (const Column column : {Column::inner_gap, Column::inner, Column::leaf_gap, Column::leaf, Column::hits}) {
       reader(column) = ByteReader();
     }
     readers_.expect_end();
@@ -68,19 +97,20 @@ class GroupDecoder {
     ray.pixel = static_cast<std::uint32_t>(pixel);
     const std::uint64_t rounds = rays.varint(reader(Column::round_flags).remaining());
     ray.rounds.resize(static_cast<std::size_t>(rounds));
-    ray.events.clear();
     ray.processed.clear();
     destination_.clear();
+    event_count_ = 0;
     std::uint64_t processed = 0;
     for (Round& round : ray.rounds) {
       take_round(round);
       processed += round.processed_count;
-      const std::size_t first = ray.events.size();
-      take_events(round, ray.events);
-      const std::size_t count = ray.events.size() - first;
+      const std::size_t first = event_count_;
+      take_events(round);
+      const std::size_t count = event_count_ - first;
       if (count > kU32) throw Malformed("a round has 2^32 events or more");
       round.event_count = static_cast<std::uint32_t>(count);
     }
+    ray.events.assign(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(event_count_));
     processed_.take_ray(processed, readers_, ray.processed);
   }
 
@@ -103,38 +133,113 @@ class GroupDecoder {
     }
   }
 
-  void take_events(const Round& round, std::vector<Event>& events) {
+  // One pop after another, each with an event. What is left of the frame on top stays in registers, in the order in
+  // which it is expected, so that a leaf takes little more than its event.
+  void take_events(const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
     destination_.clear();
-    frames_.clear();
-    if (!round.replay) frames_.push_back({GroupModel::kRootParent, 0, 1});
     taken_ = 0;
     last_taken_ = -1;
     if (nearest_) read_.assign(source_.size(), false);
+    NodeModel* const nodes = model_.nodes();
+    StackFrame top{GroupModel::kRootParent, 0, 1};
+    if (round.replay) top.remaining = 0;
+    std::size_t depth = 0;  // of the frames below
     while (true) {
-      if (!frames_.empty()) {
-        take_pop(events);
-      } else if (taken_ < source_.size()) {
-        take_replay(events);
-      } else {
-        break;
+      if (top.remaining == 0) {
+        if (depth != 0) {
+          top = frames_[--depth];
+        } else if (taken_ != source_.size()) {
+          top = take_replay();
+          continue;
+        } else {
+          break;
+        }
       }
+      NodeModel& parent = nodes[top.parent];
+      const unsigned inner = parent.internal_mask | parent.instance_mask;
+      std::uint64_t left = parent.ordered(top.remaining);
+      top.remaining = 0;
+      do {
+        if (pops_left_-- == 0) throw Malformed("a group has more than 2^30 events");
+        unsigned slot = NodeModel::first_of(left);
+        PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
+        const unsigned symbol = pops.next();
+        if ((symbol >> kPopRankShift & 7) != 0) {
+          slot = take_rank(parent, left, symbol >> kPopRankShift & 7, pops);
+          left = parent.ordered(NodeModel::mask_of(left) & ~(1U << slot));
+        } else {
+          left &= left - 1;
+        }
+        const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
+        parent.last_op[slot] = static_cast<std::uint8_t>(op);
+        const std::uint32_t address = parent.child_address(slot);
+        if ((inner >> slot & 1) == 0) {
+          if ((symbol & kPopHits) != 0) pops.fail("changes hits where none are");
+          if ((kSpecialLeafOps >> op & 1) != 0) {
+            take_leaf({top.parent, slot, top.context}, address, op, pops);
+          } else {
+            Event& event = next_event();
+            event = kLeafEvents[op];
+            event.node = address;
+          }
+          continue;
+        }
+        StackFrame pushed;
+        if (op == static_cast<unsigned>(InnerOp::visit) && parent.is_internal(slot)) {
+          std::uint32_t index = parent.links[slot];
+          if (index == NodeModel::kUnknownLink) [[unlikely]] {
+            index = find(address);
+            parent.links[slot] = index;
+          }
+          NodeModel& node = nodes[index];
+          if ((symbol & kPopHits) != 0) change_hits(node);
+          pushed = {index, top.context, node.last_hits};
+          put_event(EventKind::visit_internal, index - GroupModel::kFirstNode, node.last_hits, 0);
+        } else {
+          pushed = take_other_inner({top.parent, slot, top.context}, address, op, (symbol & kPopHits) != 0, pops);
+        }
+        if (pushed.remaining == 0) continue;
+        if (left != 0) {
+          if (depth == frames_.size()) [[unlikely]]
+            frames_.resize(2 * depth);
+          frames_[depth++] = {top.parent, top.context, NodeModel::mask_of(left)};
+        }
+        top = pushed;
+        break;
+      } while (left != 0);
     }
     if (round.overflow) destination_.clear();
   }
 
-  static Event event_of(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints,
-                        unsigned shifts = 0) {
-    Event event;
-    event.node = node;
-    event.detail = static_cast<std::uint8_t>(detail);
-    event.checkpoints = static_cast<std::uint8_t>(checkpoints);
-    event.kind_shifts = Event::pack(kind, shifts);
-    return event;
+  // The slot of those left that has `rank` others before it.
+  unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
+    const unsigned remaining = NodeModel::mask_of(left);
+    if (slot_order_ || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
+    const unsigned slot = parent.slot_at(remaining, rank);
+    parent.move_up(remaining, slot);
+    return slot;
   }
 
-  void take_replay(std::vector<Event>& events) {
+  void change_hits(NodeModel& node) {
+    const unsigned difference = hits_.u8();
+    if (difference == 0) hits_.fail("changes nothing");
+    if (difference >> node.child_count != 0) hits_.fail("names a child that is not there");
+    node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
+  }
+
+  Event& next_event() {
+    if (event_count_ == events_.size()) [[unlikely]]
+      events_.resize(2 * events_.size());
+    return events_[event_count_++];
+  }
+  void put_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
+    next_event() = make_event(kind, node, detail, checkpoints, shifts);
+  }
+
+  // Returns what is pushed on the empty stack.
+  StackFrame take_replay() {
     std::size_t index = taken_;
     if (lifo_) index = source_.size() - 1 - taken_;
     if (nearest_) {
@@ -154,121 +259,86 @@ class GroupDecoder {
     const unsigned op = ops.u8();
     if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
     if (static_cast<ReplayOp>(op) == ReplayOp::take) {
-      events.push_back(event_of(EventKind::replay_take, address, 0, 0));
-      frames_.push_back({entry.parent, entry.context, 1U << entry.slot});
-      if (model_.is_blas(address)) events.push_back(event_of(EventKind::visit_instance, entry.context, 1, 0));
-      return;
+      put_event(EventKind::replay_take, address, 0, 0);
+      if (model_.is_blas(address)) put_event(EventKind::visit_instance, entry.context, 1, 0);
+      return {entry.parent, entry.context, 1U << entry.slot};
     }
     const bool checkpointed = static_cast<ReplayOp>(op) == ReplayOp::forward_checkpointed;
-    events.push_back(event_of(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0));
+    put_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
     if (checkpointed) destination_.push_back(entry);
+    return {};
   }
 
-  void take_pop(std::vector<Event>& events) {
-    if (pops_left_-- == 0) throw Malformed("a group has more than 2^30 events");
-    StackFrame& frame = frames_.back();
-    NodeModel& parent = model_[frame.parent];
-    const unsigned remaining = frame.remaining;
-    unsigned slot = slot_order_ ? static_cast<unsigned>(std::countr_zero(remaining)) : parent.first_of(remaining);
-    const unsigned inner = parent.internal_mask | parent.instance_mask;
-    PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
-    const unsigned symbol = pops.next();
-    const unsigned rank = symbol >> kPopRankShift & 7;
-    if (rank != 0) {
-      if (slot_order_ || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
-      slot = parent.slot_at(remaining, rank);
-      parent.move_up(remaining, slot);
-    }
-    const NodeReference popped{frame.parent, slot, frame.context};
-    frame.remaining = remaining & ~(1U << slot);
-    if (frame.remaining == 0) frames_.pop_back();
-    const std::uint32_t address = parent.child_address(slot);
-    const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
-    parent.last_op[slot] = static_cast<std::uint8_t>(op);
-    const bool is_inner = (inner >> slot & 1) != 0;
-    if (op > (is_inner ? static_cast<unsigned>(InnerOp::cull_checkpointed) : kLeafNearest)) {
+  void take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
+    if (op == kLeafCullCheckpointed) {
+      put_event(EventKind::cull, address, 0, 1);
+      destination_.push_back(popped);
+    } else if (op == kLeafBeyondCheckpointed) {
+      put_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
+      destination_.push_back(popped);
+    } else if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
+      put_event(EventKind::visit_leaf, address, op, 0,
+                static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
+    } else {
       pops.fail("holds an unknown operation");
     }
-    const bool changed_hits = (symbol & kPopHits) != 0;
-    if (is_inner && op < static_cast<unsigned>(InnerOp::cull_dropped) && parent.is_internal(slot)) {
-      return take_internal(popped, address, op == static_cast<unsigned>(InnerOp::visit_with_checkpoints), changed_hits,
-                           events);
+  }
+
+  // All but the visit of an internal node that checkpoints nothing. Returns what is pushed.
+  StackFrame take_other_inner(const NodeReference& popped, std::uint32_t address, unsigned op, bool changed_hits,
+                              const PopReader& pops) {
+    if (op > static_cast<unsigned>(InnerOp::cull_checkpointed)) pops.fail("holds an unknown operation");
+    const bool visit = op < static_cast<unsigned>(InnerOp::cull_dropped);
+    if (visit && model_[popped.parent].is_internal(popped.slot)) {
+      return take_checkpointing(popped, address, changed_hits);
     }
     if (changed_hits) pops.fail("changes hits where none are");
-    if (!is_inner) return take_leaf(popped, address, op, events);
-    if (op >= static_cast<unsigned>(InnerOp::cull_dropped)) {
-      return take_cull(popped, address, op == static_cast<unsigned>(InnerOp::cull_checkpointed), events);
+    if (!visit) {
+      const bool checkpointed = op == static_cast<unsigned>(InnerOp::cull_checkpointed);
+      put_event(EventKind::cull, address, 0, checkpointed ? 1 : 0);
+      if (checkpointed) destination_.push_back(popped);
+      return {};
     }
     if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
       pops.fail("holds an operation that an instance leaf cannot have");
     }
-    events.push_back(event_of(EventKind::visit_instance, address, 0, 0));
-    frames_.push_back({GroupModel::kBlasRootParent, address, 1});
+    put_event(EventKind::visit_instance, address, 0, 0);
+    return {GroupModel::kBlasRootParent, address, 1};
   }
 
-  void take_cull(const NodeReference& popped, std::uint32_t address, bool checkpointed, std::vector<Event>& events) {
-    events.push_back(event_of(EventKind::cull, address, 0, checkpointed ? 1 : 0));
-    if (checkpointed) destination_.push_back(popped);
-  }
-
-  /// Index into the model of the internal node in a child's place.
-  std::uint32_t link(const NodeReference& child, std::uint32_t address) {
-    std::uint32_t& link = model_[child.parent].links[child.slot];
-    if (link == NodeModel::kUnknownLink) {
-      const auto found = std::lower_bound(nodes_->begin(), nodes_->end(), address,
-                                          [](const NodeDefinition& node, std::uint32_t a) { return node.address < a; });
-      if (found == nodes_->end() || found->address != address) {
-        throw Malformed("a visited internal node is missing in the dictionary");
-      }
-      link = GroupModel::kFirstNode + static_cast<std::uint32_t>(found - nodes_->begin());
-    }
-    return link;
-  }
-
-  void take_internal(const NodeReference& popped, std::uint32_t address, bool checkpoints_some, bool changed_hits,
-                     std::vector<Event>& events) {
-    const std::uint32_t index = link(popped, address);
+  // The visit of an internal node that checkpoints children. Returns what is pushed.
+  StackFrame take_checkpointing(const NodeReference& popped, std::uint32_t address, bool changed_hits) {
+    std::uint32_t& link = model_[popped.parent].links[popped.slot];
+    if (link == NodeModel::kUnknownLink) link = find(address);
+    const std::uint32_t index = link;
     NodeModel& node = model_[index];
-    if (changed_hits) {
-      const unsigned difference = reader(Column::hits).u8();
-      if (difference == 0) reader(Column::hits).fail("changes nothing");
-      if (difference >> node.child_count != 0) reader(Column::hits).fail("names a child that is not there");
-      node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
-    }
+    if (changed_hits) change_hits(node);
     const unsigned hits = node.last_hits;
-    unsigned checkpoints = 0;
-    if (checkpoints_some) {
-      if (hits == 0) throw Malformed("a visit checkpoints children where none is hit");
-      checkpoints = hits;
-      if (!has_one_bit(hits)) {
-        const unsigned gathered = reader(Column::checkpoints).u8();
-        if (gathered == 0 || gathered >> bits_of_byte(hits) != 0) {
-          reader(Column::checkpoints).fail("names a child that is not hit");
-        }
-        checkpoints = scatter_bits(gathered, hits);
+    if (hits == 0) throw Malformed("a visit checkpoints children where none is hit");
+    unsigned checkpoints = hits;
+    if (!has_one_bit(hits)) {
+      const unsigned gathered = reader(Column::checkpoints).u8();
+      if (gathered == 0 || gathered >> bits_of_byte(hits) != 0) {
+        reader(Column::checkpoints).fail("names a child that is not hit");
       }
-      for (unsigned left = checkpoints; left != 0; left &= left - 1) {
-        destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
-      }
+      checkpoints = scatter_bits(gathered, hits);
+    }
+    for (unsigned left = checkpoints; left != 0; left &= left - 1) {
+      destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
     }
     const unsigned pushed = hits & ~checkpoints;
-    if (pushed != 0) frames_.push_back({index, popped.context, pushed});
-    events.push_back(event_of(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints));
+    put_event(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints);
+    return {index, popped.context, pushed};
   }
 
-  void take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, std::vector<Event>& events) {
-    if (op == kLeafCullDropped || op == kLeafCullCheckpointed)
-      return take_cull(popped, address, op == kLeafCullCheckpointed, events);
-    const bool checkpointed = op == kLeafBeyondCheckpointed;
-    LeafOutcome outcome = checkpointed ? LeafOutcome::beyond : static_cast<LeafOutcome>(op);
-    if (op == kLeafNearest) outcome = LeafOutcome::nearest;
-    unsigned shifts = 0;
-    if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
-      shifts = static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts));
+  /// Index into the model of the internal node at `address`.
+  std::uint32_t find(std::uint32_t address) const {
+    const auto found = std::lower_bound(nodes_->begin(), nodes_->end(), address,
+                                        [](const NodeDefinition& node, std::uint32_t a) { return node.address < a; });
+    if (found == nodes_->end() || found->address != address) {
+      throw Malformed("a visited internal node is missing in the dictionary");
     }
-    if (checkpointed) destination_.push_back(popped);
-    events.push_back(
-        event_of(EventKind::visit_leaf, address, static_cast<unsigned>(outcome), checkpointed ? 1 : 0, shifts));
+    return GroupModel::kFirstNode + static_cast<std::uint32_t>(found - nodes_->begin());
   }
 
   static constexpr std::uint64_t kU32 = std::numeric_limits<std::uint32_t>::max();
@@ -285,9 +355,12 @@ class GroupDecoder {
   ProcessedDecoder processed_;
   PopReader inner_;
   PopReader leaves_;
+  ByteReader hits_;
   std::uint64_t pops_left_ = 0;
   const std::vector<NodeDefinition>* nodes_ = nullptr;
-  std::vector<StackFrame> frames_;
+  std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
+  std::vector<Event> events_ = std::vector<Event>(1024);  ///< of the ray; from event_count_ on there is only room
+  std::size_t event_count_ = 0;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round

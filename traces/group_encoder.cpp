@@ -200,7 +200,7 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     } else {
       rank = parent->rank_of(before.remaining, slot);
       if (rank != 0) {
-        expected = parent->first_of(before.remaining);
+        expected = NodeModel::first_of(parent->ordered(before.remaining));
         parent->move_up(before.remaining, slot);
       }
     }

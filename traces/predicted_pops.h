@@ -40,10 +40,19 @@ class PopReader {
   }
   /// 0 when the pop is as predicted.
   unsigned next() {
-    if (left_ != 0) {
-      --left_;
-      return 0;
-    }
+    if (left_ == 0) return next_told();
+    --left_;
+    return 0;
+  }
+  [[noreturn]] void fail(const char* rule) const { symbols_.fail(rule); }
+  void expect_end() const {
+    if (left_ != 0) gaps_.fail("counts more pops than there are");
+    gaps_.expect_end();
+    symbols_.expect_end();
+  }
+
+ private:
+  unsigned next_told() {
     if (!symbol_behind_) {
       left_ = gaps_.u8();
       symbol_behind_ = left_ != kLongGap;
@@ -57,14 +66,7 @@ class PopReader {
     if (symbol == 0) symbols_.fail("holds a pop that was predicted");
     return symbol;
   }
-  [[noreturn]] void fail(const char* rule) const { symbols_.fail(rule); }
-  void expect_end() const {
-    if (left_ != 0) gaps_.fail("counts more pops than there are");
-    gaps_.expect_end();
-    symbols_.expect_end();
-  }
 
- private:
   ByteReader gaps_;
   ByteReader symbols_;
   unsigned left_ = 0;           ///< predicted pops
