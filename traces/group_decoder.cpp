@@ -100,6 +100,7 @@ class GroupDecoder {
     ray.processed.clear();
     destination_.clear();
     event_count_ = 0;
+    replayed_ = 0;
     std::uint64_t processed = 0;
     for (Round& round : ray.rounds) {
       take_round(round);
@@ -110,6 +111,9 @@ class GroupDecoder {
       if (count > kU32) throw Malformed("a round has 2^32 events or more");
       round.event_count = static_cast<std::uint32_t>(count);
     }
+    const std::uint64_t pops = event_count_ - replayed_;
+    if (pops > pops_left_) fail_pops();
+    pops_left_ -= pops;
     ray.events.assign(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(event_count_));
     processed_.take_ray(processed, readers_, ray.processed);
   }
@@ -145,13 +149,16 @@ class GroupDecoder {
     NodeModel* const nodes = model_.nodes();
     StackFrame top{GroupModel::kRootParent, 0, 1};
     if (round.replay) top.remaining = 0;
-    std::size_t depth = 0;  // of the frames below
+    std::size_t depth = 0;                         // of the frames below
+    Event* event = events_.data() + event_count_;  // the next
+    const Event* end = events_.data() + events_.size();
     while (true) {
       if (top.remaining == 0) {
         if (depth != 0) {
           top = frames_[--depth];
         } else if (taken_ != source_.size()) {
-          top = take_replay();
+          if (end - event < 2) grow_events(event, end);
+          top = take_replay(event);
           continue;
         } else {
           break;
@@ -162,7 +169,8 @@ class GroupDecoder {
       std::uint64_t left = parent.ordered(top.remaining);
       top.remaining = 0;
       do {
-        if (pops_left_-- == 0) throw Malformed("a group has more than 2^30 events");
+        if (event == end) [[unlikely]]
+          grow_events(event, end);
         unsigned slot = NodeModel::first_of(left);
         PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
         const unsigned symbol = pops.next();
@@ -178,12 +186,12 @@ class GroupDecoder {
         if ((inner >> slot & 1) == 0) {
           if ((symbol & kPopHits) != 0) pops.fail("changes hits where none are");
           if ((kSpecialLeafOps >> op & 1) != 0) {
-            take_leaf({top.parent, slot, top.context}, address, op, pops);
+            *event = take_leaf({top.parent, slot, top.context}, address, op, pops);
           } else {
-            Event& event = next_event();
-            event = kLeafEvents[op];
-            event.node = address;
+            *event = kLeafEvents[op];
+            event->node = address;
           }
+          ++event;
           continue;
         }
         StackFrame pushed;
@@ -196,10 +204,12 @@ class GroupDecoder {
           NodeModel& node = nodes[index];
           if ((symbol & kPopHits) != 0) change_hits(node);
           pushed = {index, top.context, node.last_hits};
-          put_event(EventKind::visit_internal, index - GroupModel::kFirstNode, node.last_hits, 0);
+          *event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, node.last_hits, 0);
         } else {
-          pushed = take_other_inner({top.parent, slot, top.context}, address, op, (symbol & kPopHits) != 0, pops);
+          pushed =
+              take_other_inner({top.parent, slot, top.context}, address, op, (symbol & kPopHits) != 0, pops, *event);
         }
+        ++event;
         if (pushed.remaining == 0) continue;
         if (left != 0) {
           if (depth == frames_.size()) [[unlikely]]
@@ -210,6 +220,7 @@ class GroupDecoder {
         break;
       } while (left != 0);
     }
+    event_count_ = static_cast<std::size_t>(event - events_.data());
     if (round.overflow) destination_.clear();
   }
 
@@ -229,17 +240,18 @@ class GroupDecoder {
     node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
   }
 
-  Event& next_event() {
-    if (event_count_ == events_.size()) [[unlikely]]
-      events_.resize(2 * events_.size());
-    return events_[event_count_++];
+  // Room for two events or more behind `next`.
+  [[gnu::noinline]] void grow_events(Event*& next, const Event*& end) {
+    const auto used = static_cast<std::size_t>(next - events_.data());
+    if (used - replayed_ > pops_left_) fail_pops();
+    events_.resize(2 * events_.size());
+    next = events_.data() + used;
+    end = events_.data() + events_.size();
   }
-  void put_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
-    next_event() = make_event(kind, node, detail, checkpoints, shifts);
-  }
+  [[noreturn]] static void fail_pops() { throw Malformed("a group has more than 2^30 events"); }
 
   // Returns what is pushed on the empty stack.
-  StackFrame take_replay() {
+  StackFrame take_replay(Event*& event) {
     std::size_t index = taken_;
     if (lifo_) index = source_.size() - 1 - taken_;
     if (nearest_) {
@@ -253,61 +265,61 @@ class GroupDecoder {
       read_[index] = true;
     }
     ++taken_;
+    ++replayed_;
     const NodeReference entry = source_[index];
     const std::uint32_t address = model_[entry.parent].child_address(entry.slot);
     ByteReader& ops = reader(Column::replay_op);
     const unsigned op = ops.u8();
     if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
     if (static_cast<ReplayOp>(op) == ReplayOp::take) {
-      put_event(EventKind::replay_take, address, 0, 0);
-      if (model_.is_blas(address)) put_event(EventKind::visit_instance, entry.context, 1, 0);
+      *event++ = make_event(EventKind::replay_take, address, 0, 0);
+      if (!model_.is_blas(address)) return {entry.parent, entry.context, 1U << entry.slot};
+      ++replayed_;
+      *event++ = make_event(EventKind::visit_instance, entry.context, 1, 0);
       return {entry.parent, entry.context, 1U << entry.slot};
     }
     const bool checkpointed = static_cast<ReplayOp>(op) == ReplayOp::forward_checkpointed;
-    put_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
+    *event++ = make_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
     if (checkpointed) destination_.push_back(entry);
     return {};
   }
 
-  void take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
-    if (op == kLeafCullCheckpointed) {
-      put_event(EventKind::cull, address, 0, 1);
-      destination_.push_back(popped);
-    } else if (op == kLeafBeyondCheckpointed) {
-      put_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
-      destination_.push_back(popped);
-    } else if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
-      put_event(EventKind::visit_leaf, address, op, 0,
-                static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
-    } else {
-      pops.fail("holds an unknown operation");
+  // A leaf operation of kSpecialLeafOps.
+  Event take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
+    if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
+      return make_event(EventKind::visit_leaf, address, op, 0,
+                        static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
     }
+    if (op != kLeafBeyondCheckpointed && op != kLeafCullCheckpointed) pops.fail("holds an unknown operation");
+    destination_.push_back(popped);
+    if (op == kLeafCullCheckpointed) return make_event(EventKind::cull, address, 0, 1);
+    return make_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
   }
 
   // All but the visit of an internal node that checkpoints nothing. Returns what is pushed.
   StackFrame take_other_inner(const NodeReference& popped, std::uint32_t address, unsigned op, bool changed_hits,
-                              const PopReader& pops) {
+                              const PopReader& pops, Event& event) {
     if (op > static_cast<unsigned>(InnerOp::cull_checkpointed)) pops.fail("holds an unknown operation");
     const bool visit = op < static_cast<unsigned>(InnerOp::cull_dropped);
     if (visit && model_[popped.parent].is_internal(popped.slot)) {
-      return take_checkpointing(popped, address, changed_hits);
+      return take_checkpointing(popped, address, changed_hits, event);
     }
     if (changed_hits) pops.fail("changes hits where none are");
     if (!visit) {
       const bool checkpointed = op == static_cast<unsigned>(InnerOp::cull_checkpointed);
-      put_event(EventKind::cull, address, 0, checkpointed ? 1 : 0);
+      event = make_event(EventKind::cull, address, 0, checkpointed ? 1 : 0);
       if (checkpointed) destination_.push_back(popped);
       return {};
     }
     if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
       pops.fail("holds an operation that an instance leaf cannot have");
     }
-    put_event(EventKind::visit_instance, address, 0, 0);
+    event = make_event(EventKind::visit_instance, address, 0, 0);
     return {GroupModel::kBlasRootParent, address, 1};
   }
 
   // The visit of an internal node that checkpoints children. Returns what is pushed.
-  StackFrame take_checkpointing(const NodeReference& popped, std::uint32_t address, bool changed_hits) {
+  StackFrame take_checkpointing(const NodeReference& popped, std::uint32_t address, bool changed_hits, Event& event) {
     std::uint32_t& link = model_[popped.parent].links[popped.slot];
     if (link == NodeModel::kUnknownLink) link = find(address);
     const std::uint32_t index = link;
@@ -327,7 +339,7 @@ class GroupDecoder {
       destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
     }
     const unsigned pushed = hits & ~checkpoints;
-    put_event(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints);
+    event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints);
     return {index, popped.context, pushed};
   }
 
@@ -356,7 +368,8 @@ class GroupDecoder {
   PopReader inner_;
   PopReader leaves_;
   ByteReader hits_;
-  std::uint64_t pops_left_ = 0;
+  std::uint64_t pops_left_ = 0;  ///< of the group
+  std::uint64_t replayed_ = 0;   ///< events of the ray that are no pops
   const std::vector<NodeDefinition>* nodes_ = nullptr;
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<Event> events_ = std::vector<Event>(1024);  ///< of the ray; from event_count_ on there is only room

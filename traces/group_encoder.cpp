@@ -71,6 +71,7 @@ struct GroupEncoder::Impl {
   std::size_t taken_ = 0;         ///< source entries read in this round
   std::int64_t last_taken_ = -1;  ///< position of the one read last
   SourceAssignment assignment_;
+  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
 };
 
@@ -162,7 +163,11 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
   destination_.clear();
   taken_ = 0;
   last_taken_ = -1;
-  if (nearest_ && round.replay) assigned_ = &assignment_.assign(model_, source_, events);
+  if (nearest_ && round.replay) {
+    addresses_.clear();
+    for (const NodeReference& entry : source_) addresses_.push_back(model_[entry.parent].child_address(entry.slot));
+    assigned_ = &assignment_.assign(addresses_, source_, events, model_.blas_begin());
+  }
   StackFrame* const frames = frames_.data();
   std::size_t depth = 0;
   if (!round.replay) frames[depth++] = {GroupModel::kRootParent, 0, 1};

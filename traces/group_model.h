@@ -116,6 +116,7 @@ class GroupModel {
   NodeModel* nodes() { return nodes_.data(); }
   NodeModel& operator[](std::uint32_t index) { return nodes_[index]; }
   const NodeModel& operator[](std::uint32_t index) const { return nodes_[index]; }
+  std::uint32_t blas_begin() const { return blas_begin_; }
   bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
 
  private:
