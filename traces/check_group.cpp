@@ -7,40 +7,12 @@
 #include <vector>
 
 #include "base/error.h"
+#include "traces/checked_nodes.h"
 #include "traces/group_model.h"
-#include "traces/node_shape.h"
 #include "traces/source_assignment.h"
 
 namespace grtx::traces {
 namespace {
-
-/// A node of the dictionary, or the pseudo parent of a root: what the rules need of it.
-struct alignas(16) CheckedNode {
-  std::uint32_t address = 0;     ///< / kNodeUnit
-  std::uint32_t child_base = 0;  ///< / kNodeUnit
-  std::uint8_t child_count = 0;
-  std::uint8_t internal_mask = 0;  ///< as in NodeShape
-  std::uint8_t instance_mask = 0;  ///< as in NodeShape
-  std::uint8_t wide_mask = 0;      ///< as in NodeShape
-  bool visited = false;
-
-  std::uint32_t child_address(unsigned slot) const {
-    return child_base + slot + bits_of_byte(wide_mask & ((1U << slot) - 1));
-  }
-  /// Slot of the child of `remaining` at `child`; kMaxWidth when there is none.
-  unsigned slot_of(unsigned remaining, std::uint32_t child) const {
-    const std::uint32_t offset = child - child_base;
-    if (offset > 15) return kMaxWidth;
-    const unsigned slot = kSlotAtOffset[wide_mask][offset];
-    return (remaining >> slot & 1) != 0 ? slot : kMaxWidth;
-  }
-  void take_kinds(const NodeShape& shape) {
-    child_count = shape.child_count;
-    internal_mask = shape.internal_mask;
-    instance_mask = shape.instance_mask;
-    wide_mask = shape.wide_mask;
-  }
-};
 
 class GroupChecker {
  public:
@@ -56,11 +28,11 @@ class GroupChecker {
     multi_ = header.tracing == "multi";
     closest_ = header.tracing == "closest";
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
-    take_nodes();
+    root_known_ = false;
+    if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
     for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
     lane_ = kNowhere;
-    require(std::all_of(nodes_.begin() + kFirstNode, nodes_.end(), [](const CheckedNode& n) { return n.visited; }),
-            "every node of the dictionary must be visited");
+    require(nodes_.all_visited(), "every node of the dictionary must be visited");
     return totals_;
   }
 
@@ -70,7 +42,7 @@ class GroupChecker {
   static constexpr std::uint32_t kBlasRootParent = GroupModel::kBlasRootParent;
   static constexpr std::uint32_t kFirstNode = GroupModel::kFirstNode;
 
-  [[noreturn, gnu::cold, gnu::noinline]] void fail(const std::string& rule) const {
+  [[noreturn, gnu::cold, gnu::noinline]] void fail(const char* rule) const {
     std::string place = "group " + std::to_string(group_->index);
     if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
     if (round_ != kNowhere) place += " round " + std::to_string(round_);
@@ -80,40 +52,6 @@ class GroupChecker {
   [[gnu::always_inline]] void require(bool holds, const char* rule) const {
     if (!holds) [[unlikely]]
       fail(rule);
-  }
-
-  void take_nodes() {
-    const std::uint64_t image_units = header_->node_image_bytes / kNodeUnit;
-    const std::uint64_t node_units = internal_bytes(header_->bvh_width) / kNodeUnit;
-    shapes_.set_width(header_->bvh_width);
-    nodes_.resize(kFirstNode + group_->nodes.size());
-    const auto pseudo_parent = [](std::uint64_t child) {
-      CheckedNode node;
-      node.child_base = static_cast<std::uint32_t>(child / kNodeUnit);
-      node.child_count = 1;
-      return node;
-    };
-    root_known_ = false;
-    nodes_[kRootParent] = pseudo_parent(header_->root);
-    nodes_[kBlasRootParent] = pseudo_parent(header_->blas_root);
-    nodes_[kBlasRootParent].internal_mask = header_->blas_root_is_leaf ? 0 : 1;
-    blas_begin_ = header_->two_level ? static_cast<std::uint32_t>(header_->blas_base / kNodeUnit) : 0xFFFFFFFF;
-    std::int64_t last_address = -1;
-    CheckedNode* next = nodes_.data() + kFirstNode;
-    for (const NodeDefinition& definition : group_->nodes) {
-      require(definition.address > last_address, "nodes must ascend by address");
-      last_address = definition.address;
-      const NodeShape& shape = shapes_.of(definition);
-      if (shape.fault != nullptr) fail(shape.fault);
-      require(definition.address + node_units <= image_units &&
-                  static_cast<std::uint64_t>(definition.child_base) + shape.units <= image_units,
-              "a node and its children must lie in the node image");
-      CheckedNode& node = *next++;
-      node.address = definition.address;
-      node.child_base = definition.child_base;
-      node.take_kinds(shape);
-      node.visited = false;
-    }
   }
 
   void check_ray(const Ray& ray) {
@@ -202,13 +140,13 @@ class GroupChecker {
       for (const NodeReference& entry : source_) {
         addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
       }
-      assigned_ = &assignment_.assign(addresses_, source_, events, blas_begin_);
+      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.blas_begin());
     }
     lossless_ = header_->checkpoint && !round.overflow;
     StackFrame top{kRootParent, 0, round.replay ? 0U : 1U};
     std::size_t depth = 0;  // of the frames below
-    CheckedNode* const nodes = nodes_.data();
-    const std::uint32_t node_count = static_cast<std::uint32_t>(nodes_.size() - kFirstNode);
+    CheckedNode* const nodes = nodes_.begin();
+    const std::uint32_t node_count = nodes_.dictionary_size();
     const bool slot_order = slot_order_;
     std::uint64_t visits_internal = 0;
     std::uint64_t misses = 0;
@@ -217,7 +155,7 @@ class GroupChecker {
       if (top.remaining == 0) {
         if (depth == 0) {
           top = check_read(event);
-          if (top.remaining == 0 || event.node < blas_begin_) continue;
+          if (top.remaining == 0 || !nodes_.is_blas(event.node)) continue;
           ++event_;
           require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
           check_transform(events[event_], top.context);
@@ -418,10 +356,8 @@ class GroupChecker {
   std::size_t round_ = kNowhere;
   std::size_t event_ = kNowhere;
   Totals totals_;
-  ShapeTable shapes_;
-  std::vector<CheckedNode> nodes_;         ///< two pseudo parents, then the dictionary: indices as in GroupModel
-  bool root_known_ = false;                ///< some event has visited the root
-  std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS / kNodeUnit
+  CheckedNodes nodes_;
+  bool root_known_ = false;  ///< some event has visited the root
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
