@@ -97,9 +97,7 @@ class ColumnWriter {
   }
   void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
   void put_varint(Column column, std::uint64_t value) {
-    std::uint8_t*& at = end(column);
-    for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
-    *at++ = static_cast<std::uint8_t>(value);
+    end(column) = store_varint(end(column), value);
   }
   /// Where the next byte goes.
   std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }

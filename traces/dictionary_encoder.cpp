@@ -1,6 +1,7 @@
 #include "traces/dictionary_encoder.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <stdexcept>
@@ -73,66 +74,77 @@ unsigned DictionaryEncoder::put(ColumnWriter& columns) {
 
 // Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
 // Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
-// between that no ray visited. Returns false otherwise.
+// between that no ray visited. Returns false otherwise, and then leaves the columns as they were.
 bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
-  const Column node_columns[] = {Column::node_tree, Column::node_shape, Column::node_kinds, Column::node_children,
-                                 Column::node_hits};
-  for (const Column column : node_columns) columns.reserve(column, 5 * records_.size());
-  const auto record_of = [&](std::uint32_t index) -> NodeRecord& { return records_[index - GroupModel::kFirstNode]; };
+  static constexpr Column kColumns[] = {Column::node_tree, Column::node_shape, Column::node_kinds,
+                                        Column::node_children, Column::node_hits};
+  std::array<std::uint8_t*, 5> ends{};
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    columns.reserve(kColumns[i], 5 * records_.size());
+    ends[i] = columns.end(kColumns[i]);
+  }
+  auto [tree, shapes, kinds, children, hits] = ends;
+  const NodeRecord* const records = records_.data();
+  const NodeModel* const nodes = model_.nodes();
+  walk_.resize(records_.size());
+  std::uint32_t* const walk = walk_.data();
   std::size_t found = 0;
   std::int64_t last_address = -1;  // of the nodes found so far, in their order
   std::uint64_t end = 0;           // of the children so far
-  const auto is_next = [&](std::uint32_t index) {
-    const std::int64_t address = record_of(index).address;
-    ++found;
-    return address > std::exchange(last_address, address);
-  };
-  const auto walk = [&](std::uint32_t root) {
-    if (!is_next(root)) return false;
-    bool skipped = true;
-    walk_.assign(1, root);
-    while (!walk_.empty()) {
-      const std::uint32_t index = walk_.back();
-      walk_.pop_back();
-      if (index == kSkipped) {
-        skipped = true;
-        continue;
-      }
-      const NodeModel& node = model_[index];
-      const NodeRecord& record = record_of(index);
-      if (node.child_base < end || (!skipped && node.child_base > end)) return false;
-      if (skipped) columns.put_varint(Column::node_children, node.child_base - end);
-      skipped = false;
-      end = node.child_base + record.units;
-      put_shape(columns, record);
-      unsigned mask = 0;
-      const std::size_t first = walk_.size();
-      for (unsigned left = node.internal_mask; left != 0; left &= left - 1) {
-        const auto slot = static_cast<unsigned>(std::countr_zero(left));
-        const std::uint32_t child = node.links[slot];
-        const bool known = child != NodeModel::kUnknownLink;
-        if (known && (found == records_.size() || !is_next(child))) return false;
-        mask |= (known ? 1U : 0U) << slot;
-        walk_.push_back(known ? child : kSkipped);
-      }
-      std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
-      if (node.internal_mask != 0) columns.put(Column::node_tree, mask);
-      columns.put(Column::node_hits, (record.visited ? record.first_hits : 0) ^ mask);
-    }
-    return true;
-  };
   flags = kNodesInTree;
-  bool tree = true;
   for (const auto& [parent, flag] : {std::pair{GroupModel::kRootParent, kNodesHoldRoot},
                                      std::pair{GroupModel::kBlasRootParent, kNodesHoldBlasRoot}}) {
-    const std::uint32_t root = model_[parent].links[0];
-    if (root == NodeModel::kUnknownLink || !tree) continue;
+    const std::uint32_t root = nodes[parent].links[0];
+    if (root == NodeModel::kUnknownLink) continue;
     flags |= flag;
-    tree = walk(root);
+    const std::int64_t root_address = records[root - GroupModel::kFirstNode].address;
+    if (root_address <= last_address || found == records_.size()) return false;
+    last_address = root_address;
+    ++found;
+    walk[0] = root | kSkipped;
+    std::size_t depth = 1;
+    while (depth != 0) {
+      const std::uint32_t entry = walk[--depth];
+      const bool skipped = (entry & kSkipped) != 0;
+      const std::uint32_t index = entry & ~kSkipped;
+      const NodeModel& node = nodes[index];
+      const NodeRecord& record = records[index - GroupModel::kFirstNode];
+      if (node.child_base < end || (!skipped && node.child_base > end)) return false;
+      if (skipped) children = store_varint(children, node.child_base - end);
+      end = node.child_base + record.units;
+      *shapes++ = record.code;
+      kinds = store_kinds(kinds, record);
+      unsigned mask = 0;
+      // From the last child to the first, so that the first is on top. They ascend.
+      std::uint32_t first = NodeModel::kUnknownLink, last = NodeModel::kUnknownLink;
+      for (unsigned left = node.internal_mask; left != 0;) {
+        const unsigned slot = static_cast<unsigned>(std::bit_width(left)) - 1;
+        left ^= 1U << slot;
+        const std::uint32_t child = node.links[slot];
+        if (child == NodeModel::kUnknownLink) {
+          if (depth != 0) walk[depth - 1] |= kSkipped;
+          continue;
+        }
+        if (found == records_.size()) return false;
+        ++found;
+        if (last == NodeModel::kUnknownLink) last = child;
+        first = child;
+        mask |= 1U << slot;
+        walk[depth++] = child;
+      }
+      if (mask != 0) {
+        if (records[first - GroupModel::kFirstNode].address <= last_address) return false;
+        last_address = records[last - GroupModel::kFirstNode].address;
+      }
+      *tree = static_cast<std::uint8_t>(mask);
+      tree += node.internal_mask != 0 ? 1 : 0;
+      *hits++ = static_cast<std::uint8_t>((record.visited ? record.first_hits : 0) ^ mask);
+    }
   }
-  if (tree && found == records_.size()) return true;
-  for (const Column column : node_columns) columns.clear(column);
-  return false;
+  if (found != records_.size()) return false;
+  ends = {tree, shapes, kinds, children, hits};
+  for (std::size_t i = 0; i < ends.size(); ++i) columns.end(kColumns[i]) = ends[i];
+  return true;
 }
 
 void DictionaryEncoder::put_by_address(ColumnWriter& columns) {
@@ -154,16 +166,18 @@ void DictionaryEncoder::put_by_address(ColumnWriter& columns) {
     last_address = record.address;
     columns.put_varint(Column::node_children, zigzag(static_cast<std::int64_t>(child_base) - predicted_children));
     predicted_children = static_cast<std::int64_t>(child_base) + record.units;
-    put_shape(columns, record);
+    columns.put(Column::node_shape, record.code);
+    columns.end(Column::node_kinds) = store_kinds(columns.end(Column::node_kinds), record);
     columns.put(Column::node_hits, record.first_hits);
   }
 }
 
-void DictionaryEncoder::put_shape(ColumnWriter& columns, const NodeRecord& record) {
-  columns.put(Column::node_shape, record.code);
-  if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return;
-  columns.put(Column::node_kinds, record.kinds_code & 0xFF);
-  if ((record.code & kShapeIrregular) != 0) columns.put(Column::node_kinds, record.kinds_code >> 8);
+// Writes the record's bytes of column node_kinds; returns where they end.
+std::uint8_t* DictionaryEncoder::store_kinds(std::uint8_t* at, const NodeRecord& record) {
+  if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return at;
+  *at++ = static_cast<std::uint8_t>(record.kinds_code);
+  if ((record.code & kShapeIrregular) != 0) *at++ = static_cast<std::uint8_t>(record.kinds_code >> 8);
+  return at;
 }
 
 }  // namespace grtx::traces

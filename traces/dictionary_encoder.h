@@ -33,7 +33,8 @@ class DictionaryEncoder {
   unsigned put(ColumnWriter& columns);
 
  private:
-  static constexpr std::uint32_t kSkipped = 0xFFFFFFFF;
+  /// With an index: a child that no ray visited lies before it.
+  static constexpr std::uint32_t kSkipped = 1U << 31;
 
   /// What the dictionary stores of a node beside its model.
   struct NodeRecord {
@@ -48,7 +49,7 @@ class DictionaryEncoder {
   std::uint32_t add(const NodeDefinition& definition);
   bool put_tree(ColumnWriter& columns, unsigned& flags);
   void put_by_address(ColumnWriter& columns);
-  static void put_shape(ColumnWriter& columns, const NodeRecord& record);
+  static std::uint8_t* store_kinds(std::uint8_t* at, const NodeRecord& record);
 
   GroupModel& model_;
   const GroupPlace& place_;

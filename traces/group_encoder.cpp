@@ -40,6 +40,8 @@ struct GroupEncoder::Impl {
 
   void reserve_columns(const TracedRay& ray);
   void put_events(const Round& round, std::span<const Event> events, std::uint64_t& in_eviction_buffer);
+  void put_pops(Column gaps, Column symbols, ColumnView pops, unsigned& run);
+  void put_checkpoints(const Event& visit, std::uint32_t index, std::uint32_t context);
   bool read_source(const Event* event, StackFrame& taken);
   void end_gap(Column column, unsigned run) {
     columns_.reserve(column, 1);
@@ -62,6 +64,10 @@ struct GroupEncoder::Impl {
   ColumnWriter columns_;
   unsigned inner_run_ = 0;
   unsigned leaf_run_ = 0;
+  Bytes inner_symbols_;  ///< of the ray's pops, the predicted ones as well
+  Bytes leaf_symbols_;
+  std::size_t inner_count_ = 0;
+  std::size_t leaf_count_ = 0;
   GroupModel model_;
   DictionaryEncoder dictionary_{model_, place_};
   ProcessedEncoder processed_;
@@ -112,7 +118,12 @@ void GroupEncoder::Impl::reserve_columns(const TracedRay& ray) {
   for (const Column column : {Column::preloaded, Column::k_count, Column::processed_count, Column::eviction_dropped}) {
     columns_.reserve(column, 5 * rounds);
   }
-  if (frames_.size() < events + 2) frames_.resize(2 * events + 2);
+  if (frames_.size() < events + 2) {
+    frames_.resize(2 * events + 2);
+    inner_symbols_.resize(frames_.size());
+    leaf_symbols_.resize(frames_.size());
+  }
+  inner_count_ = leaf_count_ = 0;
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {
@@ -147,6 +158,8 @@ void GroupEncoder::Impl::add(const TracedRay& ray) {
   place_.round = GroupPlace::kNowhere;
   require(next_event == ray.events.size(), "events remain behind the last round");
   require(processed == ray.processed.size(), "processed entries remain behind the last round");
+  put_pops(Column::inner_gap, Column::inner, {inner_symbols_.data(), inner_count_}, inner_run_);
+  put_pops(Column::leaf_gap, Column::leaf, {leaf_symbols_.data(), leaf_count_}, leaf_run_);
   ++totals_.rays;
   totals_.processed += ray.processed.size();
   for (const Processed& entry : ray.processed) totals_.blended += entry.blended;
@@ -157,6 +170,8 @@ void GroupEncoder::Impl::add(const TracedRay& ray) {
 void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> events,
                                     std::uint64_t& in_eviction_buffer) {
   static constexpr std::uint8_t kLeafOps[8] = {0, 1, 2, 3, 4, 5, 6, kLeafNearest};
+  static constexpr unsigned kShiftingOps =
+      1U << static_cast<unsigned>(LeafOutcome::inserted) | 1U << static_cast<unsigned>(LeafOutcome::displaced);
   round_events_ = events.data();
   source_.clear();
   if (round.replay) source_.swap(destination_);
@@ -169,67 +184,63 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     assigned_ = &assignment_.assign(addresses_, source_, events, model_.blas_begin());
   }
   StackFrame* const frames = frames_.data();
-  std::size_t depth = 0;
-  if (!round.replay) frames[depth++] = {GroupModel::kRootParent, 0, 1};
+  StackFrame top{GroupModel::kRootParent, 0, round.replay ? 0U : 1U};
+  std::size_t depth = 0;  // of the frames below
   NodeModel* nodes = model_.nodes();
-  PopColumns pops[2] = {{columns_.end(Column::leaf_gap), columns_.end(Column::leaf), leaf_run_},
-                        {columns_.end(Column::inner_gap), columns_.end(Column::inner), inner_run_}};
+  std::uint8_t* leaves_end = leaf_symbols_.data() + leaf_count_;
+  std::uint8_t* inner_end = inner_symbols_.data() + inner_count_;
   std::uint8_t* hits_end = columns_.end(Column::hits);
   RoundCounts counts;
   const Event* const end = events.data() + events.size();
   for (const Event* event = events.data(); event != end; ++event) {
-    if (depth == 0) {
-      ++counts.read;
-      counts.written += event->checkpoints & 1U;
-      if (!read_source(event, frames[0])) continue;
-      depth = 1;
-      if (!model_.is_blas(event->node)) continue;
-      require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
-      ++event;
-      ++counts.instances;
-      require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == frames[0].context &&
-                  event->checkpoints == 0 && event->shifts() == 0,
-              event, "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
-      continue;
-    }
-    StackFrame& frame = frames[depth - 1];
-    const StackFrame before = frame;
-    NodeModel* parent = nodes + before.parent;
-    const unsigned slot = parent->slot_of(before.remaining, event->node);
-    require(slot < kMaxWidth, event, "the node is not on top of the stack");
-    unsigned rank = 0;
-    unsigned expected = slot;
-    if (slot_order_) {
-      require(slot == static_cast<unsigned>(std::countr_zero(before.remaining)), event,
-              "children must be popped in slot order");
-    } else {
-      rank = parent->rank_of(before.remaining, slot);
-      if (rank != 0) {
-        expected = NodeModel::first_of(parent->ordered(before.remaining));
-        parent->move_up(before.remaining, slot);
+    if (top.remaining == 0) {
+      if (depth == 0) {
+        ++counts.read;
+        counts.written += event->checkpoints & 1U;
+        if (!read_source(event, top) || !model_.is_blas(event->node)) continue;
+        require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
+        ++event;
+        ++counts.instances;
+        require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == top.context &&
+                    event->checkpoints == 0 && event->shifts() == 0,
+                event,
+                "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
+        continue;
       }
+      top = frames[--depth];
     }
-    PopColumns& column = pops[(parent->internal_mask | parent->instance_mask) >> expected & 1];
-    frame.remaining = before.remaining & ~(1U << slot);
-    depth -= frame.remaining == 0 ? 1 : 0;
-    const NodeReference popped{before.parent, slot, before.context};
+    NodeModel* parent = nodes + top.parent;
+    const unsigned first = NodeModel::first_of(parent->ordered(top.remaining));
+    const unsigned inner = parent->internal_mask | parent->instance_mask;
+    unsigned slot = first;
+    unsigned rank = 0;
+    unsigned crosses = 0;  // 1: a leaf where none was expected, or the reverse
+    if (parent->child_address(first) != event->node) {
+      slot = parent->slot_of(top.remaining, event->node);
+      require(slot < kMaxWidth, event, "the node is not on top of the stack");
+      require(!slot_order_, event, "children must be popped in slot order");
+      rank = parent->rank_of(top.remaining, slot) << kPopRankShift;
+      crosses = (inner >> slot ^ inner >> first) & 1;
+      parent->move_up(top.remaining, slot);
+    }
+    top.remaining &= ~(1U << slot);
     const EventKind kind = event->kind();
     if (kind == EventKind::visit_leaf) {
-      require(!parent->is_internal(slot) && !parent->is_instance(slot), event, "no leaf is on top of the stack");
+      require((inner >> slot & 1) == 0, event, "no leaf is on top of the stack");
       require(event->detail <= static_cast<unsigned>(kLastLeafOutcome), event, "the leaf outcome must be known");
       ++counts.leaves[event->detail];
-      const LeafOutcome outcome = event->outcome();
       unsigned op = kLeafOps[event->detail];
       if (event->checkpoints != 0) {
-        require(event->checkpoints == 1 && outcome == LeafOutcome::beyond, event,
+        require(event->checkpoints == 1 && event->outcome() == LeafOutcome::beyond, event,
                 "only a leaf beyond t_max is checkpointed");
         op = kLeafBeyondCheckpointed;
         ++counts.written;
-        destination_.push_back(popped);
+        destination_.push_back({top.parent, slot, top.context});
       }
-      column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
+      const unsigned symbol = (op ^ parent->last_op[slot]) | rank;
       parent->last_op[slot] = static_cast<std::uint8_t>(op);
-      if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
+      *(crosses != 0 ? inner_end : leaves_end)++ = static_cast<std::uint8_t>(symbol);
+      if ((kShiftingOps >> op & 1) != 0) {
         columns_.put_varint(Column::shifts, event->shifts());
       } else {
         require(event->shifts() == 0, event, "only an insertion shifts");
@@ -238,14 +249,15 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     }
     unsigned op = static_cast<unsigned>(InnerOp::visit);
     unsigned changed_hits = 0;
+    StackFrame pushed;
     if (kind == EventKind::visit_internal) {
       require(parent->is_internal(slot), event, "no internal node is on top of the stack");
       const unsigned hits = event->pushed() | event->checkpoints;
       std::uint32_t index = parent->links[slot];
       if (index == NodeModel::kUnknownLink) {
-        index = dictionary_.reach(before.parent, slot, event->node, hits);
+        index = dictionary_.reach(top.parent, slot, event->node, hits);
         nodes = model_.nodes();
-        parent = nodes + before.parent;
+        parent = nodes + top.parent;
       }
       NodeModel& node = nodes[index];
       require(((event->pushed() & event->checkpoints) | hits >> node.child_count | event->shifts()) == 0, event,
@@ -254,30 +266,22 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
       changed_hits = hits ^ node.last_hits;
       *hits_end = static_cast<std::uint8_t>(changed_hits);
       hits_end += changed_hits != 0 ? 1 : 0;
+      changed_hits = changed_hits != 0 ? kPopHits : 0;
       node.last_hits = static_cast<std::uint8_t>(hits);
-      if (event->checkpoints != 0) {  // of a single hit there is nothing to tell
+      pushed = {index, top.context, event->pushed()};
+      if (event->checkpoints != 0) {
         op = static_cast<unsigned>(InnerOp::visit_with_checkpoints);
-        if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(event->checkpoints, hits));
-        for (unsigned left = event->checkpoints; left != 0; left &= left - 1) {
-          destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), before.context});
-        }
+        put_checkpoints(*event, index, top.context);
         counts.written += bits_of_byte(event->checkpoints);
       }
-      frames[depth] = {index, before.context, event->pushed()};
-      depth += event->pushed() != 0 ? 1 : 0;
     } else if (kind == EventKind::cull) {
       require(event->detail == 0 && event->shifts() == 0, event, "a cull has no detail and no shifts");
       require(event->checkpoints <= 1, event, "a cull writes at most one checkpoint");
       ++counts.culls;
       counts.written += event->checkpoints;
-      if (event->checkpoints != 0) destination_.push_back(popped);
-      if (!parent->is_internal(slot) && !parent->is_instance(slot)) {
-        op = kLeafCullDropped + event->checkpoints;
-        column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
-        parent->last_op[slot] = static_cast<std::uint8_t>(op);
-        continue;
-      }
-      op = static_cast<unsigned>(InnerOp::cull_dropped) + event->checkpoints;
+      if (event->checkpoints != 0) destination_.push_back({top.parent, slot, top.context});
+      op = ((inner >> slot & 1) != 0 ? static_cast<unsigned>(InnerOp::cull_dropped) : kLeafCullDropped) +
+           event->checkpoints;
     } else {
       require(kind == EventKind::visit_instance && event->detail == 0 && parent->is_instance(slot), event,
               "the event does not handle the node on top of the stack");
@@ -285,22 +289,42 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
       require(event->checkpoints == 0 && event->shifts() == 0, event,
               "the visit of an instance leaf has no checkpoints, no shifts");
       ++counts.instances;
-      frames[depth++] = {GroupModel::kBlasRootParent, event->node, 1};
+      pushed = {GroupModel::kBlasRootParent, event->node, 1};
     }
-    column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift | (changed_hits != 0 ? kPopHits : 0));
+    const unsigned symbol = (op ^ parent->last_op[slot]) | rank | changed_hits;
     parent->last_op[slot] = static_cast<std::uint8_t>(op);
+    const bool as_inner = ((inner >> slot ^ crosses) & 1) != 0;
+    *(as_inner ? inner_end : leaves_end)++ = static_cast<std::uint8_t>(symbol);
+    if (pushed.remaining == 0) continue;
+    frames[depth] = top;
+    depth += top.remaining != 0 ? 1 : 0;
+    top = pushed;
   }
-  require(depth == 0, "the stack must be empty at the end of a round");
+  require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
   require(taken_ == source_.size(), "every source entry must be read");
   if (round.overflow) destination_.clear();
-  columns_.end(Column::leaf_gap) = pops[0].gap;
-  columns_.end(Column::leaf) = pops[0].symbols;
-  columns_.end(Column::inner_gap) = pops[1].gap;
-  columns_.end(Column::inner) = pops[1].symbols;
   columns_.end(Column::hits) = hits_end;
-  inner_run_ = pops[1].run;
-  leaf_run_ = pops[0].run;
+  leaf_count_ = static_cast<std::size_t>(leaves_end - leaf_symbols_.data());
+  inner_count_ = static_cast<std::size_t>(inner_end - inner_symbols_.data());
   count_round(*header_, round, counts, in_eviction_buffer, totals_);
+}
+
+// A loop of its own, whose state fits the registers.
+void GroupEncoder::Impl::put_pops(Column gaps, Column symbols, ColumnView pops, unsigned& run) {
+  PopColumns out{columns_.end(gaps), columns_.end(symbols), run};
+  for (const std::uint8_t symbol : pops) out.put(symbol);
+  columns_.end(gaps) = out.gap;
+  columns_.end(symbols) = out.symbols;
+  run = out.run;
+}
+
+// Of a single hit there is nothing to tell.
+void GroupEncoder::Impl::put_checkpoints(const Event& visit, std::uint32_t index, std::uint32_t context) {
+  const unsigned hits = visit.pushed() | visit.checkpoints;
+  if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(visit.checkpoints, hits));
+  for (unsigned left = visit.checkpoints; left != 0; left &= left - 1) {
+    destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), context});
+  }
 }
 
 /// Returns whether the entry was pushed: `taken` is its frame.
