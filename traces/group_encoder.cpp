@@ -59,15 +59,11 @@ struct GroupEncoder::Impl {
   std::size_t rays_ = 0;
   GroupPlace place_;
   const Event* round_events_ = nullptr;
-
   Totals totals_;
   ColumnWriter columns_;
-  unsigned inner_run_ = 0;
-  unsigned leaf_run_ = 0;
-  Bytes inner_symbols_;  ///< of the ray's pops, the predicted ones as well
-  Bytes leaf_symbols_;
-  std::size_t inner_count_ = 0;
-  std::size_t leaf_count_ = 0;
+  unsigned inner_run_ = 0, leaf_run_ = 0;  ///< predicted pops since the last other one
+  Bytes inner_symbols_, leaf_symbols_;     ///< of the ray's pops, the predicted ones as well
+  std::size_t inner_count_ = 0, leaf_count_ = 0;
   GroupModel model_;
   DictionaryEncoder dictionary_{model_, place_};
   ProcessedEncoder processed_;
