@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -41,6 +42,13 @@ inline void put_varint(Bytes& out, std::uint64_t value) {
     value >>= 7;
   }
   out.push_back(static_cast<std::uint8_t>(value));
+}
+
+/// The same where nothing checks that there is room; returns where it ends.
+inline std::uint8_t* store_varint(std::uint8_t* at, std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
+  *at++ = static_cast<std::uint8_t>(value);
+  return at;
 }
 
 /// Signed numbers as varints: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
@@ -104,5 +112,11 @@ class ByteReader {
   const std::uint8_t* end_ = nullptr;
   const char* name_ = "";
 };
+
+/// A number that must fit 32 bits without a sign, computed from what `from` read last. Throws Malformed.
+inline std::uint32_t checked_u32(const ByteReader& from, std::int64_t value) {
+  if (value < 0 || value > std::numeric_limits<std::uint32_t>::max()) from.fail("leaves 32 bits");
+  return static_cast<std::uint32_t>(value);
+}
 
 }  // namespace grtx::traces

@@ -4,10 +4,10 @@
 #include <bit>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include "base/error.h"
+#include "traces/checked_nodes.h"
 #include "traces/group_model.h"
 #include "traces/source_assignment.h"
 
@@ -29,37 +29,29 @@ class GroupChecker {
     closest_ = header.tracing == "closest";
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
-    model_.begin(header, NodeKind::internal);
-    std::int64_t last_address = -1;
-    try {
-      for (const NodeDefinition& node : group.nodes) {
-        require(node.address > last_address, "nodes must ascend by address");
-        last_address = node.address;
-        model_.add(node, model_.shape(node));
-      }
-    } catch (const std::invalid_argument& fault) {
-      fail(fault.what());
-    }
-    visited_.assign(group.nodes.size(), 0);
+    if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
     for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
     lane_ = kNowhere;
-    require(std::find(visited_.begin(), visited_.end(), 0) == visited_.end(),
-            "every node of the dictionary must be visited");
+    require(nodes_.all_visited(), "every node of the dictionary must be visited");
     return totals_;
   }
 
  private:
   static constexpr std::size_t kNowhere = ~std::size_t{0};
+  static constexpr std::uint32_t kRootParent = GroupModel::kRootParent;
+  static constexpr std::uint32_t kBlasRootParent = GroupModel::kBlasRootParent;
+  static constexpr std::uint32_t kFirstNode = GroupModel::kFirstNode;
 
-  [[noreturn]] void fail(const std::string& rule) const {
+  [[noreturn, gnu::cold, gnu::noinline]] void fail(const char* rule) const {
     std::string place = "group " + std::to_string(group_->index);
     if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
     if (round_ != kNowhere) place += " round " + std::to_string(round_);
     if (event_ != kNowhere) place += " event " + std::to_string(event_);
     throw Error(*file_, place, rule);
   }
-  void require(bool holds, const char* rule) const {
-    if (!holds) fail(rule);
+  [[gnu::always_inline]] void require(bool holds, const char* rule) const {
+    if (!holds) [[unlikely]]
+      fail(rule);
   }
 
   void check_ray(const Ray& ray) {
@@ -141,26 +133,105 @@ class GroupChecker {
     source_.clear();
     if (round.replay) source_.swap(destination_);
     destination_.clear();
-    frames_.clear();
-    if (!round.replay) frames_.push_back({GroupModel::kRootParent, 0, 1});
     read_ = 0;
-    assigned_ = nearest_ && round.replay ? &assignment_.assign(model_, source_, events) : nullptr;
+    assigned_ = nullptr;
+    if (nearest_ && round.replay) {
+      addresses_.clear();
+      for (const NodeReference& entry : source_) {
+        addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
+      }
+      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.blas_begin());
+    }
     lossless_ = header_->checkpoint && !round.overflow;
+    StackFrame top{kRootParent, 0, round.replay ? 0U : 1U};
+    std::size_t depth = 0;  // of the frames below
+    CheckedNode* const nodes = nodes_.begin();
+    const std::uint32_t node_count = nodes_.dictionary_size();
+    const bool slot_order = slot_order_;
+    std::uint64_t visits_internal = 0;
+    std::uint64_t misses = 0;
     for (event_ = 0; event_ < events.size(); ++event_) {
       const Event& event = events[event_];
-      if (!frames_.empty()) {
-        check_pop(event);
-      } else if (check_read(event)) {
-        const std::uint32_t instance = frames_.back().context;
-        if (!model_.is_blas(event.node)) continue;
-        ++event_;
-        require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
-        check_transform(events[event_], instance);
+      if (top.remaining == 0) {
+        if (depth == 0) {
+          top = check_read(event);
+          if (top.remaining == 0 || !nodes_.is_blas(event.node)) continue;
+          ++event_;
+          require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
+          check_transform(events[event_], top.context);
+          continue;
+        }
+        top = frames_[--depth];
       }
+      const EventKind kind = event.kind();
+      if (top.parent == kRootParent && !root_known_) [[unlikely]]
+        learn_root(kind);
+      const CheckedNode& parent = nodes[top.parent];
+      std::uint32_t address = event.node;
+      if (kind == EventKind::visit_internal) {
+        require(event.node < node_count, "the node index exceeds the dictionary");
+        address = nodes[kFirstNode + event.node].address;
+      }
+      const unsigned slot = parent.slot_of(top.remaining, address);
+      require(slot < kMaxWidth, "the node must be on top of the stack");
+      require(!slot_order || slot == static_cast<unsigned>(std::countr_zero(top.remaining)),
+              "the node must be on top of the stack");
+      top.remaining &= ~(1U << slot);
+      StackFrame pushed;
+      if (kind == EventKind::visit_leaf) {
+        require(((parent.internal_mask | parent.instance_mask) >> slot & 1) == 0,
+                "the node on top of the stack is not a leaf");
+        require_in_image(address, kTriangleLeafBytes);
+        if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
+          ++misses;
+        } else {
+          check_leaf(event, {top.parent, slot, top.context});
+        }
+        continue;
+      }
+      if (kind == EventKind::visit_internal) {
+        require((parent.internal_mask >> slot & 1) != 0, "the node on top of the stack is not internal");
+        CheckedNode& node = nodes[kFirstNode + event.node];
+        require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
+        require((event.pushed() | event.checkpoints) >> node.child_count == 0,
+                "the child masks exceed the child count");
+        require(event.shifts() == 0, "only an insertion shifts");
+        node.visited = true;
+        ++visits_internal;
+        pushed = {kFirstNode + event.node, top.context, event.pushed()};
+        for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
+          write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.context});
+        }
+      } else if (kind == EventKind::cull) {
+        require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
+        ++totals_.culls;
+        check_dropped_or_written(event, {top.parent, slot, top.context});
+      } else {
+        require(kind == EventKind::visit_instance, "the stack is not empty: its top must be visited or culled");
+        check_instance(event, {top.parent, slot, top.context});
+        pushed = {kBlasRootParent, address, 1};
+      }
+      if (pushed.remaining == 0) continue;
+      if (depth == frames_.size()) [[unlikely]]
+        frames_.resize(2 * depth);
+      frames_[depth] = top;
+      depth += top.remaining != 0 ? 1 : 0;
+      top = pushed;
     }
     event_ = kNowhere;
-    require(frames_.empty(), "the stack must be empty at the end of a round");
+    totals_.visits_internal += visits_internal;
+    totals_.visits_leaf += misses;
+    require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
     require(read_ == source_.size(), "every source entry must be read");
+  }
+
+  // The first event that visits the root tells what it is.
+  void learn_root(EventKind kind) {
+    CheckedNode& parent = nodes_[kRootParent];
+    root_known_ =
+        kind == EventKind::visit_internal || kind == EventKind::visit_instance || kind == EventKind::visit_leaf;
+    parent.internal_mask = kind == EventKind::visit_internal ? 1 : 0;
+    parent.instance_mask = kind == EventKind::visit_instance ? 1 : 0;
   }
 
   void check_transform(const Event& event, std::uint32_t instance) {
@@ -171,8 +242,8 @@ class GroupChecker {
     ++totals_.visits_instance;
   }
 
-  // An entry read from the source buffer; returns whether it was pushed.
-  bool check_read(const Event& event) {
+  // An entry read from the source buffer; returns what is pushed.
+  StackFrame check_read(const Event& event) {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
     require(read_ < source_.size(), "no source entry is left to read");
@@ -184,93 +255,29 @@ class GroupChecker {
     ++read_;
     ++totals_.checkpoints_read;
     const NodeReference entry = source_[position];
-    require(event.node == model_[entry.parent].child_address(entry.slot), "must be the next source entry");
+    require(event.node == nodes_[entry.parent].child_address(entry.slot), "must be the next source entry");
     require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
     if (take) {
       require(event.checkpoints == 0, "a taken entry is not checkpointed again");
-      frames_.push_back({entry.parent, entry.context, 1U << entry.slot});
-      return true;
+      return {entry.parent, entry.context, 1U << entry.slot};
     }
     check_dropped_or_written(event, entry);
-    return false;
+    return {};
   }
 
-  void check_pop(const Event& event) {
-    StackFrame& frame = frames_.back();
-    const NodeModel& parent = model_[frame.parent];
-    const bool internal = event.kind() == EventKind::visit_internal;
-    if (internal) require(event.node < group_->nodes.size(), "the node index exceeds the dictionary");
-    const std::uint32_t address = internal ? group_->nodes[event.node].address : event.node;
-    const unsigned slot = slot_order_ ? static_cast<unsigned>(std::countr_zero(frame.remaining))
-                                      : parent.slot_of(frame.remaining, address);
-    require(slot < kMaxWidth && parent.child_address(slot) == address, "the node must be on top of the stack");
-    const NodeReference popped{frame.parent, slot, frame.context};
-    frame.remaining &= ~(1U << slot);
-    if (frame.remaining == 0) frames_.pop_back();
-    if (event.kind() == EventKind::cull) {
-      require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
-      ++totals_.culls;
-      return check_dropped_or_written(event, popped);
-    }
-    check_visit(event, popped, address);
-  }
-
-  void check_visit(const Event& event, const NodeReference& popped, std::uint32_t address) {
-    switch (event.kind()) {
-      case EventKind::visit_internal:
-        return check_internal(event, popped);
-      case EventKind::visit_instance:
-        return check_instance(event, popped, address);
-      case EventKind::visit_leaf:
-        return check_leaf(event, popped, address);
-      default:
-        fail("the stack is not empty: its top must be visited or culled");
-    }
-  }
-
-  // What the top of the stack is: from its parent, or for the root from the first event that visits it.
-  bool is_kind(const NodeReference& popped, NodeKind kind) {
-    if (popped.parent == GroupModel::kRootParent) {
-      if (!root_known_) root_kind_ = kind;
-      root_known_ = true;
-      return root_kind_ == kind;
-    }
-    const NodeModel& parent = model_[popped.parent];
-    if (kind == NodeKind::internal) return parent.is_internal(popped.slot);
-    if (kind == NodeKind::instance) return parent.is_instance(popped.slot);
-    return !parent.is_internal(popped.slot) && !parent.is_instance(popped.slot);
-  }
-
-  void check_internal(const Event& event, const NodeReference& popped) {
-    require(is_kind(popped, NodeKind::internal), "the node on top of the stack is not internal");
-    const std::uint32_t index = GroupModel::kFirstNode + event.node;
-    const NodeModel& node = model_[index];
-    require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
-    require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
-    require(event.shifts() == 0, "only an insertion shifts");
-    visited_[event.node] = 1;
-    ++totals_.visits_internal;
-    for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
-      write({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
-    }
-    if (event.pushed() != 0) frames_.push_back({index, popped.context, event.pushed()});
-  }
-
-  void check_instance(const Event& event, const NodeReference& popped, std::uint32_t address) {
+  void check_instance(const Event& event, const NodeReference& popped) {
     require(header_->two_level, "an instance leaf needs a two-level structure");
-    require(is_kind(popped, NodeKind::instance), "the node on top of the stack is not an instance leaf");
+    require((nodes_[popped.parent].instance_mask >> popped.slot & 1) != 0,
+            "the node on top of the stack is not an instance leaf");
     require(event.detail == 0, "only a BLAS node taken from the source buffer is transformed for alone (detail 1)");
     require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
     require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
-    require_in_image(address, kInstanceLeafBytes);
+    require_in_image(event.node, kInstanceLeafBytes);
     ++totals_.visits_instance;
-    frames_.push_back({GroupModel::kBlasRootParent, address, 1});
   }
 
-  void check_leaf(const Event& event, const NodeReference& popped, std::uint32_t address) {
-    require(is_kind(popped, NodeKind::triangle), "the node on top of the stack is not a leaf");
+  void check_leaf(const Event& event, const NodeReference& popped) {
     require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
-    require_in_image(address, kTriangleLeafBytes);
     ++totals_.visits_leaf;
     const LeafOutcome outcome = event.outcome();
     if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
@@ -345,18 +352,17 @@ class GroupChecker {
   const std::string* file_ = nullptr;
   const Header* header_ = nullptr;
   const RayGroup* group_ = nullptr;
-  NodeKind root_kind_ = NodeKind::internal;
-  bool root_known_ = false;  ///< some event has visited the root
   std::size_t lane_ = kNowhere;
   std::size_t round_ = kNowhere;
   std::size_t event_ = kNowhere;
   Totals totals_;
-  GroupModel model_;
-  std::vector<std::uint8_t> visited_;  ///< a dictionary node: 0 or 1
-  std::vector<StackFrame> frames_;
+  CheckedNodes nodes_;
+  bool root_known_ = false;  ///< some event has visited the root
+  std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   SourceAssignment assignment_;
+  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
   std::size_t read_ = 0;                                  ///< source entries read in this round
   std::uint64_t written_ = 0;                             ///< destination entries written in this round

@@ -61,6 +61,25 @@ class ColumnSet {
   std::array<Bytes, kColumnCount> columns_;
 };
 
+/// A reader of each column.
+class ColumnReaders {
+ public:
+  /// At the front of all columns, which must live as long as they are read.
+  void begin(const ColumnSet& columns) {
+    for (std::size_t i = 0; i < kColumnCount; ++i) {
+      const auto column = static_cast<Column>(i);
+      readers_[i] = ByteReader(columns[column].data(), columns[column].size(), column_name(column));
+    }
+  }
+  ByteReader& operator[](Column column) { return readers_[static_cast<std::size_t>(column)]; }
+  void expect_end() const {
+    for (const ByteReader& reader : readers_) reader.expect_end();
+  }
+
+ private:
+  std::array<ByteReader, kColumnCount> readers_;
+};
+
 /// Columns being filled. clear() keeps the memory.
 class ColumnWriter {
  public:
@@ -78,9 +97,7 @@ class ColumnWriter {
   }
   void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
   void put_varint(Column column, std::uint64_t value) {
-    std::uint8_t*& at = end(column);
-    for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
-    *at++ = static_cast<std::uint8_t>(value);
+    end(column) = store_varint(end(column), value);
   }
   /// Where the next byte goes.
   std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }

@@ -4,86 +4,34 @@
 #include <array>
 #include <bit>
 #include <span>
-#include <stdexcept>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "base/hash.h"
 #include "traces/columns.h"
 #include "traces/count_totals.h"
+#include "traces/dictionary_encoder.h"
 #include "traces/file_layout.h"
 #include "traces/group_codec.h"
 #include "traces/group_model.h"
+#include "traces/group_place.h"
 #include "traces/node_shape.h"
+#include "traces/predicted_pops.h"
+#include "traces/processed_coder.h"
 #include "traces/source_assignment.h"
 
 namespace grtx::traces {
-namespace {
-
-/// For a dictionary that exists before its events.
-class NoOtherNodes : public NodeSource {
- public:
-  NodeDefinition define(std::uint32_t) const override { throw std::logic_error("all nodes are listed"); }
-};
-
-/// Pops of one kind: those that were predicted are counted, the others have a symbol. Written without branches on which
-/// it is, which would follow no pattern.
-struct PopColumns {
-  std::uint8_t* gap = nullptr;
-  std::uint8_t* symbols = nullptr;
-  unsigned run = 0;  ///< predicted pops since the last other one
-
-  void put(unsigned symbol) {
-    const unsigned told = symbol != 0 ? 1 : 0;
-    *gap = static_cast<std::uint8_t>(run);
-    *symbols = static_cast<std::uint8_t>(symbol);
-    gap += told;
-    symbols += told;
-    run = (run + 1) & (told - 1);
-    if (run == kLongGap) {
-      *gap++ = kLongGap;
-      run = 0;
-    }
-  }
-};
-
-}  // namespace
 
 struct GroupEncoder::Impl {
   void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
-  void list(const std::vector<NodeDefinition>& nodes);
+  void list(const std::vector<NodeDefinition>& nodes) { dictionary_.list(nodes); }
   void add(const TracedRay& ray);
   void finish(EncodedGroup& group);
 
  private:
-  static constexpr std::size_t kNowhere = ~std::size_t{0};
-  static constexpr std::uint32_t kSkipped = 0xFFFFFFFF;
-
-  /// What the dictionary stores of a node beside its model.
-  struct NodeRecord {
-    std::uint32_t address = 0;
-    std::uint16_t kinds_code = 0;
-    std::uint8_t code = 0;
-    std::uint8_t units = 0;
-    std::uint8_t first_hits = 0;
-    bool visited = false;
-  };
-
-  [[noreturn, gnu::cold, gnu::noinline]] void fail(const std::string& rule) const {
-    std::string place = "trace group " + std::to_string(index_);
-    if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
-    if (round_ != kNowhere) place += " round " + std::to_string(round_);
-    if (event_ != kNowhere) place += " event " + std::to_string(event_);
-    throw std::logic_error(place + ": " + rule);
-  }
-  void require(bool holds, const char* rule) const {
-    if (!holds) [[unlikely]]
-      fail(rule);
-  }
+  void require(bool holds, const char* rule) const { place_.require(holds, rule); }
   [[noreturn, gnu::cold, gnu::noinline]] void fail_at(const Event* event, const char* rule) {
-    event_ = static_cast<std::size_t>(event - round_events_);
-    fail(rule);
+    place_.event = static_cast<std::size_t>(event - round_events_);
+    place_.fail(rule);
   }
   void require(bool holds, const Event* event, const char* rule) {
     if (!holds) [[unlikely]]
@@ -91,23 +39,16 @@ struct GroupEncoder::Impl {
   }
 
   void reserve_columns(const TracedRay& ray);
-  std::uint32_t add_node(const NodeDefinition& definition);
-  std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address, unsigned hits);
   void put_events(const Round& round, std::span<const Event> events, std::uint64_t& in_eviction_buffer);
+  void put_pops(Column gaps, Column symbols, ColumnView pops, unsigned& run);
+  void put_checkpoints(const Event& visit, std::uint32_t index, std::uint32_t context);
   bool read_source(const Event* event, StackFrame& taken);
-  bool put_tree(unsigned& flags);
-  void put_nodes();
-  void put_shape(const NodeRecord& record);
-  void put_gaussians();
-  void put_processed(std::span<const Processed> entries);
   void end_gap(Column column, unsigned run) {
     columns_.reserve(column, 1);
     if (run > 0) columns_.put(column, run);
   }
 
   const Header* header_ = nullptr;
-  const NodeSource* source_of_nodes_ = nullptr;
-  std::uint32_t index_ = 0;
   RayKind kind_ = RayKind::primary;
   NodeKind root_ = NodeKind::internal;
   bool nearest_ = false;
@@ -116,38 +57,31 @@ struct GroupEncoder::Impl {
   std::uint64_t pops_ = 0;
   std::int64_t last_pixel_ = 0;
   std::size_t rays_ = 0;
-  // Where an error is.
-  std::size_t lane_ = kNowhere;
-  std::size_t round_ = kNowhere;
-  std::size_t event_ = kNowhere;
+  GroupPlace place_;
   const Event* round_events_ = nullptr;
-
   Totals totals_;
   ColumnWriter columns_;
-  unsigned inner_run_ = 0;
-  unsigned leaf_run_ = 0;
+  unsigned inner_run_ = 0, leaf_run_ = 0;  ///< predicted pops since the last other one
+  Bytes inner_symbols_, leaf_symbols_;     ///< of the ray's pops, the predicted ones as well
+  std::size_t inner_count_ = 0, leaf_count_ = 0;
   GroupModel model_;
-  std::vector<NodeRecord> records_;  ///< of the model's nodes from GroupModel::kFirstNode on
-  bool all_listed_ = false;          ///< list() made the records, by ascending address
-  std::vector<std::uint32_t> walk_;
+  DictionaryEncoder dictionary_{model_, place_};
+  ProcessedEncoder processed_;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round
   std::int64_t last_taken_ = -1;  ///< position of the one read last
   SourceAssignment assignment_;
+  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
-  std::vector<Processed> processed_;                      ///< of all rays
-  std::vector<std::size_t> processed_ends_;               ///< of each ray
-  std::vector<std::uint32_t> gaussians_;                  ///< distinct, ascending
-  std::vector<std::uint32_t> successor_;  ///< what followed a Gaussian last time; last place: what began a ray
 };
 
 void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
                                const NodeSource& nodes) {
   header_ = &header;
-  source_of_nodes_ = &nodes;
-  index_ = index;
+  place_ = GroupPlace{};
+  place_.group = index;
   kind_ = kind;
   root_ = root;
   nearest_ = header.checkpoint_order == "nearest";
@@ -156,65 +90,14 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
   pops_ = 0;
   last_pixel_ = 0;
   rays_ = 0;
-  lane_ = round_ = event_ = kNowhere;
   totals_ = Totals{};
   columns_.clear();
   inner_run_ = leaf_run_ = 0;
-  records_.clear();
-  all_listed_ = false;
+  dictionary_.begin(nodes);
   processed_.clear();
-  processed_ends_.clear();
   require(index < header.groups, "the index must be below the header's groups");
   require(kind <= RayKind::mirror, "the ray kind must be known");
   model_.begin(header, root);
-}
-
-void GroupEncoder::Impl::list(const std::vector<NodeDefinition>& nodes) {
-  std::int64_t last_address = -1;
-  for (const NodeDefinition& node : nodes) {
-    require(node.address > last_address, "nodes must ascend by address");
-    last_address = node.address;
-    add_node(node);
-  }
-  all_listed_ = true;
-}
-
-std::uint32_t GroupEncoder::Impl::add_node(const NodeDefinition& definition) {
-  const NodeShape& shape = model_.shape(definition);
-  NodeRecord record;
-  record.address = definition.address;
-  record.kinds_code = shape.kinds_code;
-  record.code = shape.code;
-  record.units = shape.units;
-  records_.push_back(record);
-  try {
-    return model_.add(definition, shape);
-  } catch (const std::invalid_argument& fault) {
-    fail(fault.what());
-  }
-}
-
-/// The node that a visit reaches for the first time through this parent. References to nodes become invalid.
-[[gnu::noinline]] std::uint32_t GroupEncoder::Impl::reach(std::uint32_t parent, unsigned slot, std::uint32_t address,
-                                                          unsigned hits) {
-  std::uint32_t index = 0;
-  if (all_listed_) {
-    const auto end = records_.end();
-    const auto found = std::lower_bound(records_.begin(), end, address,
-                                        [](const NodeRecord& r, std::uint32_t a) { return r.address < a; });
-    require(found != end && found->address == address, "the visited node is missing in the dictionary");
-    index = GroupModel::kFirstNode + static_cast<std::uint32_t>(found - records_.begin());
-  } else {
-    index = add_node(source_of_nodes_->define(address));
-  }
-  model_[parent].links[slot] = index;
-  NodeRecord& record = records_[index - GroupModel::kFirstNode];
-  if (!record.visited) {
-    record.visited = true;
-    record.first_hits = static_cast<std::uint8_t>(hits);
-    model_[index].last_hits = static_cast<std::uint8_t>(hits);
-  }
-  return index;
 }
 
 // A varint takes 10 bytes at most, 5 of 32 bits, and 2 of 12 bits.
@@ -231,11 +114,16 @@ void GroupEncoder::Impl::reserve_columns(const TracedRay& ray) {
   for (const Column column : {Column::preloaded, Column::k_count, Column::processed_count, Column::eviction_dropped}) {
     columns_.reserve(column, 5 * rounds);
   }
-  if (frames_.size() < events + 2) frames_.resize(2 * events + 2);
+  if (frames_.size() < events + 2) {
+    frames_.resize(2 * events + 2);
+    inner_symbols_.resize(frames_.size());
+    leaf_symbols_.resize(frames_.size());
+  }
+  inner_count_ = leaf_count_ = 0;
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {
-  lane_ = rays_++;
+  place_.lane = rays_++;
   require(rays_ <= header_->warp_size, "a group holds at most warp_size rays");
   require(ray.events.size() <= kMaxPops - pops_, "a group has at most 2^30 events");
   pops_ += ray.events.size();
@@ -247,8 +135,8 @@ void GroupEncoder::Impl::add(const TracedRay& ray) {
   std::size_t next_event = 0;
   std::size_t processed = 0;
   std::uint64_t in_eviction_buffer = 0;
-  for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
-    const Round& round = ray.rounds[round_];
+  for (place_.round = 0; place_.round < ray.rounds.size(); ++place_.round) {
+    const Round& round = ray.rounds[place_.round];
     require(round.event_count <= ray.events.size() - next_event, "event_count exceeds the ray's events");
     require(round.processed_count <= ray.processed.size() - processed, "processed_count exceeds the ray's entries");
     require(round.overflow || round.eviction_dropped == 0, "evictions are only dropped by an overflow");
@@ -263,89 +151,92 @@ void GroupEncoder::Impl::add(const TracedRay& ray) {
     next_event += round.event_count;
     processed += round.processed_count;
   }
-  round_ = kNowhere;
+  place_.round = GroupPlace::kNowhere;
   require(next_event == ray.events.size(), "events remain behind the last round");
   require(processed == ray.processed.size(), "processed entries remain behind the last round");
+  put_pops(Column::inner_gap, Column::inner, {inner_symbols_.data(), inner_count_}, inner_run_);
+  put_pops(Column::leaf_gap, Column::leaf, {leaf_symbols_.data(), leaf_count_}, leaf_run_);
   ++totals_.rays;
   totals_.processed += ray.processed.size();
   for (const Processed& entry : ray.processed) totals_.blended += entry.blended;
-  processed_.insert(processed_.end(), ray.processed.begin(), ray.processed.end());
-  processed_ends_.push_back(processed_.size());
-  lane_ = kNowhere;
+  processed_.add(ray.processed);
+  place_.lane = GroupPlace::kNowhere;
 }
 
 void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> events,
                                     std::uint64_t& in_eviction_buffer) {
   static constexpr std::uint8_t kLeafOps[8] = {0, 1, 2, 3, 4, 5, 6, kLeafNearest};
+  static constexpr unsigned kShiftingOps =
+      1U << static_cast<unsigned>(LeafOutcome::inserted) | 1U << static_cast<unsigned>(LeafOutcome::displaced);
   round_events_ = events.data();
   source_.clear();
   if (round.replay) source_.swap(destination_);
   destination_.clear();
   taken_ = 0;
   last_taken_ = -1;
-  if (nearest_ && round.replay) assigned_ = &assignment_.assign(model_, source_, events);
+  if (nearest_ && round.replay) {
+    addresses_.clear();
+    for (const NodeReference& entry : source_) addresses_.push_back(model_[entry.parent].child_address(entry.slot));
+    assigned_ = &assignment_.assign(addresses_, source_, events, model_.blas_begin());
+  }
   StackFrame* const frames = frames_.data();
-  std::size_t depth = 0;
-  if (!round.replay) frames[depth++] = {GroupModel::kRootParent, 0, 1};
+  StackFrame top{GroupModel::kRootParent, 0, round.replay ? 0U : 1U};
+  std::size_t depth = 0;  // of the frames below
   NodeModel* nodes = model_.nodes();
-  PopColumns pops[2] = {{columns_.end(Column::leaf_gap), columns_.end(Column::leaf), leaf_run_},
-                        {columns_.end(Column::inner_gap), columns_.end(Column::inner), inner_run_}};
+  std::uint8_t* leaves_end = leaf_symbols_.data() + leaf_count_;
+  std::uint8_t* inner_end = inner_symbols_.data() + inner_count_;
   std::uint8_t* hits_end = columns_.end(Column::hits);
   RoundCounts counts;
   const Event* const end = events.data() + events.size();
   for (const Event* event = events.data(); event != end; ++event) {
-    if (depth == 0) {
-      ++counts.read;
-      counts.written += event->checkpoints & 1U;
-      if (!read_source(event, frames[0])) continue;
-      depth = 1;
-      if (!model_.is_blas(event->node)) continue;
-      require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
-      ++event;
-      ++counts.instances;
-      require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == frames[0].context &&
-                  event->checkpoints == 0 && event->shifts() == 0,
-              event, "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
-      continue;
-    }
-    StackFrame& frame = frames[depth - 1];
-    const StackFrame before = frame;
-    NodeModel* parent = nodes + before.parent;
-    const unsigned slot = parent->slot_of(before.remaining, event->node);
-    require(slot < kMaxWidth, event, "the node is not on top of the stack");
-    unsigned rank = 0;
-    unsigned expected = slot;
-    if (slot_order_) {
-      require(slot == static_cast<unsigned>(std::countr_zero(before.remaining)), event,
-              "children must be popped in slot order");
-    } else {
-      rank = parent->rank_of(before.remaining, slot);
-      if (rank != 0) {
-        expected = parent->first_of(before.remaining);
-        parent->move_up(before.remaining, slot);
+    if (top.remaining == 0) {
+      if (depth == 0) {
+        ++counts.read;
+        counts.written += event->checkpoints & 1U;
+        if (!read_source(event, top) || !model_.is_blas(event->node)) continue;
+        require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
+        ++event;
+        ++counts.instances;
+        require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == top.context &&
+                    event->checkpoints == 0 && event->shifts() == 0,
+                event,
+                "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
+        continue;
       }
+      top = frames[--depth];
     }
-    PopColumns& column = pops[(parent->internal_mask | parent->instance_mask) >> expected & 1];
-    frame.remaining = before.remaining & ~(1U << slot);
-    depth -= frame.remaining == 0 ? 1 : 0;
-    const NodeReference popped{before.parent, slot, before.context};
+    NodeModel* parent = nodes + top.parent;
+    const unsigned first = NodeModel::first_of(parent->ordered(top.remaining));
+    const unsigned inner = parent->internal_mask | parent->instance_mask;
+    unsigned slot = first;
+    unsigned rank = 0;
+    unsigned crosses = 0;  // 1: a leaf where none was expected, or the reverse
+    if (parent->child_address(first) != event->node) {
+      slot = parent->slot_of(top.remaining, event->node);
+      require(slot < kMaxWidth, event, "the node is not on top of the stack");
+      require(!slot_order_, event, "children must be popped in slot order");
+      rank = parent->rank_of(top.remaining, slot) << kPopRankShift;
+      crosses = (inner >> slot ^ inner >> first) & 1;
+      parent->move_up(top.remaining, slot);
+    }
+    top.remaining &= ~(1U << slot);
     const EventKind kind = event->kind();
     if (kind == EventKind::visit_leaf) {
-      require(!parent->is_internal(slot) && !parent->is_instance(slot), event, "no leaf is on top of the stack");
+      require((inner >> slot & 1) == 0, event, "no leaf is on top of the stack");
       require(event->detail <= static_cast<unsigned>(kLastLeafOutcome), event, "the leaf outcome must be known");
       ++counts.leaves[event->detail];
-      const LeafOutcome outcome = event->outcome();
       unsigned op = kLeafOps[event->detail];
       if (event->checkpoints != 0) {
-        require(event->checkpoints == 1 && outcome == LeafOutcome::beyond, event,
+        require(event->checkpoints == 1 && event->outcome() == LeafOutcome::beyond, event,
                 "only a leaf beyond t_max is checkpointed");
         op = kLeafBeyondCheckpointed;
         ++counts.written;
-        destination_.push_back(popped);
+        destination_.push_back({top.parent, slot, top.context});
       }
-      column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
+      const unsigned symbol = (op ^ parent->last_op[slot]) | rank;
       parent->last_op[slot] = static_cast<std::uint8_t>(op);
-      if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
+      *(crosses != 0 ? inner_end : leaves_end)++ = static_cast<std::uint8_t>(symbol);
+      if ((kShiftingOps >> op & 1) != 0) {
         columns_.put_varint(Column::shifts, event->shifts());
       } else {
         require(event->shifts() == 0, event, "only an insertion shifts");
@@ -354,14 +245,15 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     }
     unsigned op = static_cast<unsigned>(InnerOp::visit);
     unsigned changed_hits = 0;
+    StackFrame pushed;
     if (kind == EventKind::visit_internal) {
       require(parent->is_internal(slot), event, "no internal node is on top of the stack");
       const unsigned hits = event->pushed() | event->checkpoints;
       std::uint32_t index = parent->links[slot];
       if (index == NodeModel::kUnknownLink) {
-        index = reach(before.parent, slot, event->node, hits);
+        index = dictionary_.reach(top.parent, slot, event->node, hits);
         nodes = model_.nodes();
-        parent = nodes + before.parent;
+        parent = nodes + top.parent;
       }
       NodeModel& node = nodes[index];
       require(((event->pushed() & event->checkpoints) | hits >> node.child_count | event->shifts()) == 0, event,
@@ -370,30 +262,22 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
       changed_hits = hits ^ node.last_hits;
       *hits_end = static_cast<std::uint8_t>(changed_hits);
       hits_end += changed_hits != 0 ? 1 : 0;
+      changed_hits = changed_hits != 0 ? kPopHits : 0;
       node.last_hits = static_cast<std::uint8_t>(hits);
-      if (event->checkpoints != 0) {  // of a single hit there is nothing to tell
+      pushed = {index, top.context, event->pushed()};
+      if (event->checkpoints != 0) {
         op = static_cast<unsigned>(InnerOp::visit_with_checkpoints);
-        if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(event->checkpoints, hits));
-        for (unsigned left = event->checkpoints; left != 0; left &= left - 1) {
-          destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), before.context});
-        }
+        put_checkpoints(*event, index, top.context);
         counts.written += bits_of_byte(event->checkpoints);
       }
-      frames[depth] = {index, before.context, event->pushed()};
-      depth += event->pushed() != 0 ? 1 : 0;
     } else if (kind == EventKind::cull) {
       require(event->detail == 0 && event->shifts() == 0, event, "a cull has no detail and no shifts");
       require(event->checkpoints <= 1, event, "a cull writes at most one checkpoint");
       ++counts.culls;
       counts.written += event->checkpoints;
-      if (event->checkpoints != 0) destination_.push_back(popped);
-      if (!parent->is_internal(slot) && !parent->is_instance(slot)) {
-        op = kLeafCullDropped + event->checkpoints;
-        column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift);
-        parent->last_op[slot] = static_cast<std::uint8_t>(op);
-        continue;
-      }
-      op = static_cast<unsigned>(InnerOp::cull_dropped) + event->checkpoints;
+      if (event->checkpoints != 0) destination_.push_back({top.parent, slot, top.context});
+      op = ((inner >> slot & 1) != 0 ? static_cast<unsigned>(InnerOp::cull_dropped) : kLeafCullDropped) +
+           event->checkpoints;
     } else {
       require(kind == EventKind::visit_instance && event->detail == 0 && parent->is_instance(slot), event,
               "the event does not handle the node on top of the stack");
@@ -401,22 +285,42 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
       require(event->checkpoints == 0 && event->shifts() == 0, event,
               "the visit of an instance leaf has no checkpoints, no shifts");
       ++counts.instances;
-      frames[depth++] = {GroupModel::kBlasRootParent, event->node, 1};
+      pushed = {GroupModel::kBlasRootParent, event->node, 1};
     }
-    column.put((op ^ parent->last_op[slot]) | rank << kPopRankShift | (changed_hits != 0 ? kPopHits : 0));
+    const unsigned symbol = (op ^ parent->last_op[slot]) | rank | changed_hits;
     parent->last_op[slot] = static_cast<std::uint8_t>(op);
+    const bool as_inner = ((inner >> slot ^ crosses) & 1) != 0;
+    *(as_inner ? inner_end : leaves_end)++ = static_cast<std::uint8_t>(symbol);
+    if (pushed.remaining == 0) continue;
+    frames[depth] = top;
+    depth += top.remaining != 0 ? 1 : 0;
+    top = pushed;
   }
-  require(depth == 0, "the stack must be empty at the end of a round");
+  require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
   require(taken_ == source_.size(), "every source entry must be read");
   if (round.overflow) destination_.clear();
-  columns_.end(Column::leaf_gap) = pops[0].gap;
-  columns_.end(Column::leaf) = pops[0].symbols;
-  columns_.end(Column::inner_gap) = pops[1].gap;
-  columns_.end(Column::inner) = pops[1].symbols;
   columns_.end(Column::hits) = hits_end;
-  inner_run_ = pops[1].run;
-  leaf_run_ = pops[0].run;
+  leaf_count_ = static_cast<std::size_t>(leaves_end - leaf_symbols_.data());
+  inner_count_ = static_cast<std::size_t>(inner_end - inner_symbols_.data());
   count_round(*header_, round, counts, in_eviction_buffer, totals_);
+}
+
+// A loop of its own, whose state fits the registers.
+void GroupEncoder::Impl::put_pops(Column gaps, Column symbols, ColumnView pops, unsigned& run) {
+  PopColumns out{columns_.end(gaps), columns_.end(symbols), run};
+  for (const std::uint8_t symbol : pops) out.put(symbol);
+  columns_.end(gaps) = out.gap;
+  columns_.end(symbols) = out.symbols;
+  run = out.run;
+}
+
+// Of a single hit there is nothing to tell.
+void GroupEncoder::Impl::put_checkpoints(const Event& visit, std::uint32_t index, std::uint32_t context) {
+  const unsigned hits = visit.pushed() | visit.checkpoints;
+  if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(visit.checkpoints, hits));
+  for (unsigned left = visit.checkpoints; left != 0; left &= left - 1) {
+    destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), context});
+  }
 }
 
 /// Returns whether the entry was pushed: `taken` is its frame.
@@ -450,26 +354,22 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
 }
 
 void GroupEncoder::Impl::finish(EncodedGroup& group) {
-  unsigned flags = 0;
-  if (!put_tree(flags)) {
-    flags = 0;
-    put_nodes();
-  }
-  put_gaussians();
+  const unsigned flags = dictionary_.put(columns_);
+  const std::size_t gaussians = processed_.put(columns_);
   end_gap(Column::inner_gap, inner_run_);
   end_gap(Column::leaf_gap, leaf_run_);
   columns_.reserve(Column::group, 64);
-  columns_.put_varint(Column::group, index_);
+  columns_.put_varint(Column::group, place_.group);
   columns_.put(Column::group, static_cast<unsigned>(kind_));
   columns_.put(Column::group, static_cast<unsigned>(root_));
-  columns_.put_varint(Column::group, records_.size());
+  columns_.put_varint(Column::group, dictionary_.size());
   columns_.put_varint(Column::group, rays_);
   columns_.put(Column::group, flags);
-  columns_.put_varint(Column::group, gaussians_.size());
-  if (columns_.bytes() > kMaxGroupBytes) fail("takes more than 1 GiB before compression");
+  columns_.put_varint(Column::group, gaussians);
+  if (columns_.bytes() > kMaxGroupBytes) place_.fail("takes more than 1 GiB before compression");
   std::array<ColumnView, kColumnCount> views;
   for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns_.view(static_cast<Column>(i));
-  group.index = index_;
+  group.index = place_.group;
   group.totals = totals_;
   group.chunk.assign(kChunkPreambleBytes, 0);
   pack_columns(views, group.chunk);
@@ -478,141 +378,6 @@ void GroupEncoder::Impl::finish(EncodedGroup& group) {
   put_u32(preamble, static_cast<std::uint32_t>(payload));
   put_u64(preamble, xxh3(group.chunk.data() + kChunkPreambleBytes, payload));
   std::copy(preamble.begin(), preamble.end(), group.chunk.begin());
-}
-
-// Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
-// Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
-// between that no ray visited. Returns false otherwise.
-bool GroupEncoder::Impl::put_tree(unsigned& flags) {
-  const Column node_columns[] = {Column::node_tree, Column::node_shape, Column::node_kinds, Column::node_children,
-                                 Column::node_hits};
-  for (const Column column : node_columns) columns_.reserve(column, 5 * records_.size());
-  const auto record_of = [&](std::uint32_t index) -> NodeRecord& { return records_[index - GroupModel::kFirstNode]; };
-  std::size_t found = 0;
-  std::int64_t last_address = -1;  // of the nodes found so far, in their order
-  std::uint64_t end = 0;           // of the children so far
-  const auto is_next = [&](std::uint32_t index) {
-    const std::int64_t address = record_of(index).address;
-    ++found;
-    return address > std::exchange(last_address, address);
-  };
-  const auto walk = [&](std::uint32_t root) {
-    if (!is_next(root)) return false;
-    bool skipped = true;
-    walk_.assign(1, root);
-    while (!walk_.empty()) {
-      const std::uint32_t index = walk_.back();
-      walk_.pop_back();
-      if (index == kSkipped) {
-        skipped = true;
-        continue;
-      }
-      const NodeModel& node = model_[index];
-      const NodeRecord& record = record_of(index);
-      if (node.child_base < end || (!skipped && node.child_base > end)) return false;
-      if (skipped) columns_.put_varint(Column::node_children, node.child_base - end);
-      skipped = false;
-      end = node.child_base + record.units;
-      put_shape(record);
-      unsigned mask = 0;
-      const std::size_t first = walk_.size();
-      for (unsigned left = node.internal_mask; left != 0; left &= left - 1) {
-        const auto slot = static_cast<unsigned>(std::countr_zero(left));
-        const std::uint32_t child = node.links[slot];
-        const bool known = child != NodeModel::kUnknownLink;
-        if (known && (found == records_.size() || !is_next(child))) return false;
-        mask |= (known ? 1U : 0U) << slot;
-        walk_.push_back(known ? child : kSkipped);
-      }
-      std::reverse(walk_.begin() + static_cast<std::ptrdiff_t>(first), walk_.end());
-      if (node.internal_mask != 0) columns_.put(Column::node_tree, mask);
-      columns_.put(Column::node_hits, (record.visited ? record.first_hits : 0) ^ mask);
-    }
-    return true;
-  };
-  flags = kNodesInTree;
-  bool tree = true;
-  for (const auto& [parent, flag] : {std::pair{GroupModel::kRootParent, kNodesHoldRoot},
-                                     std::pair{GroupModel::kBlasRootParent, kNodesHoldBlasRoot}}) {
-    const std::uint32_t root = model_[parent].links[0];
-    if (root == NodeModel::kUnknownLink || !tree) continue;
-    flags |= flag;
-    tree = walk(root);
-  }
-  if (tree && found == records_.size()) return true;
-  for (const Column column : node_columns) columns_.clear(column);
-  return false;
-}
-
-void GroupEncoder::Impl::put_nodes() {
-  const std::size_t count = records_.size();
-  columns_.reserve(Column::node_address, 5 * count);
-  columns_.reserve(Column::node_children, 10 * count);
-  walk_.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) walk_[i] = i;
-  std::sort(walk_.begin(), walk_.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return records_[a].address < records_[b].address; });
-  std::int64_t last_address = -1;
-  std::int64_t predicted_children = 0;
-  for (const std::uint32_t i : walk_) {
-    const NodeRecord& record = records_[i];
-    const std::uint32_t child_base = model_[GroupModel::kFirstNode + i].child_base;
-    require(record.address > last_address, "two parents lead to one node");
-    columns_.put_varint(Column::node_address,
-                        static_cast<std::uint64_t>(record.address - std::max<std::int64_t>(last_address, 0)));
-    last_address = record.address;
-    columns_.put_varint(Column::node_children, zigzag(static_cast<std::int64_t>(child_base) - predicted_children));
-    predicted_children = static_cast<std::int64_t>(child_base) + record.units;
-    put_shape(record);
-    columns_.put(Column::node_hits, record.first_hits);
-  }
-}
-
-void GroupEncoder::Impl::put_shape(const NodeRecord& record) {
-  columns_.put(Column::node_shape, record.code);
-  if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return;
-  columns_.put(Column::node_kinds, record.kinds_code & 0xFF);
-  if ((record.code & kShapeIrregular) != 0) columns_.put(Column::node_kinds, record.kinds_code >> 8);
-}
-
-void GroupEncoder::Impl::put_gaussians() {
-  gaussians_.clear();
-  for (const Processed& entry : processed_) gaussians_.push_back(entry.gaussian);
-  std::sort(gaussians_.begin(), gaussians_.end());
-  gaussians_.erase(std::unique(gaussians_.begin(), gaussians_.end()), gaussians_.end());
-  columns_.reserve(Column::gaussian_id, 5 * gaussians_.size());
-  std::uint32_t last = 0;
-  for (const std::uint32_t gaussian : gaussians_) {
-    columns_.put_varint(Column::gaussian_id, gaussian - last);
-    last = gaussian;
-  }
-  successor_.assign(gaussians_.size() + 1, kNoSuccessor);
-  columns_.reserve(Column::processed, processed_.size());
-  columns_.reserve(Column::gaussian_low, processed_.size());
-  columns_.reserve(Column::gaussian_high, 5 * processed_.size());
-  std::size_t begin = 0;
-  for (const std::size_t end : processed_ends_) {
-    put_processed({processed_.data() + begin, end - begin});
-    begin = end;
-  }
-}
-
-void GroupEncoder::Impl::put_processed(std::span<const Processed> entries) {
-  std::size_t last = gaussians_.size();
-  for (const Processed& entry : entries) {
-    std::uint32_t index = successor_[last];
-    const bool predicted = index != kNoSuccessor && gaussians_[index] == entry.gaussian;
-    if (!predicted) {
-      const auto found = std::lower_bound(gaussians_.begin(), gaussians_.end(), entry.gaussian);
-      index = static_cast<std::uint32_t>(found - gaussians_.begin());
-      columns_.put(Column::gaussian_low, index & 0xFF);
-      columns_.put_varint(Column::gaussian_high, index >> 8);
-    }
-    columns_.put(Column::processed,
-                 (entry.blended != 0 ? kProcessedBlended : 0) | (predicted ? 0 : kProcessedNotPredicted));
-    successor_[last] = index;
-    last = index;
-  }
 }
 
 GroupEncoder::GroupEncoder() : impl_(std::make_unique<Impl>()) {}
@@ -625,53 +390,7 @@ void GroupEncoder::begin(const Header& header, std::uint32_t index, RayKind kind
   impl_->begin(header, index, kind, root, nodes);
 }
 void GroupEncoder::add(const TracedRay& ray) { impl_->add(ray); }
+void GroupEncoder::list(const std::vector<NodeDefinition>& nodes) { impl_->list(nodes); }
 void GroupEncoder::finish(EncodedGroup& group) { impl_->finish(group); }
-
-namespace {
-
-// The first event of a round from the root tells what the root is; a root that is only culled may pass as internal.
-NodeKind root_kind(const RayGroup& group) {
-  for (const Ray& ray : group.rays) {
-    std::size_t first = 0;
-    for (const Round& round : ray.rounds) {
-      if (!round.replay && round.event_count > 0 && first < ray.events.size()) {
-        const EventKind kind = ray.events[first].kind();
-        if (kind == EventKind::visit_internal) return NodeKind::internal;
-        if (kind == EventKind::visit_instance) return NodeKind::instance;
-        if (kind == EventKind::visit_leaf) return NodeKind::triangle;
-      }
-      first += round.event_count;
-    }
-  }
-  return NodeKind::internal;
-}
-
-}  // namespace
-
-void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out) {
-  thread_local GroupEncoder encoder;
-  thread_local std::vector<Event> events;
-  const NoOtherNodes nodes;
-  encoder.begin(header, group.index, group.kind, root_kind(group), nodes);
-  encoder.impl_->list(group.nodes);
-  for (const Ray& ray : group.rays) {
-    events = ray.events;
-    for (Event& event : events) {
-      if (event.kind() != EventKind::visit_internal) continue;
-      if (event.node >= group.nodes.size()) {
-        throw std::logic_error("trace group " + std::to_string(group.index) + ": a node index exceeds the dictionary");
-      }
-      event.node = group.nodes[event.node].address;
-    }
-    encoder.add({ray.pixel, ray.rounds, events, ray.processed});
-  }
-  encoder.finish(out);
-}
-
-void encode_group(const Header& header, const RayGroup& group, Bytes& out) {
-  EncodedGroup encoded;
-  encode_group(header, group, encoded);
-  out.insert(out.end(), encoded.chunk.begin() + kChunkPreambleBytes, encoded.chunk.end());
-}
 
 }  // namespace grtx::traces

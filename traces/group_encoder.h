@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "traces/byte_stream.h"
 #include "traces/event.h"
@@ -54,6 +55,9 @@ class GroupEncoder {
 
  private:
   friend void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out);
+  /// All nodes of the group, ascending by address, before its first ray: none is asked of the NodeSource.
+  void list(const std::vector<NodeDefinition>& nodes);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -27,20 +27,25 @@ void GroupModel::begin(const Header& header, NodeKind root_kind) {
   blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / kNodeUnit) : 0xFFFFFFFF;
 }
 
-std::uint32_t GroupModel::add(const NodeDefinition& node, const NodeShape& shape) {
+void GroupModel::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape) {
   if (shape.fault != nullptr) throw std::invalid_argument(shape.fault);
   if (node.address + internal_units_ > image_units_ ||
       static_cast<std::uint64_t>(node.child_base) + shape.units > image_units_) {
     throw std::invalid_argument("a node and its children must lie in the node image");
   }
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  NodeModel& model = nodes_.emplace_back();
+  NodeModel& model = nodes_[index];
   model.child_base = node.child_base;
   model.offsets = shape.offsets;
   model.child_count = shape.child_count;
   model.internal_mask = shape.internal_mask;
   model.instance_mask = shape.instance_mask;
   model.wide_mask = shape.wide_mask;
+}
+
+std::uint32_t GroupModel::add(const NodeDefinition& node, const NodeShape& shape) {
+  const auto index = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.emplace_back();
+  set(index, node, shape);
   return index;
 }
 

@@ -18,13 +18,13 @@ namespace grtx::traces {
 /// A node (or a pseudo parent, see GroupModel) with what the coder remembers of it: one cache line.
 struct alignas(64) NodeModel {
   static constexpr std::uint32_t kUnknownLink = 0;  ///< the root's pseudo parent, which is nobody's child
-  /// Slots that come before a slot in the order in which they are expected to be popped, a byte a slot; at first that
-  /// is the order of slots.
-  std::uint64_t before = 0x7F3F1F0F07030100;
+  /// The slots in the order in which they are expected to be popped, first the lowest byte, each as the bit of its
+  /// mask.
+  std::uint64_t order = kDiagonal;
   std::array<std::uint8_t, kMaxWidth> last_op{};  ///< symbol of the child's last pop
   std::uint32_t child_base = 0;                   ///< / kNodeUnit
   std::uint32_t offsets = 0;                      ///< as in NodeShape
-  std::array<std::uint32_t, kMaxWidth> links{};   ///< index of the internal node in each slot, if known
+  std::array<std::uint32_t, kMaxWidth> links{};   ///< index of the node in each slot, if it is internal and known
   std::uint8_t child_count = 0;
   std::uint8_t internal_mask = 0;  ///< as in NodeShape
   std::uint8_t instance_mask = 0;  ///< as in NodeShape
@@ -42,31 +42,33 @@ struct alignas(64) NodeModel {
     return (remaining >> slot & 1) != 0 ? slot : kMaxWidth;
   }
 
+  /// The slots of the mask `remaining` in the order in which they are expected, as bits in `order`.
+  std::uint64_t ordered(unsigned remaining) const { return order & kOnes * remaining; }
+  /// Undoes ordered().
+  static unsigned mask_of(std::uint64_t ordered) { return static_cast<unsigned>(ordered * kOnes >> 56); }
+  /// The first of them, which are not none.
+  static unsigned first_of(std::uint64_t ordered) { return static_cast<unsigned>(std::countr_zero(ordered)) & 7; }
   /// How many slots of `remaining` are expected before `slot`.
   unsigned rank_of(unsigned remaining, unsigned slot) const {
-    return bits_of_byte(static_cast<unsigned>(before >> (8 * slot)) & remaining);
-  }
-  /// The slot of `remaining` (not empty) that is expected first: the one that has none of them before it.
-  unsigned first_of(unsigned remaining) const {
-    const std::uint64_t others = (kOnes * (~remaining & 0xFF)) & kDiagonal;
-    const std::uint64_t bytes = (before & kOnes * remaining) | others;
-    const std::uint64_t zeros = (bytes - kOnes) & ~bytes & 0x80 * kOnes;  // exact up to the first zero byte
-    return static_cast<unsigned>(std::countr_zero(zeros)) / 8;
+    const std::uint64_t place = order & kOnes << slot;
+    unsigned rank = 0;
+    for (std::uint64_t left = ordered(remaining) & (place - 1); left != 0; left &= left - 1) ++rank;
+    return rank;
   }
   /// The slot of `remaining` with `rank` (below the number of slots in it) of them before it.
   unsigned slot_at(unsigned remaining, unsigned rank) const {
-    for (unsigned left = remaining;; left &= left - 1) {
-      const auto slot = static_cast<unsigned>(std::countr_zero(left));
-      if (rank_of(remaining, slot) == rank) return slot;
-    }
+    std::uint64_t left = ordered(remaining);
+    for (; rank != 0; --rank) left &= left - 1;
+    return static_cast<unsigned>(std::countr_zero(left)) & 7;
   }
   /// `slot`, which was popped although others of `remaining` were expected first, moves before the first of them.
   void move_up(unsigned remaining, unsigned slot) {
-    const std::uint64_t of_first = before >> (8 * first_of(remaining)) & 0xFF;
-    const std::uint64_t passed = before >> (8 * slot) & 0xFF & ~of_first;
-    before = (before & ~(std::uint64_t{0xFF} << (8 * slot))) | of_first << (8 * slot);
-    const std::uint64_t spread = (kOnes * passed) & kDiagonal;  // byte i is not zero if bit i is set
-    before |= ((spread + 0x7F * kOnes) >> 7 & kOnes) << slot;
+    const auto to = static_cast<unsigned>(std::countr_zero(ordered(remaining))) & ~7U;  // bits of the lower bytes
+    const std::uint64_t place = order & kOnes << slot;
+    const std::uint64_t below = (std::uint64_t{1} << to) - 1;
+    const std::uint64_t passed = order & (place - 1) & ~below;
+    const std::uint64_t behind = order & ~(place | (place - 1));
+    order = behind | passed << 8 | std::uint64_t{1} << (to + slot) | (order & below);
   }
 
  private:
@@ -102,13 +104,19 @@ class GroupModel {
   /// Throws std::invalid_argument when the node breaks a rule (child kinds, node image). References to nodes become
   /// invalid.
   std::uint32_t add(const NodeDefinition& node, const NodeShape& shape);
+  /// Adds `count` nodes, which set() then describes. References to nodes become invalid.
+  void add_unset(std::size_t count) { nodes_.resize(nodes_.size() + count); }
+  /// Throws as add() does.
+  void set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape);
   /// Shape of any node of the trace.
   const NodeShape& shape(const NodeDefinition& node) { return shapes_.of(node); }
+  ShapeTable& shapes() { return shapes_; }
 
   std::size_t size() const { return nodes_.size(); }
   NodeModel* nodes() { return nodes_.data(); }
   NodeModel& operator[](std::uint32_t index) { return nodes_[index]; }
   const NodeModel& operator[](std::uint32_t index) const { return nodes_[index]; }
+  std::uint32_t blas_begin() const { return blas_begin_; }
   bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
 
  private:

@@ -46,6 +46,9 @@ void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
   shape.code = static_cast<std::uint8_t>(code);
 }
 
+// Bit i moves to bit 2 i.
+unsigned spread_bits(unsigned byte) { return scatter_bits(byte, 0x5555); }
+
 }  // namespace
 
 NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count) {
@@ -86,17 +89,33 @@ void ShapeTable::set_width(unsigned bvh_width) {
   if (width_ == bvh_width) return;
   width_ = bvh_width;
   entries_.assign(std::size_t{1} << kBits, Entry{});
+  stored_.assign(std::size_t{1} << kBits, Stored{});
 }
 
 const NodeShape& ShapeTable::of(const NodeDefinition& node) {
   std::uint64_t kinds = 0;
   static_assert(sizeof node.child_kinds == sizeof kinds);
   std::memcpy(&kinds, node.child_kinds.data(), sizeof kinds);
-  Entry& entry = entries_[((kinds + node.child_count) * 0x9E3779B97F4A7C15ULL) >> (64 - kBits)];
+  Entry& entry = entries_[slot_of(kinds + node.child_count)];
   if (entry.kinds != kinds || entry.count != node.child_count) {
     entry = {kinds, node.child_count, make_shape(width_, node.child_kinds, node.child_count)};
   }
   return entry.shape;
+}
+
+bool ShapeTable::store(unsigned code, unsigned kinds_code, Stored& entry) const {
+  const unsigned leaf = code >> 4 & 3;
+  const unsigned count = code & 0xF;
+  const bool mixed = (code & kShapeMixed) != 0;
+  const bool irregular = (code & kShapeIrregular) != 0;
+  if (count > kMaxWidth || (mixed && leaf == 0) || (irregular && (code & 0x70) != 0)) return false;
+  unsigned all = leaf * 0x5555;
+  if (mixed) all &= ~(spread_bits(kinds_code) * 3);
+  if (irregular) all = kinds_code;
+  Kinds kinds{};
+  for (unsigned slot = 0; slot < count; ++slot) kinds[slot] = kStoredKinds[all >> (2 * slot) & 3];
+  entry = {code | kinds_code << 8, kinds, make_shape(width_, kinds, count)};
+  return true;
 }
 
 }  // namespace grtx::traces

@@ -28,19 +28,42 @@ NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& 
 /// Remembers shapes. One a thread.
 class ShapeTable {
  public:
+  using Kinds = std::array<NodeKind, kMaxWidth>;
+  /// A shape with what stores it.
+  struct Stored {
+    std::uint32_t codes = kNoCodes;
+    Kinds kinds{};
+    NodeShape shape;
+  };
+
   /// Forgets the shapes of another width.
   void set_width(unsigned bvh_width);
   const NodeShape& of(const NodeDefinition& node);
+  /// Of a node with this byte of column node_shape and these of node_kinds. Null when no node is stored so.
+  const Stored* stored(unsigned code, unsigned kinds_code) {
+    const std::uint32_t codes = code | kinds_code << 8;
+    Stored& entry = stored_[slot_of(codes)];
+    if (entry.codes != codes && !store(code, kinds_code, entry)) [[unlikely]]
+      return nullptr;
+    return &entry;
+  }
 
  private:
   static constexpr unsigned kBits = 9;
+  static constexpr std::uint32_t kNoCodes = 0xFFFFFFFF;
   struct Entry {
     std::uint64_t kinds = 0;
     std::uint64_t count = ~std::uint64_t{0};
     NodeShape shape;
   };
+  static std::size_t slot_of(std::uint64_t key) {
+    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - kBits));
+  }
+  bool store(unsigned code, unsigned kinds_code, Stored& entry) const;
+
   unsigned width_ = 0;
   std::vector<Entry> entries_;
+  std::vector<Stored> stored_;
 };
 
 /// Slot of the child `offset` units behind the child base, by the mask of children that take two units; kMaxWidth where

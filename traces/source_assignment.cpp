@@ -13,13 +13,11 @@ bool is_read(const Event& event) {
 
 }  // namespace
 
-const std::vector<std::uint32_t>& SourceAssignment::assign(const GroupModel& model,
+const std::vector<std::uint32_t>& SourceAssignment::assign(std::span<const std::uint32_t> addresses,
                                                            const std::vector<NodeReference>& source,
-                                                           std::span<const Event> events) {
+                                                           std::span<const Event> events, std::uint32_t blas_begin) {
   by_address_.resize(source.size());
-  for (std::uint32_t i = 0; i < source.size(); ++i) {
-    by_address_[i] = {model[source[i].parent].child_address(source[i].slot), i};
-  }
+  for (std::uint32_t i = 0; i < source.size(); ++i) by_address_[i] = {addresses[i], i};
   std::sort(by_address_.begin(), by_address_.end());
   claimed_.assign(source.size(), false);
   positions_.clear();
@@ -27,7 +25,7 @@ const std::vector<std::uint32_t>& SourceAssignment::assign(const GroupModel& mod
     if (!is_read(events[i])) continue;
     std::uint32_t position = kNone;
     if (events[i].kind() == EventKind::replay_take) {
-      const bool in_blas = model.is_blas(events[i].node) && i + 1 < events.size();
+      const bool in_blas = events[i].node >= blas_begin && i + 1 < events.size();
       position = claim(source, events[i].node, in_blas ? events[i + 1].node : kAnyContext);
     }
     positions_.push_back(position);

@@ -21,8 +21,10 @@ class SourceAssignment {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   /// For the reads of one round, in order: position in `source`, or kNone when no unread entry has the address.
-  const std::vector<std::uint32_t>& assign(const GroupModel& model, const std::vector<NodeReference>& source,
-                                           std::span<const Event> events);
+  /// `addresses` are those of the source entries, the BLAS begins at `blas_begin` (/ kNodeUnit).
+  const std::vector<std::uint32_t>& assign(std::span<const std::uint32_t> addresses,
+                                           const std::vector<NodeReference>& source, std::span<const Event> events,
+                                           std::uint32_t blas_begin);
 
  private:
   std::uint32_t claim(const std::vector<NodeReference>& source, std::uint32_t address, std::uint32_t context);
