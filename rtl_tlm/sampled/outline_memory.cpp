@@ -1,8 +1,10 @@
 #include "rtl_tlm/sampled/outline_memory.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace grtx::tlm {
+unsigned long g_acts, g_writes, g_late;
 
 OutlineChannel::OutlineChannel(const modules::DramChannelConfig& config)
     : config_(config),
@@ -25,14 +27,23 @@ Cycle OutlineChannel::request(Cycle clock, std::uint64_t local, unsigned bursts,
   } else if (bank.before.number == row && clock + t.rp < bank.newest.activated) {
     column = std::max(clock, bank.before.column);
   } else {
-    const Cycle closed = bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp) + t.rp;
+    const Cycle closed = std::max(bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp),
+                                  bank.newest.activated + t.ras) + t.rp;
+    ++g_acts;
     const Cycle activate = activates_.reserve(std::max({clock, closed, bank.newest.activated + t.rc}));
     bank.before = bank.newest;
     bank.newest = {row, activate, activate + t.rcd};
     column = bank.newest.column;
     bank.wrote = false;
   }
-  bank.wrote = bank.wrote || write;
+  bank.wrote = bank.wrote || write; g_writes += write ? bursts : 0; 
+  if (write && column > writes_until_) {
+    // The bus turns around for the writes and back: reads lose these clocks.
+    const unsigned lost = (t.read_to_write() + t.write_to_read() - 2 * t.ccd) / t.ccd;
+    for (unsigned i = 0; i < lost; ++i) column = std::max(column, bus_.reserve(column));
+    static const unsigned x = getenv("XS") ? (unsigned)atoi(getenv("XS")) : 32;
+    writes_until_ = column + x;
+  }
   for (unsigned i = 0; i < bursts; ++i) {
     column = bus_.reserve(column);
     queue_.take(column);

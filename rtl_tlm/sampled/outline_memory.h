@@ -55,6 +55,7 @@ class OutlineChannel {
   modules::DramChannelConfig config_;
   std::vector<Bank> banks_;
   SlotCalendar bus_, activates_;
+  Cycle writes_until_ = 0;  ///< until when writes find the bus turned around for them
   PlaceRing queue_;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdlib>
 #include <memory>
 
 #include "modules/checkpoint_unit.h"
@@ -103,18 +102,10 @@ struct Warp {
   Cycle loads_seen = 0, stores_seen = 0;
 };
 
-SectorCacheTags::Geometry wider(SectorCacheTags::Geometry g) {
-  const char* e = std::getenv("XW");
-  const unsigned extra = e ? static_cast<unsigned>(std::atoi(e)) : 0;
-  g.bytes = g.bytes / g.ways * (g.ways + extra);
-  g.ways += extra;
-  return g;
-}
-
 struct Sm {
   Sm(const GpuConfig& config, const traces::Header& header, const MemoryMap& map, unsigned index)
       : program(header, map, config.simt.costs, index, config.resident_warps),
-        tags(wider(config.l1.geometry)),
+        tags(config.l1.geometry),
         arrives(tags.geometry().bytes / config.l1.geometry.sector_bytes),
         line_arrives(tags.geometry().bytes / config.l1.geometry.line_bytes),
         sectors(config.l1.geometry.sectors()),
@@ -839,9 +830,12 @@ class Machine {
     port.next = at + count;
     port.queue.pop();
     if (client == kNode) {
-      if (!(getenv("NR"))) {
-      for (unsigned i = 0; i < count; ++i) seen = std::max(seen, sm.responses.reserve(seen - (count - 1 - i)));
-      if (taken == Taken::hit) for (unsigned i = 0; i < count; ++i) sm.hits.take(seen - (count - 1 - i)); }
+      const bool in_pipeline = seen == at + count - 1 + config_.l1.latency;
+      for (unsigned i = count; i > 0; --i) {
+        const Cycle response = sm.responses.reserve(seen - (i - 1));
+        if (in_pipeline) sm.hits.take(response);
+        if (i == 1) seen = response;
+      }
     } else if (sm.ports[kNode].next > at) {
       // Half of the conflicts about a bank are lost by the node request.
       sm.conflicts += count;
