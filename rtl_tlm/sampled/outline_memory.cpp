@@ -1,10 +1,8 @@
 #include "rtl_tlm/sampled/outline_memory.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace grtx::tlm {
-unsigned long g_acts, g_writes, g_late;
 
 OutlineChannel::OutlineChannel(const modules::DramChannelConfig& config)
     : config_(config),
@@ -29,20 +27,18 @@ Cycle OutlineChannel::request(Cycle clock, std::uint64_t local, unsigned bursts,
   } else {
     const Cycle closed = std::max(bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp),
                                   bank.newest.activated + t.ras) + t.rp;
-    ++g_acts;
     const Cycle activate = activates_.reserve(std::max({clock, closed, bank.newest.activated + t.rc}));
     bank.before = bank.newest;
     bank.newest = {row, activate, activate + t.rcd};
     column = bank.newest.column;
     bank.wrote = false;
   }
-  bank.wrote = bank.wrote || write; g_writes += write ? bursts : 0; 
+  bank.wrote = bank.wrote || write;
   if (write && column > writes_until_) {
     // The bus turns around for the writes and back: reads lose these clocks.
     const unsigned lost = (t.read_to_write() + t.write_to_read() - 2 * t.ccd) / t.ccd;
     for (unsigned i = 0; i < lost; ++i) column = std::max(column, bus_.reserve(column));
-    static const unsigned x = getenv("XS") ? (unsigned)atoi(getenv("XS")) : 32;
-    writes_until_ = column + x;
+    writes_until_ = column + 32;
   }
   for (unsigned i = 0; i < bursts; ++i) {
     column = bus_.reserve(column);
@@ -62,8 +58,7 @@ OutlineMemory::OutlineMemory(const GpuConfig& config, const modules::Dram::Confi
       dram_(dram),
       perfect_(config.l2.perfect),
       sector_bytes_(config.l2.geometry.sector_bytes),
-      inputs_(config.sms),
-      replies_(config.sms) {
+      inputs_(config.sms) {
   const std::size_t capacity =
       config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
@@ -81,13 +76,14 @@ OutlineMemory::Trip OutlineMemory::access(unsigned sm, std::uint64_t line, std::
   for (unsigned i = 0; i < count; ++i) {
     const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}));
     input = crossed + 1;
-    now = slice.lookup.reserve(std::max(crossed + latency_ - link_ + pipe_, slice.blocked_until));
+    now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
+    if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
     slice.looked_up.take(now);
   }
   Trip trip{input - 1 - link_, 0};
   const Cycle done = look_up(slice, line, sectors, write, now);
   for (unsigned i = count; i > 0; --i) {
-    trip.seen = std::max(trip.seen, replies_[sm].reserve(slice.reply.reserve(done - (i - 1)) + latency_));
+    trip.seen = std::max(trip.seen, slice.reply.reserve(done - (i - 1)) + latency_);
   }
   return trip;
 }
@@ -135,7 +131,6 @@ Cycle OutlineMemory::from_dram(Slice& slice, Cycle now, std::uint64_t local, uns
 }
 
 void OutlineMemory::advance(Cycle now) {
-  for (SlotCalendar& reply : replies_) reply.advance(now);
   const Cycle clock = static_cast<Cycle>(static_cast<double>(now) * clocks_a_cycle_);
   for (Slice& slice : slices_) {
     slice.input.advance(now);

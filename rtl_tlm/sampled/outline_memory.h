@@ -98,7 +98,6 @@ class OutlineMemory {
   bool perfect_;
   unsigned sector_bytes_;
   std::vector<Cycle> inputs_;
-  std::vector<SlotCalendar> replies_;  ///< by SM
   std::vector<Slice> slices_;
 };
 

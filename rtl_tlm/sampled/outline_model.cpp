@@ -27,7 +27,8 @@ using traces::EventKind;
 using traces::NodeKind;
 using Number = EventWheel::Number;
 
-constexpr Cycle kAhead = 8;
+// Requests are served so many cycles ahead of time: many in one event.
+constexpr Cycle kAhead = 24;
 constexpr std::uint8_t kNoPlace = 255;
 
 enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kClients };
@@ -771,7 +772,7 @@ class Machine {
     Cycle due = kNever;
     for (const Port& port : sm.ports) {
       if (port.queue.empty()) continue;
-      due = std::min(due, std::max(port.until, port.next > kAhead ? port.next - kAhead : 0));
+      due = std::min(due, std::max(port.until, port.next > kAhead / 2 ? port.next - kAhead / 2 : 0));
     }
     if (due == kNever) return;
     sm.port_timed = true;
@@ -781,10 +782,10 @@ class Machine {
   Taken try_head(Cycle now, unsigned s, Sm& sm, unsigned client) {
     Port& port = sm.ports[client];
     const Request r = port.queue.front();
-    const Cycle at = std::max({port.next, now + 1, client == kNode ? sm.hits.room() : 0});
+    Cycle at = std::max({port.next, now + 1, client == kNode ? sm.hits.room() : 0});
     const auto count = static_cast<unsigned>(std::popcount(r.sectors));
-    Cycle seen = at + count - 1 + config_.l1.latency;
     Taken taken = Taken::hit;
+    Cycle seen = 0;
     if (!config_.l1.perfect) {
       SectorCacheTags::Slot slot = sm.tags.find(r.line);
       const std::uint8_t valid = slot == SectorCacheTags::kNone ? std::uint8_t{0} : sm.tags.valid(slot);
@@ -793,11 +794,13 @@ class Machine {
         const Cycle crossing = sm.crossed.room();
         Cycle room = crossing > config_.l1.tag_latency ? crossing - config_.l1.tag_latency : 0;
         if (!r.write) room = std::max(room, sm.mshrs.room());
-        if (room > at) {
-          port.until = room;
+        at = std::max(at, room);
+        if (at > now + kAhead) {
+          port.until = at - kAhead / 2;
           return Taken::refused;
         }
       }
+      seen = at + count - 1 + config_.l1.latency;
       if (slot != SectorCacheTags::kNone) sm.tags.touch(slot);
       if (!r.write) {
         if (valid != 0 && sm.line_arrives[slot] > at) for (std::uint8_t rest = r.sectors & valid; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
@@ -827,6 +830,7 @@ class Machine {
         }
       }
     }
+    if (config_.l1.perfect) seen = at + count - 1 + config_.l1.latency;
     port.next = at + count;
     port.queue.pop();
     if (client == kNode) {
