@@ -1,0 +1,29 @@
+// How far the outline model is off, from samples that both it and an engine have simulated.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rtl_tlm/sampled/estimate.h"
+
+namespace grtx::tlm {
+
+/// A sample as both ran it; all vectors by position.
+struct OutlineSample {
+  std::vector<std::uint64_t> groups;
+  std::vector<double> weight;       ///< work of the group
+  std::vector<double> end;          ///< cycles, of the engine
+  std::vector<double> outline_end;  ///< of the model
+};
+
+struct OutlineCorrection {
+  double log_factor = 0.0;  ///< to be added to the logarithm of the model's cycles
+  double residual = 0.0;    ///< standard deviation of log(outline_end / end), groups weighted by work
+  double degrees_of_freedom = 1.0;
+  std::vector<GroupEvidence> evidence;
+};
+
+/// The mean of log(end / outline_end), groups weighted by work. At least one group with work and an end.
+OutlineCorrection correct_outline(const std::vector<OutlineSample>& samples);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,41 @@
+// The outline model's correction, against sums by hand.
+#include "rtl_tlm/sampled/outline_correction.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace grtx::tlm {
+namespace {
+
+TEST(OutlineCorrection, IsTheWeightedMeanOfTheLogarithms) {
+  const OutlineSample sample{{4, 9}, {3.0, 1.0}, {1100.0, 2000.0}, {1000.0, 2000.0}};
+  const OutlineCorrection c = correct_outline({sample});
+  const double mean = 0.75 * std::log(1.1);
+  EXPECT_NEAR(c.log_factor, mean, 1e-12);
+  ASSERT_EQ(c.evidence.size(), 2U);
+  EXPECT_EQ(c.evidence[0].group, 4U);
+  EXPECT_NEAR(c.evidence[0].residual, mean - std::log(1.1), 1e-12);
+  EXPECT_NEAR(c.evidence[1].residual, mean, 1e-12);
+  EXPECT_NEAR(c.evidence[0].weight + c.evidence[1].weight, 16.0 / 10.0, 1e-12) << "Kish";
+  // Without a group the mean moves towards the other one: influences are opposite and add up to nothing.
+  EXPECT_NEAR(c.evidence[0].influence + c.evidence[1].influence, 0.0, 1e-12);
+  EXPECT_NEAR(c.evidence[0].influence, 0.75 * (std::log(1.1) - mean), 1e-12);
+}
+
+TEST(OutlineCorrection, IsOneWhereTheModelIsRight) {
+  const OutlineSample sample{{1, 2, 3}, {5.0, 5.0, 5.0}, {10.0, 20.0, 30.0}, {10.0, 20.0, 30.0}};
+  const OutlineCorrection c = correct_outline({sample, sample});
+  EXPECT_EQ(c.log_factor, 0.0);
+  EXPECT_EQ(c.residual, 0.0);
+  EXPECT_NEAR(c.degrees_of_freedom, 5.0, 1e-12);
+}
+
+TEST(OutlineCorrection, LeavesOutGroupsWithoutWork) {
+  const OutlineSample sample{{1, 2}, {1.0, 0.0}, {20.0, 7.0}, {10.0, 500.0}};
+  EXPECT_NEAR(correct_outline({sample}).log_factor, std::log(2.0), 1e-12);
+  EXPECT_EQ(correct_outline({OutlineSample{}}).log_factor, 0.0);
+}
+
+}  // namespace
+}  // namespace grtx::tlm
