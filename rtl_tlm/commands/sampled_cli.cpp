@@ -29,9 +29,10 @@ void add_sampled_options(CLI::App* command, SampledCli& cli) {
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
   command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");
-  command->add_option("--sample-model", cli.model,
-                      "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
-                      "less exact)")
+  command
+      ->add_option("--sample-model", cli.model,
+                   "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
+                   "less exact)")
       ->check(one_of({"visits", "calls"}));
   command->add_option("--sample-engine", cli.engine, "Sampled mode: what simulates the samples")
       ->check(one_of({"cycle", "fast"}));

@@ -14,7 +14,7 @@ struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
 };
 inline constexpr ModelBias kVisitsBias{0.02, 0.02};  ///< five scenes of four designs
-inline constexpr ModelBias kCallsBias{0.09, 0.16};    ///< two scenes of four designs
+inline constexpr ModelBias kCallsBias{0.09, 0.16};   ///< two scenes of four designs
 /// From so many independent scenes is a bias known, less one: degrees of freedom of its square.
 inline constexpr double kBiasDegrees = 4.0;
 

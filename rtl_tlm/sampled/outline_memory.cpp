@@ -25,8 +25,9 @@ Cycle OutlineChannel::request(Cycle clock, std::uint64_t local, unsigned bursts,
   } else if (bank.before.number == row && clock + t.rp < bank.newest.activated) {
     column = std::max(clock, bank.before.column);
   } else {
-    const Cycle closed = std::max(bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp),
-                                  bank.newest.activated + t.ras) + t.rp;
+    const Cycle closed =
+        std::max(bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp), bank.newest.activated + t.ras) +
+        t.rp;
     const Cycle activate = activates_.reserve(std::max({clock, closed, bank.newest.activated + t.rc}));
     bank.before = bank.newest;
     bank.newest = {row, activate, activate + t.rcd};

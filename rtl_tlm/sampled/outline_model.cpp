@@ -115,9 +115,9 @@ struct Sm {
         hits(config.l1.latency) {}
   ShaderProgram program;
   SectorCacheTags tags;
-  std::vector<Cycle> arrives;  ///< by line and sector
+  std::vector<Cycle> arrives;       ///< by line and sector
   std::vector<Cycle> line_arrives;  ///< the last of its sectors
-  unsigned sectors;            ///< of a line
+  unsigned sectors;                 ///< of a line
   PlaceRing crossed, mshrs, hits;
   SlotCalendar responses;  ///< to node requests, one a cycle
   unsigned conflicts = 0;
@@ -128,9 +128,9 @@ struct Sm {
   std::vector<Warp> warps;
   RingQueue<std::uint16_t> waiting_calls;
   LaneMask free_slots = 0, free_entries = 0;
-  LaneMask ready = 0;                ///< entries with lanes to be handled
-  std::vector<std::uint64_t> ages;   ///< by entry
-  std::size_t fetches = 0;           ///< nodes that wait for the L1
+  LaneMask ready = 0;               ///< entries with lanes to be handled
+  std::vector<std::uint64_t> ages;  ///< by entry
+  std::size_t fetches = 0;          ///< nodes that wait for the L1
   bool select_timed = false;
 };
 
@@ -177,8 +177,8 @@ class Machine {
     selection_ = make_warp_selection(config.rt.scheduler.policy);
     result_.group_end.resize(groups.size());
     result_.group_sm.resize(groups.size());
-    leaf_latency_ = traffic_.leaf_kind() == NodeKind::triangle ? config.rt.ray_triangle.latency
-                                                               : config.rt.ray_sphere.latency;
+    leaf_latency_ =
+        traffic_.leaf_kind() == NodeKind::triangle ? config.rt.ray_triangle.latency : config.rt.ray_sphere.latency;
   }
 
   OutlineRun run() {
@@ -646,8 +646,8 @@ class Machine {
       }
     }
     const Cycle latency = kind == EventKind::visit_internal   ? config_.rt.ray_box.latency
-                    : kind == EventKind::visit_instance ? config_.rt.ray_transform.latency
-                                                        : leaf_latency_;
+                          : kind == EventKind::visit_instance ? config_.rt.ray_transform.latency
+                                                              : leaf_latency_;
     wheel_.add(ready + latency, number);
   }
 
@@ -685,8 +685,7 @@ class Machine {
       for (unsigned i = 0; i < node.child_count; ++i) {
         const NodeKind kind = node.child_kinds[i];
         if ((record.hit >> i & 1) != 0 && child != address && queue.size() < config_.rt.prefetcher.queue) {
-          push_node(sm, kPrefetch, 0, std::uint64_t{child} * traces::kNodeUnit, traffic_.sectors(kind), kNoPlace,
-                    true);
+          push_node(sm, kPrefetch, 0, std::uint64_t{child} * traces::kNodeUnit, traffic_.sectors(kind), kNoPlace, true);
           prefetch_host(sm, std::uint64_t{child} * traces::kNodeUnit);
         }
         child += units_[static_cast<std::size_t>(kind)];
@@ -803,16 +802,16 @@ class Machine {
       seen = at + count - 1 + config_.l1.latency;
       if (slot != SectorCacheTags::kNone) sm.tags.touch(slot);
       if (!r.write) {
-        if (valid != 0 && sm.line_arrives[slot] > at) for (std::uint8_t rest = r.sectors & valid; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
-          seen = std::max(seen, sm.arrives[slot * sm.sectors + static_cast<unsigned>(std::countr_zero(rest))] + 1);
-        }
+        if (valid != 0 && sm.line_arrives[slot] > at)
+          for (std::uint8_t rest = r.sectors & valid; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
+            seen = std::max(seen, sm.arrives[slot * sm.sectors + static_cast<unsigned>(std::countr_zero(rest))] + 1);
+          }
         result_.l1_reads += count;
         result_.l1_hits += static_cast<unsigned>(std::popcount(static_cast<std::uint8_t>(r.sectors & valid)));
       }
       if (missing != 0) {
         taken = Taken::miss;
-        const OutlineMemory::Trip trip =
-            memory_.access(s, r.line, missing, r.write, at + config_.l1.tag_latency);
+        const OutlineMemory::Trip trip = memory_.access(s, r.line, missing, r.write, at + config_.l1.tag_latency);
         const auto sent = static_cast<unsigned>(std::popcount(missing));
         for (unsigned i = 0; i < sent; ++i) sm.crossed.take(trip.crossed);
         seen = std::max(seen, trip.seen + 1);

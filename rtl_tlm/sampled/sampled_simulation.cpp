@@ -416,8 +416,8 @@ class SampledRun {
   std::vector<std::vector<std::uint64_t>> classes_;
   std::vector<std::unique_ptr<SampleRun>> samples_;  ///< on a half SM and with idle neighbours in turn
   std::vector<Launch> known_;
-  FittedRates fit_;      ///< of the warp model
-  OutlineRun outline_;   ///< of the whole trace
+  FittedRates fit_;     ///< of the warp model
+  OutlineRun outline_;  ///< of the whole trace
   double correction_ = 1.0;
   double residual_ = 0.0;
 };
