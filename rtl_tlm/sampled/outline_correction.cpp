@@ -8,28 +8,31 @@ namespace grtx::tlm {
 OutlineCorrection correct_outline(const std::vector<OutlineSample>& samples) {
   struct Row {
     std::uint64_t group;
-    double weight, log_ratio;
+    double weight, end, outline_end;
   };
   std::vector<Row> rows;
-  double sum = 0.0, squares = 0.0, weighted = 0.0;
+  double sum = 0.0, squares = 0.0, ends = 0.0, outline_ends = 0.0;
   for (const OutlineSample& sample : samples) {
     for (std::size_t i = 0; i < sample.groups.size(); ++i) {
       const double weight = sample.weight[i];
-      if (weight <= 0.0 || sample.end[i] <= 0.0 || sample.outline_end[i] <= 0.0) continue;
-      rows.push_back({sample.groups[i], weight, std::log(sample.end[i] / sample.outline_end[i])});
+      if (weight <= 0.0) continue;
+      rows.push_back({sample.groups[i], weight, sample.end[i], sample.outline_end[i]});
       sum += weight;
       squares += weight * weight;
-      weighted += weight * rows.back().log_ratio;
+      ends += weight * sample.end[i];
+      outline_ends += weight * sample.outline_end[i];
     }
   }
   OutlineCorrection correction;
-  if (rows.empty()) return correction;
-  correction.log_factor = weighted / sum;
+  if (!(ends > 0.0 && outline_ends > 0.0)) return correction;
+  // A ratio of sums: an early end that is off by the same cycles as a late one counts no more than that.
+  const double factor = ends / outline_ends, mean = ends / sum;
+  correction.log_factor = std::log(factor);
   const double effective = sum * sum / squares;  // Kish: groups of equal work that would tell as much
   double residuals = 0.0;
   for (const Row& row : rows) {
     const double share = row.weight / sum;
-    const double residual = correction.log_factor - row.log_ratio;
+    const double residual = (factor * row.outline_end - row.end) / mean;
     residuals += share * residual * residual;
     correction.evidence.push_back({row.group, share * effective, residual, -share * residual});
   }

@@ -18,12 +18,12 @@ struct OutlineSample {
 
 struct OutlineCorrection {
   double log_factor = 0.0;  ///< to be added to the logarithm of the model's cycles
-  double residual = 0.0;    ///< standard deviation of log(outline_end / end), groups weighted by work
+  double residual = 0.0;    ///< standard deviation of corrected ends less simulated ones over the mean end
   double degrees_of_freedom = 1.0;
   std::vector<GroupEvidence> evidence;
 };
 
-/// The mean of log(end / outline_end), groups weighted by work. At least one group with work and an end.
+/// From the sum of ends over the sum of modelled ends, groups weighted by work. No correction without work.
 OutlineCorrection correct_outline(const std::vector<OutlineSample>& samples);
 
 }  // namespace grtx::tlm

@@ -8,19 +8,19 @@
 namespace grtx::tlm {
 namespace {
 
-TEST(OutlineCorrection, IsTheWeightedMeanOfTheLogarithms) {
+TEST(OutlineCorrection, IsTheRatioOfWeightedEnds) {
   const OutlineSample sample{{4, 9}, {3.0, 1.0}, {1100.0, 2000.0}, {1000.0, 2000.0}};
   const OutlineCorrection c = correct_outline({sample});
-  const double mean = 0.75 * std::log(1.1);
-  EXPECT_NEAR(c.log_factor, mean, 1e-12);
+  const double factor = 5300.0 / 5000.0, mean = 5300.0 / 4.0;
+  EXPECT_NEAR(c.log_factor, std::log(factor), 1e-12);
   ASSERT_EQ(c.evidence.size(), 2U);
   EXPECT_EQ(c.evidence[0].group, 4U);
-  EXPECT_NEAR(c.evidence[0].residual, mean - std::log(1.1), 1e-12);
-  EXPECT_NEAR(c.evidence[1].residual, mean, 1e-12);
+  EXPECT_NEAR(c.evidence[0].residual, (1060.0 - 1100.0) / mean, 1e-12);
+  EXPECT_NEAR(c.evidence[1].residual, (2120.0 - 2000.0) / mean, 1e-12);
   EXPECT_NEAR(c.evidence[0].weight + c.evidence[1].weight, 16.0 / 10.0, 1e-12) << "Kish";
-  // Without a group the mean moves towards the other one: influences are opposite and add up to nothing.
+  // Influences add up to nothing, and are what a small change of an end does.
   EXPECT_NEAR(c.evidence[0].influence + c.evidence[1].influence, 0.0, 1e-12);
-  EXPECT_NEAR(c.evidence[0].influence, 0.75 * (std::log(1.1) - mean), 1e-12);
+  EXPECT_NEAR(c.evidence[0].influence, 3.0 * 40.0 / 5300.0, 1e-12);
 }
 
 TEST(OutlineCorrection, IsOneWhereTheModelIsRight) {
