@@ -13,15 +13,15 @@ inline constexpr double kConfidence = 0.95;
 struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
 };
-inline constexpr ModelBias kVisitsBias{0.02, 0.02};  ///< five scenes of four designs
-inline constexpr ModelBias kCallsBias{0.09, 0.16};   ///< two scenes of four designs
+inline constexpr ModelBias kVisitsBias{0.025, 0.025};  ///< five scenes of four designs
+inline constexpr ModelBias kCallsBias{0.09, 0.16};     ///< two scenes of four designs
 /// From so many independent scenes is a bias known, less one: degrees of freedom of its square.
 inline constexpr double kBiasDegrees = 4.0;
 
 /// What one simulated group contributed.
 struct GroupEvidence {
   std::uint64_t group = 0;
-  double weight = 0.0;     ///< share of the samples' information
+  double weight = 0.0;     ///< share of the samples' information on single ends of runs
   double residual = 0.0;   ///< (modelled - simulated end) / cycles of its sample
   double influence = 0.0;  ///< on the logarithm of the estimate: its sum of squares estimates the variance
 };

@@ -34,9 +34,19 @@ OutlineCorrection correct_outline(const std::vector<OutlineSample>& samples) {
     const double share = row.weight / sum;
     const double residual = (factor * row.outline_end - row.end) / mean;
     residuals += share * residual * residual;
-    correction.evidence.push_back({row.group, share * effective, residual, -share * residual});
+    correction.evidence.push_back({row.group, 0.0, residual, -share * residual});
   }
   correction.degrees_of_freedom = std::max(2.0, effective - 1.0);
+  // How far the model is off in a design is known beforehand, about: a correction that the samples do not know better
+  // than that counts for less.
+  double variance = 0.0;
+  for (const GroupEvidence& e : correction.evidence) variance += e.influence * e.influence;
+  variance *= (correction.degrees_of_freedom + 1.0) / correction.degrees_of_freedom;
+  constexpr double kSquare = kOutlineSpread * kOutlineSpread;
+  const double trust = kSquare / (kSquare + variance);
+  correction.log_factor *= trust;
+  for (GroupEvidence& e : correction.evidence) e.influence *= trust;
+  correction.prior_variance = (1.0 - trust) * (1.0 - trust) * kSquare;
   correction.residual = std::sqrt(residuals * (correction.degrees_of_freedom + 1.0) / correction.degrees_of_freedom);
   return correction;
 }

@@ -189,6 +189,7 @@ class SampledRun {
     SampledEstimate estimate;
     estimate.log_cycles = std::log(std::max(1.0, static_cast<double>(outline_.cycles))) + correction.log_factor;
     estimate.degrees_of_freedom = correction.degrees_of_freedom;
+    estimate.prior_variance = correction.prior_variance;
     estimate.bias = kVisitsBias;
     estimate.evidence = correction.evidence;
     return estimate;
@@ -252,7 +253,7 @@ class SampledRun {
     const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
       list.add(std::string("gpu.sampled.") + name, value, unit, description);
     };
-    add("share", static_cast<double>(groups) / static_cast<double>(std::max<std::size_t>(1, all_.size())), "ratio",
+    add("share", ratio(groups, reader_.group_count()), "ratio",
         "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
     add("groups", groups, "groups", "groups simulated");
     add("samples", static_cast<std::uint64_t>(r.estimate.whole ? 1 : samples_.size()), "runs",
@@ -391,7 +392,7 @@ class SampledRun {
     r.result.inputs = sampled_inputs();
     for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
     modules::StatisticList list;
-    describe(r, all_.size(), why, list);
+    describe(r, reader_.group_count(), why, list);
     const ordered_json sampled = statistics_object(list);
     ordered_json all = ordered_json::object();  // host.* stays last
     for (const auto& [name, entry] : stats.items()) {
