@@ -1,6 +1,6 @@
 // The outline model: a run of a trace at the grain of node visits. It makes the decisions of the cycle model (which SM,
 // which warp buffer entry, what hits in which cache, what is prefetched, checkpointed, blended), but a visit is one
-// event and what the machine's parts do in between are reservations of ports. Some ten to twenty times as fast as cycle
+// event and what the machine's parts do in between are reservations of ports. Some six to eight times as fast as cycle
 // mode; how far it is off is measured on samples.
 #pragma once
 
