@@ -41,6 +41,7 @@ struct Options {
   std::string output;
   std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
   std::vector<std::string> shares = {"0.0625"};
+  std::vector<std::string> models = {"visits"};
   std::vector<std::string> engines = {"cycle"};
   unsigned seeds = 10;
   bool existing = false;  ///< simulate nothing, evaluate the seeds whose four files are there
@@ -215,10 +216,14 @@ int run(Options options) {
   if (options.room > 0) options.traces.push_back(make_room(options));
   if (options.traces.empty()) throw grtx::Error("sim_error_vs_time", "--traces", "or --room is needed");
   std::vector<Setting> settings = {{"cycle", "--mode cycle", false}, {"fast", "--mode fast", false}};
-  for (const std::string& engine : options.engines) {
-    for (const std::string& share : options.shares) {
-      settings.push_back({fmt::format("sampled {} {}", share, engine),
-                          fmt::format("--mode sampled --share {} --sample-engine {}", share, engine), true});
+  for (const std::string& model : options.models) {
+    for (const std::string& engine : options.engines) {
+      for (const std::string& share : options.shares) {
+        settings.push_back(
+            {fmt::format("sampled {} {} {}", share, model, engine),
+             fmt::format("--mode sampled --share {} --sample-model {} --sample-engine {}", share, model, engine),
+             true});
+      }
     }
   }
   std::vector<Summary> all;
@@ -266,6 +271,7 @@ int sc_main(int argc, char* argv[]) {
   app.add_option("-o,--output", options.output, "Folder for results")->required();
   app.add_option("--config", options.config, "Configuration file")->capture_default_str();
   app.add_option("--share", options.shares, "Shares of sampled mode; repeatable")->capture_default_str();
+  app.add_option("--model", options.models, "Models of sampled mode; repeatable")->capture_default_str();
   app.add_option("--engine", options.engines, "Engines of sampled mode; repeatable")->capture_default_str();
   app.add_option("--seeds", options.seeds, "Seeds of sampled mode")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_flag("--existing", options.existing, "Simulate nothing: evaluate the runs that are there");

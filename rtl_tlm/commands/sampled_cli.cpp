@@ -29,6 +29,11 @@ void add_sampled_options(CLI::App* command, SampledCli& cli) {
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
   command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");
+  command
+      ->add_option("--sample-model", cli.model,
+                   "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
+                   "less exact)")
+      ->check(one_of({"visits", "calls"}));
   command->add_option("--sample-engine", cli.engine, "Sampled mode: what simulates the samples")
       ->check(one_of({"cycle", "fast"}));
 }
@@ -40,12 +45,14 @@ SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, u
     if (cli.share != defaults.share) refuse("--share");
     if (!cli.target_error.empty()) refuse("--target-error");
     if (cli.seed != defaults.seed) refuse("--seed");
+    if (cli.model != defaults.model) refuse("--sample-model");
     if (cli.engine != defaults.engine) refuse("--sample-engine");
   }
   SampledOptions options;
   options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
+  options.model = cli.model == "calls" ? SampleModel::calls : SampleModel::visits;
   options.engine = cli.engine == "fast" ? SimulationMode::fast : SimulationMode::cycle;
   options.jobs = jobs;
   check_sampled(options);

@@ -12,10 +12,11 @@ struct SampledCli {
   double share = SampledOptions{}.share;
   std::string target_error;
   std::uint64_t seed = SampledOptions{}.seed;
+  std::string model = "visits";
   std::string engine = "cycle";
 };
 
-/// --share, --target-error, --seed, --sample-engine.
+/// --share, --target-error, --seed, --sample-model, --sample-engine.
 void add_sampled_options(CLI::App* command, SampledCli& cli);
 /// Throws Error for options out of range, and for those given without `--mode sampled`.
 SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, unsigned jobs);

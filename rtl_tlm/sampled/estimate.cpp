@@ -45,6 +45,14 @@ double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
   return correction * (influence + (weight > 0.0 ? residual / weight : 0.0));
 }
 
+/// The variance of the samples and the square of the bias are known with degrees of freedom of their own: together with
+/// Welch's and Satterthwaite's.
+ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias) {
+  const double square = bias * bias, all = variance + square;
+  if (all == 0.0) return interval(log_value, 0.0, degrees);
+  return interval(log_value, all, all * all / (variance * variance / degrees + square * square / kBiasDegrees));
+}
+
 }  // namespace
 
 double student_quantile(double p, double degrees) {
@@ -60,9 +68,8 @@ double student_quantile(double p, double degrees) {
 
 ConfidenceInterval cycles_interval(const SampledEstimate& e) {
   if (e.whole) return interval(e.log_cycles, 0.0, 1.0);
-  return interval(e.log_cycles,
-                  variance_of(e.evidence, e.degrees_of_freedom) + e.prior_variance + kCyclesBias * kCyclesBias,
-                  e.degrees_of_freedom);
+  return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom) + e.prior_variance,
+                            e.degrees_of_freedom, e.bias.cycles);
 }
 
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other) {
@@ -88,7 +95,9 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
     if (!e->whole) degrees = std::min(degrees, e->degrees_of_freedom);
   }
   const double prior = std::max(base.prior_variance, other.prior_variance);
-  return interval(log_ratio, variance_of(evidence, degrees) + prior + kRatioBias * kRatioBias, degrees);
+  // A design that was simulated as a whole has no bias of its own.
+  const double bias = base.whole ? other.bias.cycles : other.whole ? base.bias.cycles : base.bias.ratio;
+  return interval_with_bias(log_ratio, variance_of(evidence, degrees) + prior, degrees, bias);
 }
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
@@ -97,6 +106,7 @@ nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
   json["whole"] = estimate.whole;
   json["prior_variance"] = estimate.prior_variance;
   json["degrees_of_freedom"] = estimate.degrees_of_freedom;
+  json["bias"] = {estimate.bias.cycles, estimate.bias.ratio};
   json["evidence"] = nlohmann::ordered_json::array();
   for (const GroupEvidence& e : estimate.evidence) {
     json["evidence"].push_back({e.group, e.weight, e.residual, e.influence});
@@ -110,6 +120,7 @@ SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
   estimate.whole = json.at("whole").get<bool>();
   estimate.prior_variance = json.at("prior_variance").get<double>();
   estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();
+  estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>()};
   for (const auto& e : json.at("evidence")) {
     estimate.evidence.push_back(
         {e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>(), e.at(3).get<double>()});

@@ -8,15 +8,20 @@
 namespace grtx::tlm {
 
 inline constexpr double kConfidence = 0.95;
-/// Standard deviations, on the logarithm, of what warp model and scaled machines leave over however large the samples
-/// are: root mean squares of the mean errors of four designs on two scenes, docs/sampled-simulation.md.
-inline constexpr double kCyclesBias = 0.09;
-inline constexpr double kRatioBias = 0.16;
+/// What a model and scaled machines leave over however large the samples are, as standard deviations on the logarithm:
+/// of cycles and of a ratio of two designs. Root mean squares of measured errors, docs/sampled-simulation.md.
+struct ModelBias {
+  double cycles = 0.0, ratio = 0.0;
+};
+inline constexpr ModelBias kVisitsBias{0.025, 0.025};  ///< five scenes of four designs
+inline constexpr ModelBias kCallsBias{0.09, 0.16};     ///< two scenes of four designs
+/// From so many independent scenes is a bias known, less one: degrees of freedom of its square.
+inline constexpr double kBiasDegrees = 4.0;
 
 /// What one simulated group contributed.
 struct GroupEvidence {
   std::uint64_t group = 0;
-  double weight = 0.0;     ///< share of the samples' information
+  double weight = 0.0;     ///< share of the samples' information on single ends of runs
   double residual = 0.0;   ///< (modelled - simulated end) / cycles of its sample
   double influence = 0.0;  ///< on the logarithm of the estimate: its sum of squares estimates the variance
 };
@@ -26,6 +31,7 @@ struct SampledEstimate {
   bool whole = false;           ///< everything was simulated: exact
   double prior_variance = 0.0;  ///< of log_cycles, of what the samples do not tell and the prior does
   double degrees_of_freedom = 1.0;
+  ModelBias bias = kVisitsBias;
   std::vector<GroupEvidence> evidence;
 };
 

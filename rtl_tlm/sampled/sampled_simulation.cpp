@@ -13,6 +13,8 @@
 #include "rtl_tlm/cost/machine.h"
 #include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/sampled/model_fit.h"
+#include "rtl_tlm/sampled/outline_correction.h"
+#include "rtl_tlm/sampled/outline_model.h"
 #include "rtl_tlm/sampled/sample_run.h"
 #include "rtl_tlm/sampled/sampler.h"
 #include "rtl_tlm/sampled/scaled_statistics.h"
@@ -64,6 +66,19 @@ RatePrior prior_of(const GpuConfig& config) {
   return prior;
 }
 
+constexpr unsigned kFewestClasses = 4;  ///< a pair of samples is half of the trace then
+
+/// What choosing and weighting need.
+GroupWork brief_work(const traces::RayGroup& group) {
+  GroupWork work;
+  work.kind = group.kind;
+  for (const traces::Ray& ray : group.rays) {
+    work.sectors += static_cast<double>(ray.events.size());
+    for (const traces::Round& round : ray.rounds) work.processed += round.processed_count;
+  }
+  return work;
+}
+
 class SampledRun {
  public:
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
@@ -72,24 +87,30 @@ class SampledRun {
   }
 
   SampledResult run() {
-    work_ = measure_work(reader_, config_);
+    if (options_.share > kWholeFrom) return whole("as asked for");
+    if (options_.model == SampleModel::visits) {
+      outline_whole();
+    } else {
+      work_ = measure_work(reader_, config_);
+    }
     for (const GroupWork& group : work_.groups) {
       all_.push_back(&group);
       sectors_ += group.sectors;
       squares_ += group.sectors * group.sectors;
     }
-    if (options_.share > kWholeFrom) return whole("as asked for");
     const double pair = std::min(options_.share, kLargestPair);
-    const auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
+    auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
     const double warps = squares_ > 0.0 ? sectors_ * sectors_ / squares_ : 0.0;
-    if (warps / classes < kFewestWarps) {
+    // Of small traces the outline model needs a larger share.
+    if (options_.model == SampleModel::visits) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
+    if (classes < kFewestClasses || warps / classes < kFewestWarps) {
       return whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
     }
     classes_ = deal_classes(work_.groups, classes, options_.seed);
     std::size_t pairs = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.share / pair)));
     for (;;) {
       simulate_pairs(pairs);
-      const SampledEstimate estimate = evaluate();
+      const SampledEstimate estimate = options_.model == SampleModel::visits ? correct() : evaluate();
       const ConfidenceInterval interval = cycles_interval(estimate);
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) return finished(estimate);
       pairs *= 2;
@@ -115,15 +136,63 @@ class SampledRun {
     if (known_.empty()) look_at_front();
     for (std::size_t i = before; i < samples_.size(); ++i) {
       if (running.size() >= options_.jobs) collect();
-      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], options_.engine));
+      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], engine_of(i)));
     }
     while (!running.empty()) collect();
+  }
+
+  /// With the outline model the contended samples are there for the statistics only: fast mode will do, where it can.
+  SimulationMode engine_of(std::size_t sample) const {
+    const bool statistics_only = options_.model == SampleModel::visits && sample % 2 == 0;
+    const bool fast_can = config_.rt_units == 1 && !config_.rt.warp_buffer.spill && !config_.rt.memory.by_shader &&
+                          config_.l1.mshr_entries < 65535;
+    return statistics_only && fast_can ? SimulationMode::fast : options_.engine;
   }
 
   void look_at_front() {
     std::vector<std::uint64_t> groups(reader_.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
     known_ = first_launches(reader_, groups, config_);
+  }
+
+  /// Runs the outline model of the whole trace, and counts the groups' work on the way.
+  void outline_whole() {
+    look_at_front();
+    const ChainLatencies latencies(config_, reader_.header());
+    std::vector<std::uint64_t> groups(reader_.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    outline_ = run_outline(reader_, groups, known_, config_, [&](const traces::RayGroup& group) {
+      work_.groups.push_back(brief_work(group));
+      const Chain chain = measure_chain(group, latencies);
+      work_.longest.ray = std::max(work_.longest.ray, chain.ray);
+      work_.longest.warp = std::max(work_.longest.warp, chain.warp);
+    });
+  }
+
+  /// The outline model's cycles, corrected by the samples in which the SM is not held up by others: with the DRAM of
+  /// half an SM, the scaled machine is less like the whole one than the model is.
+  SampledEstimate correct() {
+    std::vector<OutlineSample> compared;
+    for (std::size_t s = 1; s < samples_.size(); s += 2) {
+      const SampleRun& run = *samples_[s];
+      const OutlineRun outline = run_outline(reader_, run.groups, {}, run.machine.config, {});
+      OutlineSample sample;
+      sample.groups = run.groups;
+      for (const std::uint64_t group : run.groups) sample.weight.push_back(all_[group]->sectors);
+      sample.end = run.group_end;
+      sample.outline_end.assign(outline.group_end.begin(), outline.group_end.end());
+      compared.push_back(std::move(sample));
+    }
+    const OutlineCorrection correction = correct_outline(compared);
+    correction_ = std::exp(correction.log_factor);
+    residual_ = correction.residual;
+    SampledEstimate estimate;
+    estimate.log_cycles = std::log(std::max(1.0, static_cast<double>(outline_.cycles))) + correction.log_factor;
+    estimate.degrees_of_freedom = correction.degrees_of_freedom;
+    estimate.prior_variance = correction.prior_variance;
+    estimate.bias = kVisitsBias;
+    estimate.evidence = correction.evidence;
+    return estimate;
   }
 
   SampledEstimate evaluate() {
@@ -142,6 +211,8 @@ class SampledRun {
     estimate.log_cycles = prediction.value;
     estimate.prior_variance = prior_variance(prediction.gradient, fit_);
     estimate.degrees_of_freedom = fit_.degrees_of_freedom;
+    estimate.bias = kCallsBias;
+    residual_ = fit_.residual;
     for (std::size_t s = 0; s < samples_.size(); ++s) {
       for (std::size_t i = 0; i < samples_[s]->groups.size(); ++i) {
         const FittedRates::Group& group = fit_.groups[s][i];
@@ -171,6 +242,7 @@ class SampledRun {
     all["mode"] = "sampled";
     all["sampled.seed"] = std::to_string(options_.seed);
     all["sampled.share"] = fmt::format("{}", options_.share);
+    all["sampled.model"] = options_.model == SampleModel::visits ? "visits" : "calls";
     all["sampled.engine"] = options_.engine == SimulationMode::fast ? "fast" : "cycle";
     if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
     return all;
@@ -181,7 +253,7 @@ class SampledRun {
     const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
       list.add(std::string("gpu.sampled.") + name, value, unit, description);
     };
-    add("share", static_cast<double>(groups) / static_cast<double>(std::max<std::size_t>(1, all_.size())), "ratio",
+    add("share", ratio(groups, reader_.group_count()), "ratio",
         "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
     add("groups", groups, "groups", "groups simulated");
     add("samples", static_cast<std::uint64_t>(r.estimate.whole ? 1 : samples_.size()), "runs",
@@ -191,17 +263,29 @@ class SampledRun {
     add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
     add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
     add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
-    add("bias", r.estimate.whole ? 0.0 : kCyclesBias, "ratio",
+    add("bias", r.estimate.whole ? 0.0 : r.estimate.bias.cycles, "ratio",
         "of it, what model and scaled machines leave over however large the samples are; a measured constant");
-    add("residual", r.estimate.whole ? 0.0 : fit_.residual, "ratio",
+    add("residual", r.estimate.whole ? 0.0 : residual_, "ratio",
         "standard deviation between modelled and simulated ends of warps over the cycles of their sample");
     add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
     if (r.estimate.whole) return;
+    if (options_.model == SampleModel::visits) {
+      add("outline.cycles", static_cast<std::uint64_t>(outline_.cycles), "cycles", "of the outline model, uncorrected");
+      add("outline.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
+      add("outline.l1_hit_rate", ratio(outline_.l1_hits, outline_.l1_reads), "ratio", "of the outline model");
+      add("outline.l2_accesses", outline_.l2_accesses, "sectors", "of the outline model");
+      add("outline.dram_sectors", outline_.dram, "sectors", "of the outline model");
+      return;
+    }
     const ModelRates rates = rates_of(fit_.log_rates);
     add("rate.step_cycles", rates.step_cycles, "cycles", "fitted: a step that misses, nothing contended");
     add("rate.sm_sectors", rates.sm_sectors, "sectors/cycle", "fitted: node sectors that an SM serves");
     add("rate.sm_far", rates.sm_far, "sectors/cycle", "fitted: sectors beyond the L2 that an SM can ask for");
     add("rate.memory_sectors", rates.memory_sectors, "sectors/cycle", "fitted: sectors that the DRAM serves");
+  }
+
+  static double ratio(std::uint64_t a, std::uint64_t b) {
+    return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b);
   }
 
   void add_host(SampledResult& r) const {
@@ -275,9 +359,12 @@ class SampledRun {
   }
 
   double busiest_share() const {
-    const ModelRun run = run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates));
+    const std::vector<unsigned> group_sm =
+        options_.model == SampleModel::visits
+            ? outline_.group_sm
+            : run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
     std::vector<double> by_sm(config_.sms);
-    for (std::size_t i = 0; i < all_.size(); ++i) by_sm[run.group_sm[i]] += all_[i]->sectors;
+    for (std::size_t i = 0; i < all_.size(); ++i) by_sm[group_sm[i]] += all_[i]->sectors;
     return *std::max_element(by_sm.begin(), by_sm.end()) / sectors_;
   }
 
@@ -305,7 +392,7 @@ class SampledRun {
     r.result.inputs = sampled_inputs();
     for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
     modules::StatisticList list;
-    describe(r, all_.size(), why, list);
+    describe(r, reader_.group_count(), why, list);
     const ordered_json sampled = statistics_object(list);
     ordered_json all = ordered_json::object();  // host.* stays last
     for (const auto& [name, entry] : stats.items()) {
@@ -330,7 +417,10 @@ class SampledRun {
   std::vector<std::vector<std::uint64_t>> classes_;
   std::vector<std::unique_ptr<SampleRun>> samples_;  ///< on a half SM and with idle neighbours in turn
   std::vector<Launch> known_;
-  FittedRates fit_;
+  FittedRates fit_;     ///< of the warp model
+  OutlineRun outline_;  ///< of the whole trace
+  double correction_ = 1.0;
+  double residual_ = 0.0;
 };
 
 }  // namespace

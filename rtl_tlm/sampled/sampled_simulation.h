@@ -9,10 +9,17 @@
 
 namespace grtx::tlm {
 
+/// What the estimate of the whole run is made with.
+enum class SampleModel : std::uint8_t {
+  visits,  ///< the outline model of the whole trace, corrected by samples
+  calls    ///< the warp model, fitted to samples: faster, less exact
+};
+
 struct SampledOptions {
   double share = 1.0 / 16.0;  ///< of the groups, to begin with; above 1/2 the whole trace is simulated
   double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
+  SampleModel model = SampleModel::visits;
   SimulationMode engine = SimulationMode::cycle;  ///< that simulates the samples
   unsigned jobs = 1;                              ///< simulations at a time, each a process of its own
 };

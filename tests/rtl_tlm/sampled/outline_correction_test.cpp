@@ -1,0 +1,44 @@
+// The outline model's correction, against sums by hand.
+#include "rtl_tlm/sampled/outline_correction.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace grtx::tlm {
+namespace {
+
+TEST(OutlineCorrection, IsTheRatioOfWeightedEnds) {
+  const OutlineSample sample{{4, 9}, {3.0, 1.0}, {1100.0, 2000.0}, {1000.0, 2000.0}};
+  const OutlineCorrection c = correct_outline({sample});
+  const double factor = 5300.0 / 5000.0, mean = 5300.0 / 4.0;
+  // Two influences of 3 x 40 / 5300, one group too few: shrunk against the model's own spread.
+  const double variance = 2.0 * std::pow(120.0 / 5300.0, 2) * 3.0 / 2.0;
+  const double trust = kOutlineSpread * kOutlineSpread / (kOutlineSpread * kOutlineSpread + variance);
+  EXPECT_NEAR(c.log_factor, trust * std::log(factor), 1e-12);
+  EXPECT_NEAR(c.prior_variance, std::pow((1.0 - trust) * kOutlineSpread, 2), 1e-12);
+  ASSERT_EQ(c.evidence.size(), 2U);
+  EXPECT_EQ(c.evidence[0].group, 4U);
+  EXPECT_NEAR(c.evidence[0].residual, (1060.0 - 1100.0) / mean, 1e-12);
+  EXPECT_NEAR(c.evidence[1].residual, (2120.0 - 2000.0) / mean, 1e-12);
+  // Influences add up to nothing, and are what a small change of an end does.
+  EXPECT_NEAR(c.evidence[0].influence + c.evidence[1].influence, 0.0, 1e-12);
+  EXPECT_NEAR(c.evidence[0].influence, trust * 3.0 * 40.0 / 5300.0, 1e-12);
+}
+
+TEST(OutlineCorrection, IsOneWhereTheModelIsRight) {
+  const OutlineSample sample{{1, 2, 3}, {5.0, 5.0, 5.0}, {10.0, 20.0, 30.0}, {10.0, 20.0, 30.0}};
+  const OutlineCorrection c = correct_outline({sample, sample});
+  EXPECT_EQ(c.log_factor, 0.0);
+  EXPECT_EQ(c.residual, 0.0);
+  EXPECT_NEAR(c.degrees_of_freedom, 5.0, 1e-12);
+}
+
+TEST(OutlineCorrection, LeavesOutGroupsWithoutWork) {
+  const OutlineSample sample{{1, 2}, {1.0, 0.0}, {20.0, 7.0}, {10.0, 500.0}};
+  EXPECT_NEAR(correct_outline({sample}).log_factor, std::log(2.0), 1e-12);
+  EXPECT_EQ(correct_outline({OutlineSample{}}).log_factor, 0.0);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,93 @@
+// The outline model against cycle mode, on random traces: close in cycles, and in what the caches saw.
+#include "rtl_tlm/sampled/outline_model.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "base/error.h"
+#include "rtl_tlm/child_process.h"
+#include "rtl_tlm/simulation.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+using traces::testing::RandomOptions;
+using traces::testing::TemporaryFile;
+
+class OutlineModel : public ::testing::TestWithParam<bool> {
+ protected:
+  explicit OutlineModel(bool checkpoint = GetParam()) {
+    RandomOptions random;
+    random.seed = 11;
+    random.groups = 96;
+    random.depth = 3;
+    random.warp_size = 8;
+    random.checkpoint = checkpoint;
+    auto trace = traces::testing::random_trace(random);
+    traces::testing::write_trace(file_.path(), trace.header, trace.groups);
+  }
+  ordered_json cycle_mode() const {
+    ChildProcess child("cycle", [this] { return simulate(file_.path(), config_, {}).document.at("stats").dump(); });
+    return ordered_json::parse(child.result());
+  }
+  OutlineRun outline(const traces::Reader& reader) const {
+    std::vector<std::uint64_t> groups(reader.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    return run_outline(reader, groups, first_launches(reader, groups, config_), config_, {});
+  }
+
+  TemporaryFile file_{"outline"};
+  GpuConfig config_ = load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {});
+};
+
+TEST_P(OutlineModel, IsCloseToCycleMode) {
+  const ordered_json stats = cycle_mode();
+  const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
+  const traces::Reader reader(file_.path());
+  const OutlineRun run = outline(reader);
+  // These warps are short: some latencies that the model leaves out count more than in a scene.
+  EXPECT_NEAR(static_cast<double>(run.cycles) / value("gpu.cycles"), 1.0, 0.15);
+  EXPECT_NEAR(static_cast<double>(run.l2_accesses) / value("gpu.l2.accesses"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.dram) / value("gpu.dram.bursts"), 1.0, 0.06);
+  const double asked = value("gpu.l1.all.reads") + value("gpu.l1.prefetch.requests");
+  EXPECT_NEAR(static_cast<double>(run.l1_reads) / asked, 1.0, 0.06);
+}
+
+TEST_P(OutlineModel, EveryGroupEndsOnceAndTheSameEachTime) {
+  const traces::Reader reader(file_.path());
+  std::vector<std::uint32_t> decoded;
+  std::vector<std::uint64_t> groups = {3, 7, 8, 40, 95};
+  const auto count = [&decoded](const traces::RayGroup& group) { decoded.push_back(group.index); };
+  const OutlineRun run = run_outline(reader, groups, {{1, 0}, {1, 1}}, config_, count);
+  EXPECT_EQ(decoded, (std::vector<std::uint32_t>{3, 7, 8, 40, 95}));
+  ASSERT_EQ(run.group_end.size(), groups.size());
+  for (const Cycle end : run.group_end) EXPECT_GT(end, 0U);
+  EXPECT_EQ(run.cycles, *std::max_element(run.group_end.begin(), run.group_end.end()));
+  EXPECT_EQ(run.group_sm[0], 1U);
+  EXPECT_EQ(run.group_sm[1], 1U);
+  const OutlineRun again = run_outline(reader, groups, {{1, 0}, {1, 1}}, config_, {});
+  EXPECT_EQ(run.group_end, again.group_end);
+}
+
+TEST_P(OutlineModel, PerfectCachesAskNobody) {
+  const traces::Reader reader(file_.path());
+  const Cycle with = outline(reader).cycles;
+  config_.l2.perfect = true;
+  const OutlineRun no_dram = outline(reader);
+  EXPECT_EQ(no_dram.dram, 0U);
+  EXPECT_GT(no_dram.l2_accesses, 0U);
+  EXPECT_LT(no_dram.cycles, with);
+  config_.l1.perfect = true;
+  const OutlineRun no_l2 = outline(reader);
+  EXPECT_EQ(no_l2.l2_accesses, 0U);
+  EXPECT_LT(no_l2.cycles, no_dram.cycles);
+}
+
+INSTANTIATE_TEST_SUITE_P(Checkpointing, OutlineModel, ::testing::Bool());
+
+}  // namespace
+}  // namespace grtx::tlm
