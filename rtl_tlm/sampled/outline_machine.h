@@ -128,7 +128,7 @@ struct Sm {
   std::vector<Cycle> line_arrives;  ///< the last of its sectors
   unsigned sectors;                 ///< of a line
   PlaceRing crossed, mshrs, hits;
-  SlotCalendar responses;  ///< to node requests, one a cycle
+  PortCalendar responses;  ///< to node requests, one a cycle
   unsigned conflicts = 0;
   std::array<Port, kClients> ports;
   unsigned first = 0;

@@ -8,6 +8,7 @@
 
 #include "modules/address_interleave.h"
 #include "modules/sector_cache_tags.h"
+#include "rtl_tlm/fast/port_calendar.h"
 #include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/gpu_config.h"
 
@@ -81,7 +82,7 @@ class OutlineMemory {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
         : tags(c.geometry), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
     modules::SectorCacheTags tags;
-    SlotCalendar input, lookup, reply;
+    PortCalendar input, lookup, reply;
     PlaceRing looked_up, queue, mshrs;
     Cycle blocked_until = 0;
     OutlineChannel dram;
