@@ -79,11 +79,16 @@ GroupWork brief_work(const traces::RayGroup& group) {
   return work;
 }
 
+/// The outline model knows no spilling stacks and no nodes fetched by shader cores; the warp model sees them in
+/// samples.
+bool outline_knows(const GpuConfig& config) { return !config.rt.warp_buffer.spill && !config.rt.memory.by_shader; }
+
 class SampledRun {
  public:
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
       : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
     reader_.verify_content();
+    if (!outline_knows(config)) options_.model = SampleModel::calls;
   }
 
   SampledResult run() {

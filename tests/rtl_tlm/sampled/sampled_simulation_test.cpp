@@ -120,6 +120,15 @@ TEST_F(SampledSimulation, IntervalsCoverTheTruth) {
   EXPECT_GE(covered, 5U);
 }
 
+TEST_F(SampledSimulation, TakesTheWarpModelForWhatTheOutlineLacks) {
+  const auto model = [&] {
+    return simulate_sampled(file_.path(), config_, share(0.25)).result.inputs.at("sampled.model");
+  };
+  EXPECT_EQ(model(), "visits");
+  config_.rt.warp_buffer.spill = true;
+  EXPECT_EQ(model(), "calls");
+}
+
 TEST_F(SampledSimulation, FastEngineTakesTheSameGroups) {
   SampledOptions options = share(0.0625);
   const SampledResult cycle = simulate_sampled(file_.path(), config_, options);
