@@ -22,7 +22,7 @@ template <typename Destination>
 Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
   // Requests for the outputs, from the heads of the inputs.
   const unsigned n = static_cast<unsigned>(inputs_.size());
-  for_each_input([&](unsigned i) {
+  waiting_.for_each([&](unsigned i) {
     const Packet* head = inputs_[i]->front(now);
     if (head == nullptr) return;
     Output& output = outputs_[destination(*head)];
@@ -45,7 +45,7 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
       Link<Packet>* input = inputs_[output.winner];
       output.buffer.push({*input->front(now), now + output.hold});
       input->pop(now);
-      if (input->empty()) waiting_[output.winner / 64] &= ~(std::uint64_t{1} << output.winner % 64);
+      waiting_.popped(output.winner, *input);
       output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
     }
@@ -59,7 +59,7 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
     }
     due = std::min(due, std::max(now + 1, output.buffer.front().due));
   }
-  for_each_input([&](unsigned i) { due = std::min(due, inputs_[i]->next_visible()); });
+  waiting_.for_each([&](unsigned i) { due = std::min(due, inputs_[i]->next_visible()); });
   return std::max(due, now + 1);
 }
 

@@ -3,7 +3,6 @@
 // Costs one look at each input port's head per active cycle; sleeps when empty.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -17,6 +16,7 @@
 #include "modules/memory_request.h"
 #include "modules/ring_queue.h"
 #include "modules/statistics.h"
+#include "modules/waiting_links.h"
 
 namespace grtx::modules {
 
@@ -40,12 +40,12 @@ template <typename Packet>
 class CrossbarNetwork {
  public:
   CrossbarNetwork(unsigned inputs, unsigned outputs, unsigned latency, unsigned buffer)
-      : latency_(latency), inputs_(inputs), waiting_((inputs + 63) / 64), outputs_(outputs) {
+      : latency_(latency), inputs_(inputs), waiting_(inputs), outputs_(outputs) {
     for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
   }
   void bind_input(unsigned i, Link<Packet>* link) {
     inputs_[i] = link;
-    link->announce(&waiting_[i / 64], i % 64);
+    waiting_.watch(i, *link);
   }
   /// The output link's own latency is part of the network's latency.
   void bind_output(unsigned i, Link<Packet>* link) {
@@ -74,19 +74,9 @@ class CrossbarNetwork {
     unsigned winner = 0;
   };
 
-  /// f(number) for the inputs with packets, lowest first.
-  template <typename F>
-  void for_each_input(F&& f) const {
-    for (std::size_t word = 0; word < waiting_.size(); ++word) {
-      for (std::uint64_t rest = waiting_[word]; rest != 0; rest &= rest - 1) {
-        f(static_cast<unsigned>(word * 64) + static_cast<unsigned>(std::countr_zero(rest)));
-      }
-    }
-  }
-
   unsigned latency_;
   std::vector<Link<Packet>*> inputs_;
-  std::vector<std::uint64_t> waiting_;  ///< bits of the inputs that are not empty
+  WaitingLinks waiting_;  ///< of inputs_
   std::vector<Output> outputs_;
   CrossbarCounters::Network counters_;
 };

@@ -43,7 +43,6 @@ class Dram final : public sc_core::sc_module {
     bool perfect = false;       ///< every request is done after fixed_latency, without banks or a data bus
   };
 
-  SC_HAS_PROCESS(Dram);
   /// clock: memory domain. Throws Error for an impossible configuration.
   Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 

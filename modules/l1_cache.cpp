@@ -6,7 +6,6 @@
 #include <ostream>
 
 #include "base/error.h"
-#include "modules/lane_loop.h"
 
 namespace grtx::modules {
 namespace {
@@ -31,6 +30,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       clock_(clock),
       alarm_(clock, this, [](void* module) { static_cast<L1Cache*>(module)->tick(); }),
       clients_(config.clients),
+      waiting_(config.clients),
       response_due_(config.clients, kNever),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
@@ -39,7 +39,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "l1", rule);
   };
-  require(config.clients >= 1 && config.clients <= 64, "clients must be 1 to 64");
+  require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
   require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
   require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
   require(config.miss_queue >= 1, "the miss queue needs an entry");
@@ -56,7 +56,7 @@ void L1Cache::end_of_elaboration() {
   for (unsigned i = 0; i < config_.clients; ++i) {
     clients_[i].request = request[i].operator->();
     clients_[i].request->wake(&alarm_);
-    clients_[i].request->announce(&waiting_, i);
+    waiting_.watch(i, *clients_[i].request);
     clients_[i].response = response[i].operator->();
     const unsigned link = clients_[i].response->latency();
     if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
@@ -67,7 +67,7 @@ void L1Cache::end_of_elaboration() {
 bool L1Cache::work_at(Cycle now) const {
   if (due_ <= now || up_->front(now) != nullptr) return true;
   bool work = false;
-  for_each_bit(waiting_, [&](unsigned i) { work = work || clients_[i].request->front(now) != nullptr; });
+  waiting_.for_each([&](unsigned i) { work = work || clients_[i].request->front(now) != nullptr; });
   return work;
 }
 
@@ -91,7 +91,7 @@ void L1Cache::prefetch_host(Cycle now) const {
     mshrs_.prefetch_find(arrived->address);
     tags_.prefetch(arrived->address);
   }
-  for_each_bit(waiting_, [&](unsigned i) {
+  waiting_.for_each([&](unsigned i) {
     const Client& client = clients_[i];
     if (const MemoryRequest* head = client.request->front(now); head != nullptr && client.refused_at != version_) {
       tags_.prefetch(head->address);
@@ -151,14 +151,11 @@ void L1Cache::take_requests(Cycle now) {
     accepted.sm = config_.sm;
     if (!accept(now, client, accepted)) return;
     client.request->pop(now);
-    if (client.request->empty()) waiting_ &= ~(std::uint64_t{1} << i);
+    waiting_.popped(i, *client.request);
     if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
     won = true;
   };
-  const std::uint64_t before = (std::uint64_t{1} << first_client_) - 1;  // clients that come last
-  const std::uint64_t waiting = waiting_;
-  for_each_bit(waiting & ~before, take);
-  for_each_bit(waiting & before, take);
+  waiting_.for_each_from(first_client_, take);
 }
 
 bool L1Cache::stall(L1Stall reason) {
@@ -296,7 +293,7 @@ void L1Cache::send_responses(Cycle now) {
 Cycle L1Cache::next_due(Cycle now) const {
   Cycle due = up_->next_visible();
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
-  for_each_bit(waiting_, [&](unsigned i) { due = std::min(due, clients_[i].request->next_visible()); });
+  waiting_.for_each([&](unsigned i) { due = std::min(due, clients_[i].request->next_visible()); });
   for (const Cycle ready : response_due_) due = std::min(due, ready);
   return std::max(now + 1, due);
 }

@@ -18,6 +18,7 @@
 #include "modules/ring_queue.h"
 #include "modules/sector_cache_tags.h"
 #include "modules/statistics.h"
+#include "modules/waiting_links.h"
 
 namespace grtx::modules {
 
@@ -145,7 +146,7 @@ class L1Cache final : public sc_core::sc_module {
   Link<MemoryRequest>* down_ = nullptr;
   Link<MemoryResponse>* up_ = nullptr;
   std::vector<Client> clients_;
-  std::uint64_t waiting_ = 0;        ///< clients with requests in their links
+  WaitingLinks waiting_;             ///< requests of clients_
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
   SectorCacheTags tags_;
   MshrTable mshrs_;

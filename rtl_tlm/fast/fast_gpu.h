@@ -17,6 +17,14 @@
 
 namespace grtx::tlm {
 
+/// What a configuration asks for that fast mode does not model; an empty key: nothing.
+struct Unmodelled {
+  const char* key = "";
+  const char* rule = "";
+  explicit operator bool() const { return *key != '\0'; }
+};
+Unmodelled unmodelled_by_fast(const GpuConfig& config);
+
 class FastGpu final : public sc_core::sc_module {
  public:
   /// source must outlive the GPU. Throws Error when the configuration asks for what this mode does not model.

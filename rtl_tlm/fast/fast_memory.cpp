@@ -13,9 +13,8 @@ using modules::SectorCacheTags;
 namespace {
 
 constexpr unsigned kFoundBits = 16;
-constexpr std::int64_t kWeight = 256;   // intervals in the running mean
-constexpr std::size_t kBusy = 16;       // requests from which on the DRAM's pace counts as its capacity
-constexpr Cycle kCalendarPeriod = 256;  // between two visits of the calendars, which keep thousands of cycles
+constexpr std::int64_t kWeight = 256;  // intervals in the running mean
+constexpr std::size_t kBusy = 16;      // requests from which on the DRAM's pace counts as its capacity
 
 }  // namespace
 
@@ -146,7 +145,7 @@ void FastMemory::advance(Cycle now) {
     for (Slice& slice : slices_) {
       for (PortCalendar* port : {&slice.input, &slice.lookup, &slice.reply}) port->advance(now);
     }
-    next_advance_ = now + kCalendarPeriod;
+    next_advance_ = now + PortCalendar::kPeriod;
   }
   if (dram_.perfect) return;
   const Cycle known = now + latency_ + pipe_;  // what is sent later is looked up later

@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kSimt = 0;  // clients
 constexpr std::size_t kCheckpoint = 1;
-constexpr Cycle kCalendarPeriod = 256;  // between two visits of the calendars, which keep thousands of cycles
 
 }  // namespace
 
@@ -78,7 +77,7 @@ void FastSm::run(Cycle end) {
   if (now >= next_advance_ && now < end) {
     l1_.advance(now);
     rt_->advance(now);
-    next_advance_ = now + kCalendarPeriod;
+    next_advance_ = now + PortCalendar::kPeriod;
   }
   while (now < end) {
     step(now);

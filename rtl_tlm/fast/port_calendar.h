@@ -14,6 +14,7 @@ namespace grtx::tlm {
 class PortCalendar {
  public:
   static constexpr Cycle kWindow = 8192;  ///< cycles that are kept; later ones are given out in order
+  static constexpr Cycle kPeriod = 256;   ///< between two calls of advance() by an owner: few, of a large window
 
   /// The first cycle from `from` on that nobody has; it is taken. Past cycles are not given.
   Cycle reserve(Cycle from) {

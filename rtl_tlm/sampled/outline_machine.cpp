@@ -58,7 +58,7 @@ OutlineRun Machine::run() {
   launch(0);
   wheel_.run([this](Number number) {
     const Cycle now = wheel_.now();
-    if (now >= advanced_ + 256) {
+    if (now >= advanced_ + PortCalendar::kPeriod) {
       memory_.advance(advanced_ = now);
       for (const auto& sm : sms_) sm->responses.advance(now);
     }

@@ -1,4 +1,7 @@
 // RT unit of the outline model: calls, the order of warps, node fetches and their merging, sibling prefetches.
+#include <fmt/format.h>
+
+#include "base/error.h"
 #include "rtl_tlm/sampled/outline_machine.h"
 
 namespace grtx::tlm::outline {
@@ -108,6 +111,13 @@ void Machine::handle(Cycle now, Number number, Lane& lane) {
       advance(now, number, lane, event.checkpoints);
       return;
     default:
+      if (!header_.checkpoint) {
+        const Call& call = sms_[lane.sm]->calls[lane.entry];
+        throw Error("trace",
+                    fmt::format("group {} lane {} round {}", group_of(lane).index, number % kMaxLanes,
+                                sms_[lane.sm]->program.round(call.slot)),
+                    "replays although checkpointing is off");
+      }
       if (read_checkpoint(now, number)) advance(now, number, lane, event.checkpoints);
   }
 }

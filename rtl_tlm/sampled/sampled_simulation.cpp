@@ -12,6 +12,7 @@
 #include "rtl_tlm/child_process.h"
 #include "rtl_tlm/cost/machine.h"
 #include "rtl_tlm/energy_statistics.h"
+#include "rtl_tlm/fast/fast_gpu.h"
 #include "rtl_tlm/sampled/model_fit.h"
 #include "rtl_tlm/sampled/outline_correction.h"
 #include "rtl_tlm/sampled/outline_model.h"
@@ -149,9 +150,7 @@ class SampledRun {
   /// With the outline model the contended samples are there for the statistics only: fast mode will do, where it can.
   SimulationMode engine_of(std::size_t sample) const {
     const bool statistics_only = options_.model == SampleModel::visits && sample % 2 == 0;
-    const bool fast_can = config_.rt_units == 1 && !config_.rt.warp_buffer.spill && !config_.rt.memory.by_shader &&
-                          config_.l1.mshr_entries < 65535;
-    return statistics_only && fast_can ? SimulationMode::fast : options_.engine;
+    return statistics_only && !unmodelled_by_fast(config_) ? SimulationMode::fast : options_.engine;
   }
 
   void look_at_front() {

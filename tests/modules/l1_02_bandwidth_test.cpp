@@ -2,6 +2,8 @@
 // cycle.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "l1_bench.h"
 
 namespace grtx::modules {
@@ -41,6 +43,27 @@ TEST_F(L1Bandwidth, ClientsOnDifferentBanksDoNotDisturbEachOther) {
   EXPECT_TRUE(run_until_quiet(bench.clock, 3000));
   for (unsigned c = 0; c < 4; ++c) EXPECT_EQ(bench.client(c).answers().back().cycle, 1000u + 31 + 20);
   EXPECT_THAT(bench.l1.counters().stalls, Each(0u));
+}
+
+// More than fit into a word: 16 RT units with four ports each, and the SIMT core, are 65.
+TEST_F(L1Bandwidth, SeventyClientsTakeTurns) {
+  L1Cache::Config config;
+  config.clients = 70;
+  config.banks = 1;
+  L1Bench bench(config);
+  warm(bench, 1);
+  for (unsigned c = 0; c < config.clients; ++c) {
+    for (unsigned turn = 0; turn < 2; ++turn) bench.client(c).read(1000, 0);
+  }
+  EXPECT_TRUE(run_until_quiet(bench.clock, 3000));
+  std::vector<Cycle> answers;
+  for (unsigned c = 0; c < config.clients; ++c) {
+    ASSERT_GE(bench.client(c).answers().size(), 2U) << "client " << c;
+    answers.push_back(bench.client(c).answers().back().cycle);
+  }
+  std::sort(answers.begin(), answers.end());
+  EXPECT_EQ(std::unique(answers.begin(), answers.end()), answers.end()) << "the only bank serves one a cycle";
+  EXPECT_EQ(answers.back(), 1000U + 2 * config.clients - 1 + 20);
 }
 
 TEST_F(L1Bandwidth, ABankServesOneClientACycle) {

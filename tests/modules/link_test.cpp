@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <vector>
+
+#include "modules/waiting_links.h"
+
 namespace grtx::modules {
 namespace {
 
@@ -46,6 +51,34 @@ TEST(LinkTest, AnnouncesThatItIsNoLongerEmpty) {
   link.pop(2);
   link.push(3, 3);
   EXPECT_EQ(waiting, 32u);
+}
+
+TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
+  constexpr unsigned kLinks = 130;
+  WaitingLinks waiting(kLinks);
+  std::vector<std::unique_ptr<Link<int>>> links;
+  for (unsigned i = 0; i < kLinks; ++i) {
+    links.push_back(std::make_unique<Link<int>>("link", 1, 4));
+    waiting.watch(i, *links[i]);
+  }
+  for (const unsigned i : {129u, 0u, 63u, 64u, 70u}) links[i]->push(0, 1);
+  links[70]->push(1, 2);
+  const auto from = [&](unsigned first) {
+    std::vector<unsigned> all;
+    waiting.for_each_from(first, [&](unsigned i) { all.push_back(i); });
+    return all;
+  };
+  EXPECT_EQ(from(0), (std::vector<unsigned>{0, 63, 64, 70, 129}));
+  EXPECT_EQ(from(64), (std::vector<unsigned>{64, 70, 129, 0, 63}));
+  EXPECT_EQ(from(71), (std::vector<unsigned>{129, 0, 63, 64, 70}));
+  for (const unsigned i : {64u, 70u}) {
+    links[i]->pop(2);
+    waiting.popped(i, *links[i]);
+  }
+  EXPECT_EQ(from(1), (std::vector<unsigned>{63, 70, 129, 0})) << "link 70 held two";
+  std::vector<unsigned> ascending;
+  waiting.for_each([&](unsigned i) { ascending.push_back(i); });
+  EXPECT_EQ(ascending, (std::vector<unsigned>{0, 63, 70, 129}));
 }
 
 TEST(LinkTest, OneItemACycleFlowsThroughTwoPlaces) {
