@@ -7,11 +7,9 @@
 #include <cassert>
 #include <cstdint>
 #include <vector>
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
 
 #include "modules/address_index.h"
+#include "modules/equal_keys.h"
 
 namespace grtx::modules {
 
@@ -137,24 +135,8 @@ class SectorCacheTags {
   Slot find_small(std::uint64_t number) const {
     const std::uint64_t set = set_of(number);
     const SmallSet& s = small_[set];
-    const unsigned hit = equal(s.number, static_cast<std::uint32_t>(number));
+    const unsigned hit = equal_keys(s.number, static_cast<std::uint32_t>(number));
     return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
-  }
-  /// Bit i: numbers[i] == number.
-  static unsigned equal(const std::uint32_t (&numbers)[kSmallWays], std::uint32_t number) {
-#ifdef __SSE2__
-    const __m128i wanted = _mm_set1_epi32(static_cast<int>(number));
-    const auto four = [&](unsigned i) {
-      return _mm_cmpeq_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers + i)), wanted);
-    };
-    const __m128i low = _mm_packs_epi32(four(0), four(4));
-    const __m128i high = _mm_packs_epi32(four(8), four(12));
-    return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
-#else
-    unsigned hit = 0;
-    for (unsigned way = 0; way < kSmallWays; ++way) hit |= unsigned{numbers[way] == number} << way;
-    return hit;
-#endif
   }
   static void touch_small(SmallSet& set, unsigned way) {
     // The lowest four bits that equal `way`: the lowest zero of the exclusive or, found with borrows.

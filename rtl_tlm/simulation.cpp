@@ -230,12 +230,11 @@ Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, c
   }
   const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
   const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
-  FastGpu gpu("fast", config, reader.header(), evictions, source);
+  FastGpu gpu(config, reader.header(), evictions, source);
   gpu.observe(options.observer);
   std::vector<unsigned> sms;
   for (const Launch& launch : first) sms.push_back(launch.sm);
   gpu.assign(std::move(sms));
-  sc_core::sc_start(sc_core::SC_ZERO_TIME);  // elaborates: binds the ports of the SIMT cores
   Progress progress("simulate", source.count(), "warps", options.quiet);
   gpu.run([&](std::uint64_t ended) { progress.set(ended); });
   progress.finish();

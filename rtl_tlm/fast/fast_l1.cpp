@@ -1,180 +1,275 @@
-#include "rtl_tlm/fast/fast_l1.h"
-
+// The L1 in fast mode: its four clients take turns, and a request learns at once when it is answered. What is under way
+// stands in the tags already, with the cycle of its arrival.
 #include <algorithm>
 #include <bit>
+#include <stdexcept>
+#include <utility>
 
-namespace grtx::tlm {
+#include "rtl_tlm/fast/fast_machine.h"
 
-using modules::kNever;
-using modules::L1Stall;
-using modules::MemoryRequest;
-using modules::SectorCacheTags;
+namespace grtx::tlm::fast {
 
-FastL1::FastL1(const modules::L1Cache::Config& config, unsigned sm, std::size_t link_capacity, FastMemory& memory)
-    : config_(config),
-      sm_(static_cast<std::uint8_t>(sm)),
-      memory_(memory),
-      tags_(config.geometry),
-      banks_(config.banks),
-      bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0),
-      misses_(config.mshr_entries),
-      arrivals_(config.mshr_entries),
-      pending_(config.mshr_entries),
-      crossed_(config.miss_queue + link_capacity) {
-  for (unsigned i = config.mshr_entries; i > 0; --i) free_.push_back(static_cast<DueWheel::Number>(i - 1));
+using namespace modules;
+
+namespace {
+
+constexpr unsigned kAllPorts = (1u << kClients) - 1;
+
+unsigned count_of(unsigned sectors) { return static_cast<unsigned>(std::popcount(sectors)); }
+
+}  // namespace
+
+void Machine::serve(Cycle now, unsigned s) {
+  Sm& sm = *sms_[s];
+  for (bool progress = true; progress;) {
+    progress = false;
+    const unsigned first = sm.first;
+    // The ports with requests, from that whose turn it is on.
+    for (unsigned rest = sm.waiting >> first | (sm.waiting << (kClients - first) & kAllPorts); rest != 0;
+         rest &= rest - 1) {
+      const unsigned c = (first + static_cast<unsigned>(std::countr_zero(rest))) % kClients;
+      const Port& port = sm.ports[c];
+      while (!port.queue.empty() && port.until <= now && port.next <= now + kAhead) {
+        const Taken taken = try_head(now, s, c);
+        if (taken == Taken::refused) break;
+        if (taken == Taken::hit) continue;
+        sm.first = (c + 1) % kClients;  // the others may send a miss first
+        progress = true;
+        break;
+      }
+      if (port.queue.empty()) sm.waiting &= ~(1u << c);
+    }
+  }
+  if (sm.ready != 0) select_soon(now, s);
+  if (sm.port_timed) return;
+  Cycle due = kNever;
+  for (unsigned rest = sm.waiting; rest != 0; rest &= rest - 1) {
+    const Port& port = sm.ports[static_cast<unsigned>(std::countr_zero(rest))];
+    due = std::min(due, std::max(port.until, port.next > kAhead / 2 ? port.next - kAhead / 2 : 0));
+  }
+  if (due == kNever) return;
+  sm.port_timed = true;
+  wheel_.add(due, ports_from_ + s);
 }
 
-void FastL1::fill_next() {
-  arrivals_.take(arrivals_.next(), [this](DueWheel::Number number) { store(number); });
+// Node requests are served ahead of time, so half of the time the others go first.
+Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
+  const std::uint64_t first = r.line / kSectorBytes;
+  std::uint64_t conflicts = 0;
+  --at;
+  for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
+    const std::uint64_t sector = first + static_cast<unsigned>(std::countr_zero(rest));
+    ++at;
+    const Cycle taken = sm.banks.reserve(sm.banks.bank(sector), at);
+    if (taken == at) continue;
+    if (std::exchange(sm.between, !sm.between)) {
+      ++conflicts;  // of the other
+      if (client != kNode) ++sm.ports[kNode].next;
+    } else {
+      conflicts += taken - at;
+      at = taken;
+    }
+  }
+  sm.l1.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += conflicts;
+  return at;
 }
 
-void FastL1::store(DueWheel::Number number) {
-  const Miss& miss = misses_[number];
-  SectorCacheTags::Slot slot = tags_.find(miss.address);
+Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
+  Sm& sm = *sms_[s];
+  Port& port = sm.ports[client];
+  const Request r = port.queue.front();
+  Cycle at = std::max({port.next, now + 1, client == kNode ? sm.hits.room() : 0});
+  SectorCacheTags::Slot slot = SectorCacheTags::kNone;
+  std::uint8_t present = r.sectors;
+  std::uint8_t missing = 0;
+  std::uint32_t filling = AddressIndex::kNone;
+  if (!config_.l1.perfect) {
+    slot = sm.tags.find(r.line);
+    present = slot == SectorCacheTags::kNone ? std::uint8_t{0} : r.sectors & sm.tags.valid(slot);
+    missing = r.write ? r.sectors : r.sectors ^ present;
+  }
+  std::uint8_t on_the_way = 0;
+  if (missing != 0) {
+    if (!r.write) {
+      filling = sm.filling.find(r.line / kSectorBytes);
+      if (filling != AddressIndex::kNone) on_the_way = missing & sm.fills[filling].sectors;
+      missing ^= on_the_way;
+    }
+    if (missing != 0) {
+      const Cycle sends = sm.crossed.room();
+      const Cycle holds = r.write ? 0 : sm.mshrs.room(at);
+      const L1Stall reason = std::max(sends, holds) <= at ? L1Stall::response_port
+                             : holds > sends              ? L1Stall::mshr_full
+                                                          : L1Stall::miss_queue_full;
+      at = std::max({at, sends, holds});
+      if (at > now + kAhead) {
+        port.until = at - kAhead / 2;
+        sm.l1.stalls[static_cast<std::size_t>(reason)] += port.until - now;
+        return Taken::refused;
+      }
+    }
+  }
+  const unsigned count = count_of(r.sectors);
+  const Cycle taken = take_banks(sm, client, r, at);
+  const Cycle through = taken + config_.l1.latency;
+  Cycle seen = present != 0 && (!r.write || config_.l1.perfect) ? through : 0;
+  port.next = taken + 1;
+  port.queue.pop();
+  if (on_the_way != 0) {
+    Cycle last = 0;
+    const std::uint8_t awaited = sm.fills[filling].awaited(on_the_way, at, last);
+    if (awaited != on_the_way) seen = std::max(seen, through);
+    if (awaited != 0) seen = std::max(seen, last + 1);
+    present |= on_the_way ^ awaited;
+    on_the_way = awaited;
+  }
+  count_access(sm, client, slot, r, present, on_the_way, filling);
+  if (slot != SectorCacheTags::kNone) sm.tags.touch(slot);
+  if (missing != 0) seen = std::max(seen, send_miss(s, sm, filling, r, missing, client == kPrefetch, at));
+  if (client == kNode) {
+    for (unsigned i = count; i > 0; --i) {
+      sm.link_pushed = sm.link.room() + 1;
+      sm.link.take(taken - (i - 1));
+    }
+    const bool in_pipeline = seen == through;
+    for (unsigned i = count; i > 0; --i) {
+      const Cycle response = sm.responses.reserve(seen - (i - 1));
+      if (in_pipeline) sm.hits.take(response);
+      if (i == 1) seen = response;
+    }
+  }
+  deliver(s, sm, client, r, seen);
+  return missing != 0 ? Taken::miss : Taken::hit;
+}
+
+void Machine::count_access(Sm& sm, unsigned client, SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
+                           std::uint8_t on_the_way, std::uint32_t filling) {
+  L1Counters& l1 = sm.l1;
+  L1Counters::ByRegion& region = l1.region[static_cast<std::size_t>(r.region)];
+  const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
+  l1.responses += count;
+  if (r.write) {
+    region.writes += count;
+    region.write_hits += hits;
+  } else if (client == kPrefetch) {
+    l1.prefetches += count;
+    l1.prefetches_redundant += hits + awaited;
+    return;
+  } else {
+    region.reads += count;
+    region.hits += hits;
+    region.hits_on_miss += awaited;
+    region.misses += count - hits - awaited;
+  }
+  if (slot != SectorCacheTags::kNone) {
+    if (const auto first = static_cast<std::uint8_t>(sm.tags.unused_prefetch(slot) & present); first != 0) {
+      l1.prefetches_useful += count_of(first);
+      sm.tags.clear_unused_prefetch(slot, first);
+    }
+  }
+  if (filling == AddressIndex::kNone) return;
+  std::uint8_t& prefetched = sm.fills[filling].prefetched;
+  l1.prefetches_useful += count_of(prefetched & present);
+  l1.prefetches_late += count_of(prefetched & on_the_way);
+  prefetched &= static_cast<std::uint8_t>(~(present | on_the_way));
+}
+
+// Returns when the answer can be seen.
+Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing,
+                         bool prefetched, Cycle at) {
+  const unsigned count = count_of(missing);
+  const FastMemory::Trip trip = memory_.access({s, r.line, missing, r.region, r.write}, at + config_.l1.tag_latency);
+  for (unsigned i = 0; i < count; ++i) sm.crossed.take(trip.crossed);
+  if (r.write) {
+    sm.l1.sent_writes += count;
+    return trip.seen + 1;
+  }
+  sm.l1.sent_reads += count;
+  sm.l1.mshr_cycles += count * (trip.seen - at);
+  if (prefetched) sm.l1.prefetches_fetched += count;
+  if (filling == AddressIndex::kNone) {
+    if (sm.free_fills.empty()) throw std::logic_error("more lines are on their way into an L1 than its MSHRs hold");
+    filling = sm.free_fills.back();
+    sm.free_fills.pop_back();
+    sm.filling.insert(r.line / kSectorBytes, filling);
+    sm.fills[filling].line = r.line;
+    sm.fills[filling].sectors = sm.fills[filling].prefetched = 0;
+    wheel_.add(trip.seen, fills_from_ + s * fills_ + filling);
+  }
+  Fill& fill = sm.fills[filling];
+  fill.sectors |= missing;
+  if (prefetched) fill.prefetched |= missing;
+  fill.complete = fill.sectors == missing ? trip.seen : std::max(fill.complete, trip.seen);
+  for (std::uint8_t rest = missing; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
+    fill.arrives[static_cast<unsigned>(std::countr_zero(rest))] = NearCycle(trip.seen);
+    sm.l1.miss_latency.add(trip.seen - at);
+    sm.mshrs.take(trip.seen);
+  }
+  return trip.seen + 1;
+}
+
+// All sectors that were on their way when the first came take their place together.
+void Machine::fill(Cycle now, unsigned s, std::uint32_t number) {
+  Sm& sm = *sms_[s];
+  const Fill& fill = sm.fills[number];
+  if (fill.complete > now) return wheel_.add(fill.complete, fills_from_ + s * fills_ + number);
+  SectorCacheTags::Slot slot = sm.tags.find(fill.line);
   if (slot == SectorCacheTags::kNone) {
     SectorCacheTags::Victim victim;
-    slot = tags_.insert(miss.address, &victim);
-    if (victim.valid) ++counters_.evictions;
-    counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
+    slot = sm.tags.insert(fill.line, &victim);
+    if (victim.valid) ++sm.l1.evictions;
+    sm.l1.prefetches_unused += count_of(victim.unused_prefetch);
   }
-  const std::uint8_t sector = tags_.sector_bit(miss.address);
-  tags_.set_valid(slot, sector);
-  if (!miss.demanded) tags_.set_unused_prefetch(slot, sector);
-  ++counters_.fills;
-  pending_.erase(miss.address / modules::kSectorBytes);
-  free_.push_back(number);
+  sm.l1.fills += count_of(fill.sectors);
+  sm.tags.set_valid(slot, fill.sectors);
+  if (fill.prefetched != 0) sm.tags.set_unused_prefetch(slot, fill.prefetched);
+  sm.filling.erase(fill.line / kSectorBytes);
+  sm.free_fills.push_back(number);
 }
 
-Cycle FastL1::take_bank(Cycle now, const MemoryRequest& request, Client client) {
-  const std::uint64_t sector = request.address / modules::kSectorBytes;
-  const Cycle bank = banks_[bank_mask_ != 0 ? sector & bank_mask_ : sector % banks_.size()].reserve(now);
-  if (bank == now) return now;
-  if (client != kNode && (between_ = !between_)) {
-    ++overtaken_;
-    return now;
-  }
-  counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += bank - now;
-  return bank;
-}
-
-bool FastL1::turn_of(Cycle now, Client client) {
-  for (unsigned other = first_; other != client; other = (other + 1) % kClients) {
-    if (again_[other] != 0 && again_[other] <= now) return false;
-  }
-  first_ = (client + 1u) % kClients;
-  return true;
-}
-
-FastL1::Access FastL1::refuse(Cycle now, Cycle until, Client client, L1Stall reason) {
-  again_[client] = until;
-  counters_.stalls[static_cast<std::size_t>(reason)] += until - now;
-  return {kNever, until, false};
-}
-
-FastMemory::Trip FastL1::send(Cycle now, MemoryRequest request) {
-  request.sm = sm_;
-  const FastMemory::Trip trip = memory_.access(request, now + config_.tag_latency);
-  crossed_[next_crossed_] = trip.crossed;
-  next_crossed_ = next_crossed_ + 1 == crossed_.size() ? 0 : next_crossed_ + 1;
-  return trip;
-}
-
-FastL1::Access FastL1::read(Cycle now, const MemoryRequest& request, Client client) {
-  modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
-  const auto accept = [&](std::uint64_t& as_prefetch, std::uint64_t& as_read) {
-    again_[client] = 0;
-    ++counters_.responses;
-    ++(request.prefetch ? counters_.prefetches : region.reads);
-    ++(request.prefetch ? as_prefetch : as_read);
-  };
-  if (config_.perfect) {
-    accept(counters_.prefetches_redundant, region.hits);
-    now = take_bank(now, request, client);
-    return {now, now + config_.latency, true};
-  }
-  fill(now);
-  const SectorCacheTags::Slot slot = tags_.find(request.address);
-  if (slot != SectorCacheTags::kNone) {
-    const std::uint8_t sector = tags_.sector_bit(request.address);
-    if ((tags_.valid(slot) & sector) != 0) {
-      tags_.touch(slot);
-      accept(counters_.prefetches_redundant, region.hits);
-      if (!request.prefetch) reference(slot, sector);
-      now = take_bank(now, request, client);
-      return {now, now + config_.latency, true};
+void Machine::deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen) {
+  switch (client) {
+    case kNode: {
+      const Lane& asker = lanes_[r.owner];
+      Fetches& fetches = sm.calls[asker.entry].fetches;
+      const unsigned leader = r.owner % kMaxLanes;
+      const Cycle ready = std::max(fetches.ready[leader].at(seen), seen);
+      fetches.ready[leader] = NearCycle(ready);
+      if (!r.last) return;
+      --sm.fetches;
+      sm.leaving.push(sm.link_pushed);
+      sm.rt.memory.fetch_latency.add(ready - fetches.asked[leader].at(ready));
+      for_each_bit(std::exchange(fetches.lanes[leader], 0u), [&](unsigned i) {
+        const Number number = lane_number(s, asker.entry, i);
+        await(number, lanes_[number], ready);
+      });
+      return;
     }
-  }
-  const std::uint64_t number = request.address / modules::kSectorBytes;
-  if (const std::uint32_t under_way = pending_.find(number); under_way != modules::AddressIndex::kNone) {
-    Miss& miss = misses_[under_way];
-    if (slot != SectorCacheTags::kNone) tags_.touch(slot);
-    accept(counters_.prefetches_redundant, region.hits_on_miss);
-    if (!request.prefetch) {
-      if (!miss.demanded) ++counters_.prefetches_late;
-      miss.demanded = true;
+    case kCheckpoint: {
+      if (r.write) {
+        ++sm.rt.checkpoint.acknowledged;
+        return;
+      }
+      ++sm.rt.checkpoint.returned;
+      Checkpoints& c = checkpoints_[r.owner];
+      c.seen = std::max(c.seen, seen);
+      if (r.last) wheel_.add(c.seen, r.owner);
+      return;
     }
-    now = take_bank(now, request, client);
-    return {now, std::max(now + config_.latency, miss.arrives + 1), false};
-  }
-  if (free_.empty()) return refuse(now, arrivals_.next(), client, L1Stall::mshr_full);
-  if (const Cycle free = room(); free > now) return refuse(now, free, client, L1Stall::miss_queue_full);
-  if (!turn_of(now, client)) return refuse(now, now + 1, client, L1Stall::miss_queue_full);
-  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
-  accept(counters_.prefetches_fetched, region.misses);
-  now = take_bank(now, request, client);
-  const FastMemory::Trip trip = send(now, request);
-  const DueWheel::Number miss = free_.back();
-  free_.pop_back();
-  misses_[miss] = {request.address, trip.seen, !request.prefetch};
-  arrivals_.add(now, trip.seen, miss);
-  pending_.insert(number, miss);
-  ++counters_.sent_reads;
-  counters_.miss_latency.add(trip.seen - now);
-  counters_.mshr_cycles += trip.seen - now;
-  return {now, trip.seen + 1, false};
-}
-
-void FastL1::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
-  if ((tags_.unused_prefetch(slot) & sector) == 0) return;
-  tags_.clear_unused_prefetch(slot, sector);
-  ++counters_.prefetches_useful;
-}
-
-FastL1::Access FastL1::write(Cycle now, const MemoryRequest& request, Client client) {
-  modules::L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(request.region)];
-  if (!config_.perfect) {
-    fill(now);
-    if (const Cycle free = room(); free > now) return refuse(now, free, client, L1Stall::miss_queue_full);
-    if (!turn_of(now, client)) return refuse(now, now + 1, client, L1Stall::miss_queue_full);
-  }
-  again_[client] = 0;
-  now = take_bank(now, request, client);
-  ++region.writes;
-  ++counters_.responses;
-  if (config_.perfect) {
-    ++region.write_hits;
-    return {now, now + config_.latency, true};
-  }
-  if (const SectorCacheTags::Slot slot = tags_.find(request.address); slot != SectorCacheTags::kNone) {
-    tags_.touch(slot);
-    const std::uint8_t sector = tags_.sector_bit(request.address);
-    if ((tags_.valid(slot) & sector) != 0) {
-      ++region.write_hits;
-      reference(slot, sector);
+    case kSimt: {
+      Warp& warp = sm.warps[r.owner - warp_number(s, 0)];
+      if (r.write) {
+        warp.stores_seen = std::max(warp.stores_seen, seen);
+        if (--warp.stores_pending == 0 && warp.step == Step::draining) wheel_.add(warp.stores_seen, r.owner);
+        return;
+      }
+      warp.loads_seen = std::max(warp.loads_seen, seen);
+      if (--warp.loads_pending == 0) wheel_.add(warp.loads_seen, r.owner);
+      return;
     }
+    default:
+      return;
   }
-  ++counters_.sent_writes;
-  return {now, send(now, request).seen + 1, false};
 }
 
-void FastL1::drain() {
-  while (!arrivals_.empty()) fill_next();
-}
-
-modules::L1Counters FastL1::counters() const {
-  modules::L1Counters counters = counters_;
-  counters.prefetches_unused += tags_.count_unused_prefetch();
-  return counters;
-}
-
-}  // namespace grtx::tlm
+}  // namespace grtx::tlm::fast

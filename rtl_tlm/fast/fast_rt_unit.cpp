@@ -1,505 +1,335 @@
-#include "rtl_tlm/fast/fast_rt_unit.h"
-
-#include <algorithm>
+// The RT unit in fast mode: calls, the order of warps, and what becomes of a lane's events.
 #include <bit>
 
-#include "base/error.h"
+#include "rtl_tlm/fast/fast_machine.h"
 
-namespace grtx::tlm {
+namespace grtx::tlm::fast {
 
 using namespace modules;
 using traces::Event;
 using traces::EventKind;
 using traces::NodeKind;
 
-FastRtUnit::FastRtUnit(const std::string& name, const RtUnitConfig& config, const traces::Header& header,
-                       const MemoryMap& map, unsigned sm, FastL1& l1, const Links& links)
-    : config_(config),
-      l1_(l1),
-      links_(links),
-      traffic_(header, config.memory.traffic),
-      selection_(make_warp_selection(config.scheduler.policy)),
-      warps_(config.warp_buffer.entries),
-      ages_(config.warp_buffer.entries),
-      times_(config.warp_buffer.entries),
-      fetches_(config.warp_buffer.entries),
-      queue_(config.memory.queue),
-      hits_(l1.latency()),
-      results_(std::size_t{config.warp_buffer.entries} * kMaxLanes),
-      box_(config.ray_box),
-      leaf_(traffic_.leaf_kind() == NodeKind::triangle ? config.ray_triangle : config.ray_sphere),
-      transform_(config.ray_transform) {
-  const unsigned entries = config.warp_buffer.entries;
-  all_ = entries == 64 ? ~LaneMask{0} : bit(entries) - 1;
-  if (header.checkpoint) {
-    checkpoint_ = std::make_unique<CheckpointUnit>((name + "_checkpoint_unit").c_str(), config.checkpoint, map,
-                                                   header.checkpoint_order, header.checkpoint_capacity, entries, sm);
-  }
-  if (config.sibling_prefetch) {
-    prefetcher_ = std::make_unique<SiblingPrefetcher>((name + "_sibling_prefetcher").c_str(), config.prefetcher,
-                                                      traffic_, entries);
-  }
-}
-
-void FastRtUnit::refuse(LaneId id, const char* rule) const {
-  const Warp& warp = warps_[entry_of(id)];
-  throw Error("trace",
-              "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane_of(id)) + " round " +
-                  std::to_string(warp.round),
-              rule);
-}
-
-Cycle FastRtUnit::Unit::test(Cycle ready, unsigned tests) {
-  Cycle start = places.reserve(ready + 1);
-  counters.queue_cycles += start - (ready + 1);
-  ++counters.operations;
-  counters.tests += tests;
-  counters.busy_cycles += Cycle{tests} * config.interval;
-  for (unsigned i = 1; i < tests; ++i) start = places.reserve(start + config.interval);
-  return start + config.latency;
-}
-
-void FastRtUnit::count_wait(Cycle end, unsigned entry) {
-  Times& times = times_[entry];
-  if (end <= times.since) return;
-  buffer_counters_.warp_cycles[static_cast<std::size_t>(times.wait)] += end - times.since;
-  times.since = end;
-}
-
-void FastRtUnit::move(Cycle now, unsigned entry, LaneMask lanes, LaneState from, LaneState to) {
-  const LaneMask b = bit(entry);
-  if ((touched_ & b) == 0) {
-    count_wait(now + 1, entry);
-    touched_ |= b;
-  }
-  Warp& w = warps_[entry];
-  w.in[static_cast<std::size_t>(from)] &= ~lanes;
-  w.in[static_cast<std::size_t>(to)] |= lanes;
-  ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
-  if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
-}
-
-void FastRtUnit::refresh_waits() {
-  for_each_bit(touched_ & occupied_, [&](unsigned entry) { times_[entry].wait = warps_[entry].wait(); });
-  touched_ = 0;
-}
-
-Stall FastRtUnit::stall_reason() const {
-  if (occupied_ == 0) return Stall::empty;
-  if (ready_ != 0) return Stall::queue_full;
-  switch (warps_[oldest(occupied_)].wait()) {
-    case WarpWait::memory:
-      return Stall::memory;
-    case WarpWait::checkpoint:
-      return Stall::checkpoint;
-    case WarpWait::unit:
-      return Stall::unit;
-    case WarpWait::any_hit:
-      return Stall::any_hit;
-    default:
-      return Stall::retire;
-  }
-}
-
-void FastRtUnit::step(Cycle now) {
-  if (now > accounted_) scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += now - accounted_;
-  accounted_ = now + 1;
-  results_.take(now, [&](LaneId id) { unit_result(now, id); });
-  if (checkpoint_) {
-    if (const auto id = checkpoint_->respond(now, *links_.checkpoint_responses)) {
-      replay(now, *id, LaneState::waiting_checkpoint_read);
-    }
-    checkpoint_->issue(now, *links_.checkpoint_requests);
-    checkpoint_->accept([&](LaneId id) {
-      const Lane& l = lane(id);
-      move(now, entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write,
-           l.left == 0 ? LaneState::finished : LaneState::ready);
+void Machine::accept(Cycle now, unsigned s) {
+  Sm& sm = *sms_[s];
+  while (sm.free_entries != 0 && !sm.waiting_calls.empty()) {
+    const unsigned slot = sm.waiting_calls.front();
+    sm.waiting_calls.pop();
+    const auto entry = static_cast<unsigned>(std::countr_zero(sm.free_entries));
+    Warp& warp = sm.warps[slot];
+    warp.entry = entry;
+    const std::uint32_t round = sm.program.round(slot);
+    warp.cursor.seek(*warp.group, round);
+    Call& call = sm.calls[entry];
+    call.slot = static_cast<std::uint16_t>(slot);
+    call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = 0;
+    call.fetches.clear(now);
+    for_each_bit(sm.program.active_lanes(slot), [&](unsigned i) {
+      const auto events = warp.cursor.events(i);
+      if (events.empty()) return;
+      const bool replay = warp.cursor.round(i).replay;
+      const Number number = lane_number(s, entry, i);
+      Lane& lane = lanes_[number];
+      lane.next = events.data();
+      lane.end = events.data() + events.size();
+      lane.depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
+      lane.shaded = lane.settling = false;
+      call.active |= bit(i);
+      if (!records_.empty()) {
+        std::fill_n(records_of(number), config_.rt.prefetcher.records, Record{});
+        newest_[number] = 0;
+      }
+      if (header_.checkpoint) begin_checkpoints(s, slot, i, round, number, replay);
     });
-  }
-  any_hit_returns(now);
-  if (candidates_ != 0) fire(now);
-  if (done_ != 0) retire(now);
-  schedule(now);
-  ask(now);
-  accept(now);
-  refresh_waits();
-  due_ = next_due(now);
-  prefetch_host();
-}
-
-// The host has long dropped what the next lane will read.
-void FastRtUnit::prefetch_host() const {
-  const DueWheel::Number id = results_.peek();
-  if (id == DueWheel::kNone) return;
-  const Warp& warp = warps_[entry_of(id)];
-  const Lane& l = warp.lane[lane_of(id)];
-  prefetch_for_read(l.next + 2);
-  if (prefetcher_) prefetcher_->prefetch_host(id);
-  const auto& nodes = warp.group->nodes;
-  if (l.event.kind() == EventKind::visit_internal) prefetch_for_read(&nodes[l.event.node]);
-  if (l.left < 2) return;
-  if (l.following.kind() == EventKind::visit_internal) {
-    if (l.following.node < nodes.size()) prefetch_for_read(&nodes[l.following.node]);
-  } else if (l.following.kind() == EventKind::visit_leaf) {
-    l1_.prefetch_host(std::uint64_t{l.following.node} * traces::kNodeUnit);
+    call.ready = call.active;
+    call.accepted = call.since = now;
+    call.wait = call.ready != 0 ? WarpWait::ready : WarpWait::retire;
+    count_stall(wheel_.now(), sm);
+    sm.free_entries &= ~bit(entry);
+    if (sm.occupied == 0) sm.oldest = entry;
+    sm.occupied |= bit(entry);
+    sm.ages[entry] = next_age_++;
+    ++sm.rt.warp_buffer.calls;
+    if (call.ready != 0) {
+      sm.ready |= bit(entry);
+      select_soon(now, s);
+    } else {
+      retire(now, s, entry);
+    }
   }
 }
 
-void FastRtUnit::schedule(Cycle now) {
-  if (ready_ == 0 || !has_room()) {
-    ++scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())];
+void Machine::retire(Cycle now, unsigned s, unsigned entry) {
+  Sm& sm = *sms_[s];
+  Call& call = sm.calls[entry];
+  count_stall(wheel_.now() + 1, sm);
+  count_wait(now + 1, sm, call);
+  const Cycle left = std::max(now + 1, call.since);
+  sm.rt.warp_buffer.occupancy_integral += left - call.accepted;
+  sm.rt.warp_buffer.warp_latency.add(left - call.accepted);
+  sm.free_entries |= bit(entry);
+  sm.occupied &= ~bit(entry);
+  if (sm.occupied != 0) sm.oldest = OldestFirst::oldest(sm.occupied, sm.ages);
+  wheel_.add(now + 1 + config_.sm_links.message_latency, warp_number(s, call.slot));
+  if (!sm.waiting_calls.empty()) accept(now + 1, s);
+}
+
+/// To be called when the lanes' states have changed. What is under way counts as waiting for memory until it has been
+/// tested.
+void Machine::count_wait(Cycle now, Sm& sm, Call& call) {
+  WarpWait wait = WarpWait::retire;
+  if (call.ready != 0) {
+    wait = WarpWait::ready;
+  } else if ((call.active & ~(call.waiting_any_hit | call.in_any_hit | call.checkpointing)) != 0) {
+    wait = WarpWait::memory;
+  } else if (call.checkpointing != 0) {
+    wait = WarpWait::checkpoint;
+  } else if (call.active != 0) {
+    wait = WarpWait::any_hit;
+  }
+  if (now > call.since) {
+    sm.rt.warp_buffer.warp_cycles[static_cast<std::size_t>(call.wait)] += now - call.since;
+    call.since = now;
+  }
+  call.wait = wait;
+}
+
+/// To be called before the state of the unit changes: no cycle before `until` that is not counted yet had a selection.
+void Machine::count_stall(Cycle until, Sm& sm) {
+  if (until <= sm.accounted) return;
+  Stall reason = Stall::retire;
+  if (sm.occupied == 0) {
+    reason = Stall::empty;
+  } else if (sm.ready != 0) {
+    reason = Stall::queue_full;
+  } else {
+    const WarpWait wait = sm.calls[sm.oldest].wait;
+    if (wait == WarpWait::memory) reason = Stall::memory;
+    if (wait == WarpWait::checkpoint) reason = Stall::checkpoint;
+    if (wait == WarpWait::any_hit) reason = Stall::any_hit;
+  }
+  sm.rt.scheduler.stall[static_cast<std::size_t>(reason)] += until - sm.accounted;
+  sm.accounted = until;
+  sm.last_stall = reason;
+}
+
+/// The lane's next event waits for its warp's turn.
+void Machine::make_ready(Cycle now, Number number, const Lane& lane) {
+  Sm& sm = *sms_[lane.sm];
+  Call& call = sm.calls[lane.entry];
+  if (sm.ready == 0) count_stall(now + 1, sm);
+  sm.ready |= bit(lane.entry);
+  if (call.ready != 0) {
+    call.ready |= lane_bit(number);
     return;
   }
-  const unsigned entry = selection_->select(ready_, ages_);
-  const Warp& warp = warps_[entry];
-  const LaneMask lanes = warp.in_state(LaneState::ready);
-  ++scheduler_counters_.selections;
-  scheduler_counters_.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
-  scheduler_counters_.lanes_active += static_cast<unsigned>(std::popcount(warp.active()));
-  if (prefetcher_) prefetcher_->begin_warp();
-  LaneMask fetching = 0;
+  call.ready = lane_bit(number);
+  count_wait(now + 1, sm, call);
+  select_soon(now, lane.sm);
+}
+
+Cycle Machine::room_from(Cycle now, Sm& sm) const {
+  while (!sm.leaving.empty() && sm.leaving.front() <= now) sm.leaving.pop();
+  const std::size_t fills = sm.fetches + sm.leaving.size() + kMaxLanes;
+  if (fills <= config_.rt.memory.queue) return now;
+  const std::size_t to_leave = fills - config_.rt.memory.queue;
+  return to_leave <= sm.leaving.size() ? sm.leaving[to_leave - 1] : kNever;
+}
+
+void Machine::select_soon(Cycle now, unsigned s) {
+  Sm& sm = *sms_[s];
+  if (sm.select_timed) return;
+  const Cycle from = room_from(now + 1, sm);
+  if (from == kNever) return;
+  sm.select_timed = true;
+  wheel_.add(from, selects_from_ + s);
+}
+
+/// One warp a cycle: all its lanes that are ready.
+void Machine::select(Cycle now, unsigned s) {
+  Sm& sm = *sms_[s];
+  sm.select_timed = false;
+  if (sm.ready == 0) return;
+  if (room_from(now, sm) != now) return select_soon(now, s);
+  count_stall(now, sm);
+  if (sm.accounted > now) --sm.rt.scheduler.stall[static_cast<std::size_t>(sm.last_stall)];  // it is none after all
+  sm.accounted = now + 1;
+  const unsigned entry = selection_->select(sm.ready, sm.ages);
+  Call& call = sm.calls[entry];
+  const LaneMask lanes = call.ready;
+  RtScheduler::Counters& counters = sm.rt.scheduler;
+  ++counters.selections;
+  counters.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
+  counters.lanes_active += static_cast<unsigned>(std::popcount(call.active));
+  call.ready = 0;
+  sm.ready &= ~bit(entry);
+  triggered_count_ = 0;
+  const bool idle = sm.ports[kNode].queue.empty();
+  if (idle) sm.ports[kNode].next = std::max(sm.ports[kNode].next, now + 2);
   for_each_bit(lanes, [&](unsigned i) {
-    const LaneId id = lane_id(entry, i);
-    const Event event = warp.lane[i].event;
-    switch (event.kind()) {
-      case EventKind::visit_internal:
-      case EventKind::visit_instance:
-      case EventKind::visit_leaf:
-        visit(now, id, event);
-        fetching |= bit(i);
-        break;
-      case EventKind::cull:
-        ++scheduler_counters_.culls;
-        pop(id);
-        complete(now, id, event.checkpoints, LaneState::ready);
-        break;
-      default:
-        if (!checkpoint_) refuse(id, "replays although checkpointing is off");
-        if (checkpoint_->read(id)) {
-          replay(now, id, LaneState::ready);
-        } else {
-          move(now, entry, bit(i), LaneState::ready, LaneState::waiting_checkpoint_read);
-        }
-    }
+    const Number number = lane_number(s, entry, i);
+    handle(now, number, lanes_[number]);
   });
-  if (fetching != 0) move(now, entry, fetching, LaneState::ready, LaneState::waiting_memory);
+  if ((sm.occupied & bit(entry)) != 0) count_wait(now, sm, call);
+  if (idle) serve(now, s);
+  if (sm.ready != 0) select_soon(now, s);
 }
 
-void FastRtUnit::visit(Cycle now, LaneId id, const Event& event) {
-  const traces::RayGroup& group = *warps_[entry_of(id)].group;
+void Machine::handle(Cycle now, Number number, Lane& lane) {
+  const Event event = *lane.next;
+  Sm& sm = *sms_[lane.sm];
   switch (event.kind()) {
-    case EventKind::visit_internal:
-      if (event.node >= group.nodes.size()) refuse(id, "visits an internal node that the group does not define");
-      ++scheduler_counters_.visits_internal;
-      fetch(now, id, NodeKind::internal, std::uint64_t{group.nodes[event.node].address} * traces::kNodeUnit, false);
-      return;
+    case EventKind::visit_internal: {
+      const auto& nodes = group_of(lane).nodes;
+      if (event.node >= nodes.size()) refuse(number, "visits an internal node that the group does not define");
+      ++sm.rt.scheduler.visits_internal;
+      return fetch(now, number, lane, NodeKind::internal, std::uint64_t{nodes[event.node].address} * traces::kNodeUnit,
+                   false);
+    }
     case EventKind::visit_instance:
-      if (!traffic_.two_level()) refuse(id, "visits an instance leaf of a monolithic structure");
-      ++scheduler_counters_.visits_instance;
-      fetch(now, id, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+      if (!traffic_.two_level()) refuse(number, "visits an instance leaf of a monolithic structure");
+      ++sm.rt.scheduler.visits_instance;
+      fetch(now, number, lane, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
             event.detail == 0 && traffic_.header_read());
-      break;
+      if (!records_.empty()) note_leaf(now, number, lane, event.node);
+      return;
+    case EventKind::visit_leaf:
+      ++sm.rt.scheduler.visits_leaf;
+      fetch(now, number, lane, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
+      if (!records_.empty()) note_leaf(now, number, lane, event.node);
+      return;
+    case EventKind::cull:
+      ++sm.rt.scheduler.culls;
+      pop(number, lane);
+      return complete(now, number, lane, event.checkpoints);
     default:
-      ++scheduler_counters_.visits_leaf;
-      fetch(now, id, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
-  }
-  if (prefetcher_) prefetcher_->note_leaf(id, group, event.node);
-}
-
-void FastRtUnit::fetch(Cycle now, LaneId id, NodeKind kind, std::uint64_t address, bool header) {
-  const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
-  ++memory_counters_.visits[region];
-  const unsigned entry = entry_of(id);
-  // A visit joins a fetch of its warp that is under way, or without merging in flight one that begins in this cycle.
-  const std::uint64_t key = address / kSectorBytes << 1 | (header ? 1u : 0u);
-  FetchTable& table = fetches_[entry];
-  const std::size_t home = (key * 0x9E3779B97F4A7C15u) >> 58;
-  static_assert(kPlaces == 64);
-  std::size_t place = home;
-  bool found = false;
-  for (std::size_t i = 0; !found && (i < kProbes || table[place].ready == kNever); ++i) {
-    const std::size_t probe = (home + i) % kPlaces;
-    const Fetch& f = table[probe];
-    found = f.key == key && (config_.memory.merge_in_flight ? f.ready > now : f.asked == now);
-    if (found || f.ready < table[place].ready) place = probe;
-  }
-  Fetch& f = table[place];
-  prefetch_for_read(warps_[entry].lane[lane_of(id)].next + 2);
-  if (found && f.ready != kNever) return await_result(now, id, kind, f.ready);
-  if (!found) {
-    ++memory_counters_.fetches[region];
-    f = {key, now, kNever, 0};
-    queue_.push({address, 0, id, static_cast<std::uint8_t>(place), kind, header,
-                 static_cast<std::uint8_t>(sectors_of(kind, header))});
-    l1_.prefetch_host(address);
-  }
-  f.lanes |= bit(lane_of(id));
-}
-
-void FastRtUnit::await_result(Cycle now, LaneId id, NodeKind kind, Cycle ready) {
-  unsigned tests = 1;
-  if (config_.box_op_per_child && kind == NodeKind::internal) {
-    const Warp& warp = warps_[entry_of(id)];
-    tests = std::max(1u, unsigned{warp.group->nodes[warp.lane[lane_of(id)].event.node].child_count});
-  }
-  Unit& unit = kind == NodeKind::internal ? box_ : kind == NodeKind::instance ? transform_ : leaf_;
-  results_.add(now, unit.test(ready, tests), id);
-}
-
-// Node requests and prefetches have a port at the L1 each, which takes one a cycle. They ask ahead of time, unless the
-// L1 is slow: then its other clients come in between.
-void FastRtUnit::ask(Cycle now) {
-  ask_.next += l1_.take_overtaken();
-  while (!queue_.empty() && ask_.may(now)) {
-    Waiting& waiting = queue_.front();
-    const unsigned entry = entry_of(waiting.lane);
-    Fetch& f = fetches_[entry][waiting.place];
-    // The first leaves in the cycle after the visit and is at the L1 one later.
-    const Cycle at = std::max({ask_.next, f.asked + 2, hits_[next_hit_]});
-    const MemoryRequest request = next_sector(waiting);
-    const FastL1::Access access = l1_.access(at, request, FastL1::kNode);
-    if (!ask_.answered(access)) break;
-    --waiting.left;
-    ++memory_counters_.sectors[static_cast<std::size_t>(request.region)];
-    const Cycle response = responses_.reserve(access.seen);
-    if (access.hit) {
-      hits_[next_hit_] = response;
-      next_hit_ = next_hit_ + 1 == hits_.size() ? 0 : next_hit_ + 1;
-    }
-    waiting.seen = std::max(waiting.seen, response);
-    if (waiting.left > 0) continue;
-    f.ready = waiting.seen;
-    memory_counters_.fetch_latency.add(f.ready - f.asked);
-    for_each_bit(f.lanes, [&](unsigned i) { await_result(now, lane_id(entry, i), waiting.kind, f.ready); });
-    f.lanes = 0;
-    queue_.pop();
-  }
-  if (!prefetcher_) return;
-  while (prefetch_.may(now) && (prefetching_ || prefetcher_->next(prefetched_))) {
-    const Cycle at = std::max(prefetch_.next, now + 1);
-    prefetching_ = !prefetch_.answered(l1_.access(at, prefetched_, FastL1::kPrefetch));
+      if (!header_.checkpoint) refuse(number, "replays although checkpointing is off");
+      if (read_checkpoint(now, number)) return replay(now, number, lane);
+      sm.calls[lane.entry].checkpointing |= lane_bit(number);
   }
 }
 
-unsigned FastRtUnit::sectors_of(NodeKind kind, bool header) const {
-  const bool leaf = kind == NodeKind::triangle || kind == NodeKind::procedural;
-  return traffic_.sectors(kind) + (leaf && traffic_.descriptor_read() ? 1 : 0) +
-         (header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0);
-}
-
-// A fetch's sectors in the order of MemoryScheduler: descriptor (if any), the node's, the BLAS header (if any).
-MemoryRequest FastRtUnit::next_sector(const Waiting& fetch) const {
-  const unsigned body = traffic_.sectors(fetch.kind);
-  const unsigned after = fetch.header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0;
-  const unsigned left = fetch.left;
-  MemoryRequest request;
-  if (left <= after) {
-    request.address = traffic_.blas_header() + kSectorBytes * (after - left);
-    request.region = Region::blas;
+/// The source entry is there.
+void Machine::replay(Cycle now, Number number, Lane& lane) {
+  const Event event = *lane.next;
+  RtScheduler::Counters& counters = sms_[lane.sm]->rt.scheduler;
+  if (event.kind() == EventKind::replay_take) {
+    ++counters.replay_takes;
+    push(lane, 1);
+    complete(now, number, lane, 0);
   } else {
-    request.address = fetch.address + (left > after + body ? 0 : kSectorBytes * (after + body - left));
-    request.region = traffic_.region(fetch.kind, fetch.address);
+    ++counters.replay_forwards;
+    complete(now, number, lane, event.checkpoints);
   }
-  return request;
 }
 
-void FastRtUnit::pop(LaneId id) {
-  Lane& l = lane(id);
-  if (l.stack_depth == 0) refuse(id, "takes a node from an empty stack");
-  --l.stack_depth;
-}
-
-void FastRtUnit::unit_result(Cycle now, LaneId id) {
-  Lane& l = lane(id);
-  const Event event = l.event;
+/// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
+void Machine::lane_event(Cycle now, Number number, Lane& lane) {
+  if (lane.settling) return settled(now, number, lane);
+  const Event event = *lane.next;
   switch (event.kind()) {
     case EventKind::visit_internal:
-      pop(id);
-      l.stack_depth += static_cast<unsigned>(std::popcount(event.pushed()));
-      buffer_counters_.max_stack_depth = std::max<std::uint64_t>(buffer_counters_.max_stack_depth, l.stack_depth);
-      if (prefetcher_) prefetcher_->note_internal(id, *warps_[entry_of(id)].group, event.node, event.pushed());
-      complete(now, id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::waiting_memory);
-      return;
+      pop(number, lane);
+      push(lane, static_cast<unsigned>(std::popcount(event.pushed())));
+      if (!records_.empty() && (event.pushed() & (event.pushed() - 1)) != 0) note_internal(number, lane, event);
+      return complete(now, number, lane, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})));
     case EventKind::visit_instance:
-      if (l.stack_depth == 0) refuse(id, "takes a node from an empty stack");
-      complete(now, id, 0, LaneState::waiting_memory);
+      if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
+      return complete(now, number, lane, 0);
+    case EventKind::visit_leaf: {
+      if (!lane.shaded) {
+        pop(number, lane);
+        if (!traces::calls_any_hit(event.outcome())) return complete(now, number, lane, event.checkpoints);
+        lane.shaded = true;
+        return any_hit_arrives(now, number, lane);
+      }
+      lane.shaded = false;
+      Call& call = sms_[lane.sm]->calls[lane.entry];
+      call.in_any_hit &= ~lane_bit(number);
+      complete(now, number, lane, 0);
+      if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
       return;
-    default:
-      pop(id);
-      if (traces::calls_any_hit(event.outcome())) {
-        ++scheduler_counters_.any_hit_calls;
-        any_hit_arrives(now, id);
-      } else {
-        complete(now, id, event.checkpoints, LaneState::waiting_memory);
-      }
-  }
-}
-
-void FastRtUnit::replay(Cycle now, LaneId id, LaneState from) {
-  Lane& l = lane(id);
-  const Event event = l.event;
-  if (event.kind() == EventKind::replay_take) {
-    ++scheduler_counters_.replay_takes;
-    ++l.stack_depth;
-    buffer_counters_.max_stack_depth = std::max<std::uint64_t>(buffer_counters_.max_stack_depth, l.stack_depth);
-    complete(now, id, 0, from);
-  } else {
-    ++scheduler_counters_.replay_forwards;
-    complete(now, id, event.checkpoints, from);
-  }
-}
-
-void FastRtUnit::complete(Cycle now, LaneId id, unsigned checkpoints, LaneState from) {
-  Lane& l = lane(id);
-  const bool last = !l.advance();
-  if (!last && l.event.kind() == EventKind::visit_internal) {
-    const auto& nodes = warps_[entry_of(id)].group->nodes;
-    if (l.event.node < nodes.size()) prefetch_for_read(&nodes[l.event.node]);
-  }
-  LaneState to = last ? LaneState::finished : LaneState::ready;
-  if (checkpoint_) {
-    if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
-  } else if (checkpoints != 0) {
-    refuse(id, "writes checkpoint entries although checkpointing is off");
-  }
-  if (to != from) move(now, entry_of(id), bit(lane_of(id)), from, to);
-}
-
-void FastRtUnit::any_hit_arrives(Cycle now, LaneId id) {
-  const unsigned entry = entry_of(id);
-  Warp& warp = warps_[entry];
-  if (warp.in_state(LaneState::waiting_any_hit) == 0) {
-    warp.any_hit_since = now;
-    if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
-  }
-  move(now, entry, bit(lane_of(id)), LaneState::waiting_memory, LaneState::waiting_any_hit);
-}
-
-void FastRtUnit::any_hit_returns(Cycle now) {
-  const AnyHitDone* done = links_.shader_dones->front(now);
-  if (done == nullptr) return;
-  unsigned entry = 0;
-  while ((occupied_ >> entry & 1) == 0 || warps_[entry].slot != done->slot) ++entry;
-  for_each_bit(done->lanes, [&](unsigned i) { complete(now, lane_id(entry, i), 0, LaneState::in_any_hit); });
-  const Warp& warp = warps_[entry];
-  if (warp.in_state(LaneState::in_any_hit) == 0 && warp.in_state(LaneState::waiting_any_hit) != 0) {
-    candidates_ |= bit(entry);
-  }
-  links_.shader_dones->pop(now);
-}
-
-Cycle FastRtUnit::any_hit_due(const Warp& warp) const {
-  return warp.in_state(LaneState::waiting_any_hit) == warp.active() ? 0 : warp.any_hit_since + config_.any_hit.timeout;
-}
-
-void FastRtUnit::fire(Cycle now) {
-  if (candidates_ == 0) return;
-  LaneMask eligible = 0;
-  for_each_bit(candidates_, [&](unsigned e) {
-    if (any_hit_due(warps_[e]) <= now) eligible |= bit(e);
-  });
-  if (eligible == 0 || !links_.batches->can_push(now)) return;
-  const unsigned entry = oldest(eligible);
-  const Warp& warp = warps_[entry];
-  const AnyHitBatch batch = batch_of(warp);
-  ++any_hit_counters_.batches;
-  any_hit_counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
-  if (batch.lanes != warp.active()) ++any_hit_counters_.timeouts;
-  any_hit_counters_.wait_cycles += now - warp.any_hit_since;
-  links_.batches->push(now, batch);
-  move(now, entry, batch.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
-  candidates_ &= ~bit(entry);
-}
-
-void FastRtUnit::retire(Cycle now) {
-  if (done_ == 0 || !links_.dones->can_push(now)) return;
-  const unsigned entry = oldest(done_);
-  Warp& warp = warps_[entry];
-  links_.dones->push(now, {warp.slot, warp.round});
-  count_wait(now + 1, entry);
-  occupied_ &= ~bit(entry);
-  done_ &= ~bit(entry);
-  ready_ &= ~bit(entry);
-  buffer_counters_.occupancy_integral += now - warp.accepted;
-  buffer_counters_.warp_latency.add(now - warp.accepted);
-  warp.group = nullptr;
-}
-
-void FastRtUnit::accept(Cycle now) {
-  if (occupied_ == all_) return;
-  const TraceCall* front = links_.calls->front(now);
-  if (front == nullptr) return;
-  const TraceCall call = *front;
-  links_.calls->pop(now);
-  const auto entry = static_cast<unsigned>(std::countr_zero(~occupied_));
-  if (call.slot >= cursors_.size()) cursors_.resize(call.slot + std::size_t{1});
-  RoundCursor& cursor = cursors_[call.slot];
-  cursor.seek(*call.group, call.round);
-  Warp& w = warps_[entry];
-  begin_call(w, call, cursor, now);
-  w.age = ages_[entry] = next_age_++;
-  for_each_bit(call.lanes, [&](unsigned i) {
-    const LaneId id = lane_id(entry, i);
-    if (checkpoint_) {
-      std::uint32_t entries = 0;
-      if (checkpoint_->reads_backwards() && (w.replaying & bit(i)) != 0) {
-        const auto events = cursor.events(i);
-        entries = static_cast<std::uint32_t>(std::count_if(events.begin(), events.end(), [](const Event& e) {
-          return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;
-        }));
-      }
-      checkpoint_->begin_lane(id, w.slot, w.round, entries);
     }
-    if (prefetcher_) prefetcher_->begin_lane(id);
-  });
-  const LaneMask b = bit(entry);
-  occupied_ |= b;
-  if (w.in_state(LaneState::ready) != 0) ready_ |= b;
-  if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
-  times_[entry] = {now + 1, w.wait()};
-  ++buffer_counters_.calls;
-}
-
-Cycle FastRtUnit::next_due(Cycle now) const {
-  if (done_ != 0) return now + 1;
-  Cycle due = std::min(links_.shader_dones->next_visible(), results_.next());
-  if (ready_ != 0 && has_room()) return now + 1;
-  if (!queue_.empty()) due = std::min(due, ask_.due());
-  if (prefetching_ || (prefetcher_ && prefetcher_->busy())) due = std::min(due, prefetch_.due());
-  if (occupied_ != all_) due = std::min(due, links_.calls->next_visible());
-  for_each_bit(candidates_, [&](unsigned e) { due = std::min(due, any_hit_due(warps_[e])); });
-  if (checkpoint_) {
-    due = std::min(due, links_.checkpoint_responses->next_visible());
-    if (checkpoint_->lanes_submitting() != 0) due = now + 1;
-    if (checkpoint_->busy() && links_.checkpoint_requests->can_push(now + 1)) due = now + 1;
+    default:
+      sms_[lane.sm]->calls[lane.entry].checkpointing &= ~lane_bit(number);
+      replay(now, number, lane);
   }
-  return std::max(due, now + 1);
 }
 
-bool FastRtUnit::idle() const {
-  return occupied_ == 0 && queue_.empty() && results_.empty() && (!checkpoint_ || checkpoint_->idle()) &&
-         !prefetching_ && (!prefetcher_ || prefetcher_->idle());
+void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoints) {
+  ++lane.next;
+  if (header_.checkpoint) {
+    const Cycle taken = write_checkpoints(now, number, checkpoints, lane.next == lane.end);
+    if (taken > now) {
+      lane.settling = true;
+      sms_[lane.sm]->calls[lane.entry].checkpointing |= lane_bit(number);
+      wheel_.add(taken, number);
+      return;
+    }
+  } else if (checkpoints != 0) {
+    refuse(number, "writes checkpoint entries although checkpointing is off");
+  }
+  settled(now, number, lane);
 }
 
-void FastRtUnit::settle(Cycle end) {
-  if (end <= accounted_) return;
-  scheduler_counters_.stall[static_cast<std::size_t>(stall_reason())] += end - accounted_;
-  accounted_ = end;
+void Machine::settled(Cycle now, Number number, Lane& lane) {
+  Call& call = sms_[lane.sm]->calls[lane.entry];
+  if (lane.settling) {
+    lane.settling = false;
+    call.checkpointing &= ~lane_bit(number);
+  }
+  if (lane.next != lane.end) return make_ready(now, number, lane);
+  call.active &= ~lane_bit(number);
+  if (call.active == 0) {
+    retire(now, lane.sm, lane.entry);
+  } else if (call.waiting_any_hit != 0) {
+    consider_any_hit(now, lane.sm, lane.entry);
+  }
 }
 
-RtUnitCounters FastRtUnit::counters() const {
-  RtUnitCounters c;
-  c.units = 1;
-  c.warp_buffer = buffer_counters_;
-  c.scheduler = scheduler_counters_;
-  c.memory = memory_counters_;
-  c.ray_box = box_.counters;
-  (traffic_.leaf_kind() == NodeKind::triangle ? c.ray_triangle : c.ray_sphere) = leaf_.counters;
-  c.ray_transform = transform_.counters;
-  c.any_hit = any_hit_counters_;
-  if (checkpoint_) c.checkpoint = checkpoint_->counters();
-  if (prefetcher_) c.prefetch = prefetcher_->counters();
-  return c;
+void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane) {
+  Sm& sm = *sms_[lane.sm];
+  Call& call = sm.calls[lane.entry];
+  ++sm.rt.scheduler.any_hit_calls;
+  if (call.waiting_any_hit == 0) call.any_hit_since = now;
+  call.waiting_any_hit |= lane_bit(number);
+  if (call.wait == WarpWait::memory) count_wait(now, sm, call);
+  consider_any_hit(now, lane.sm, lane.entry);
 }
 
-}  // namespace grtx::tlm
+void Machine::consider_any_hit(Cycle now, unsigned s, unsigned entry) {
+  Call& call = sms_[s]->calls[entry];
+  if (call.in_any_hit != 0) return;
+  const Cycle due = call.any_hit_since + config_.rt.any_hit.timeout;
+  if (call.waiting_any_hit == call.active || due <= now) return fire(now, s, entry);
+  if (call.timing) return;
+  call.timing = true;
+  wheel_.add(due, timers_from_ + s * entries_ + entry);
+}
+
+void Machine::fire(Cycle now, unsigned s, unsigned entry) {
+  Sm& sm = *sms_[s];
+  Call& call = sm.calls[entry];
+  Warp& warp = sm.warps[call.slot];
+  AnyHitBatch batch;
+  batch.slot = call.slot;
+  batch.round = sm.program.round(call.slot);
+  batch.lanes = call.waiting_any_hit;
+  for_each_bit(batch.lanes, [&](unsigned i) {
+    const Event& event = *lanes_[lane_number(s, entry, i)].next;
+    batch.outcome[i] = event.outcome();
+    batch.shifts[i] = static_cast<std::uint16_t>(event.shifts());
+  });
+  AnyHitCollector::Counters& counters = sm.rt.any_hit;
+  ++counters.batches;
+  counters.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
+  if (batch.lanes != call.active) ++counters.timeouts;
+  counters.wait_cycles += now - call.any_hit_since;
+  call.in_any_hit = warp.service_lanes = batch.lanes;
+  call.waiting_any_hit = 0;
+  warp.in_service = true;
+  sm.program.any_hit(batch, phase_);
+  load(now + config_.sm_links.message_latency, s, call.slot);
+}
+
+}  // namespace grtx::tlm::fast

@@ -1,91 +1,231 @@
-// An SM in fast mode: the cycle model's SIMT core, and the RT unit and L1 of this mode. Advances by itself through the
-// cycles in which something is due.
+// What an SM holds in fast mode: calls of the RT unit, warps of the SIMT core, the L1 and its clients.
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
-#include <memory>
-#include <string>
-#include <systemc>
 #include <vector>
 
-#include "modules/clock_domain.h"
-#include "modules/link.h"
-#include "modules/simt_core.h"
-#include "rtl_tlm/fast/fast_l1.h"
-#include "rtl_tlm/fast/fast_memory.h"
-#include "rtl_tlm/fast/fast_rt_unit.h"
-#include "rtl_tlm/sm.h"
+#include "modules/address_index.h"
+#include "modules/equal_keys.h"
+#include "modules/issue_slots.h"
+#include "modules/l1_cache.h"
+#include "modules/lane_loop.h"
+#include "modules/memory_map.h"
+#include "modules/ring_queue.h"
+#include "modules/round_cursor.h"
+#include "modules/sector_cache_tags.h"
+#include "modules/shader_program.h"
+#include "modules/simt_counters.h"
+#include "modules/warp_buffer.h"
+#include "rtl_tlm/fast/bank_calendar.h"
+#include "rtl_tlm/fast/event_wheel.h"
+#include "rtl_tlm/fast/near_cycle.h"
+#include "rtl_tlm/fast/place_calendar.h"
+#include "rtl_tlm/fast/place_ring.h"
+#include "rtl_tlm/fast/port_calendar.h"
+#include "rtl_tlm/fast/slot_calendar.h"
+#include "rtl_tlm/gpu_config.h"
+#include "rtl_tlm/rt_unit.h"
 
-namespace grtx::tlm {
+namespace grtx::tlm::fast {
 
-class FastSm final : public sc_core::sc_module {
- public:
-  FastSm(const sc_core::sc_module_name& name, const GpuConfig& config, unsigned index, const traces::Header& header,
-         const modules::MemoryMap& map, FastMemory& memory);
+using Number = EventWheel::Number;
 
-  /// A warp that the core sees in cycle `visible` (ascending from call to call).
-  void launch(Cycle visible, const modules::LaunchWarp& warp) { launch_.push(visible - launch_.latency(), warp); }
-  /// The next warp that has ended and is seen before `end`; false when there is none.
-  bool take_ended(Cycle end, Cycle& seen, std::uint16_t& slot);
-  /// When the next such warp is seen; kNever when none has ended.
-  Cycle next_ended() const { return ended_.next_visible(); }
-  /// Advances to `end` (not included).
-  void run(Cycle end);
-  /// Next cycle in which something is due, launches included.
-  Cycle next_due() const { return std::min(due_, launch_.next_visible()); }
-  bool idle() const;
-  /// Closes per-cycle counts.
-  void settle(Cycle end) { rt_->settle(end); }
-  RtUnitCounters rt() const { return rt_->counters(); }
-  modules::SimtCounters simt() const { return simt_->counters(); }
-  modules::L1Counters l1() {
-    l1_.drain();
-    return l1_.counters();
-  }
+/// Of the L1, in the order of the cycle model's.
+enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kClients };
 
- private:
-  struct Pending {
-    modules::MemoryResponse response;
-    Cycle due = 0;  ///< earliest cycle to enter the link
-    std::uint64_t order = 0;
-    bool operator<(const Pending& o) const { return due != o.due ? due > o.due : order > o.order; }  // for a heap
-  };
-  /// A port of the L1 behind links; the node requests and prefetches of the RT unit need none.
-  struct Client {
-    std::unique_ptr<modules::Link<modules::MemoryRequest>> request;
-    std::unique_ptr<modules::Link<modules::MemoryResponse>> response;
-    std::vector<Pending> answers;  ///< a heap, the earliest on top
-    std::uint64_t asked = 0;
-    Cycle next = 0;   ///< earliest cycle in which the L1 looks at the head
-    Cycle taken = 0;  ///< when the L1 takes the head, which it has looked at; 0: it has not
-    Cycle respond_next = 0;
-    Cycle ask_due() const { return std::max(next, request->next_visible()); }
-    Cycle respond_due() const {
-      return answers.empty() ? modules::kNever : std::max(answers.front().due, respond_next);
-    }
-  };
+/// Sectors of one line, which an L1 client asks for.
+struct Request {
+  std::uint64_t line = 0;  ///< address
+  Number owner = 0;        ///< lane, or warp
+  std::uint8_t sectors = 0;
+  modules::Region region{};
+  bool write = false;
+  bool last = false;  ///< of a node fetch, or of what a lane reads of a checkpoint buffer
+};
+static_assert(sizeof(Request) == 16);
 
-  std::size_t add_client(const std::string& name, const SmLinks& links);
-  void step(Cycle now);
-  void ask(Cycle now, Client& client);
-  void respond(Cycle now, Client& client);
-  Cycle earliest() const;
-
-  modules::ClockDomain clock_;
-  modules::ProcessBundle bundle_;
-  FastL1 l1_;
-  std::vector<Client> clients_;
-  modules::Link<modules::LaunchWarp> launch_;
-  modules::Link<modules::WarpEnded> ended_;
-  modules::Link<modules::TraceCall> calls_;
-  modules::Link<modules::TraceDone> dones_;
-  modules::Link<modules::AnyHitBatch> batches_;
-  modules::Link<modules::AnyHitDone> shader_dones_;
-  std::unique_ptr<modules::SimtCore> simt_;
-  std::unique_ptr<FastRtUnit> rt_;
-  Cycle due_ = modules::kNever;
-  Cycle next_advance_ = 0;  ///< of the calendars
+/// A client's port: one sector a cycle.
+struct Port {
+  modules::RingQueue<Request> queue;
+  Cycle next = 0;   ///< free from
+  Cycle until = 0;  ///< refused until
 };
 
-}  // namespace grtx::tlm
+/// The node fetches of a warp, each by the lane that asked first: until it has arrived, that lane asks for nothing
+/// else.
+struct Fetches {
+  std::array<std::uint32_t, modules::kMaxLanes> key;
+  std::array<NearCycle, modules::kMaxLanes> asked;
+  std::array<NearCycle, modules::kMaxLanes> ready;      ///< the sectors that have been asked for have been seen
+  std::array<std::uint32_t, modules::kMaxLanes> lanes;  ///< that wait for it to be asked for; 0: it has been
+
+  void clear(Cycle now) {
+    key.fill(~std::uint32_t{0});
+    asked.fill(NearCycle(now));
+    ready.fill(NearCycle(now));
+    lanes.fill(0);
+  }
+  /// address: of the node. header: the BLAS header is read with it.
+  static std::uint32_t key_of(std::uint64_t address, bool header) {
+    return static_cast<std::uint32_t>(address / traces::kNodeUnit) << 1 | (header ? 1u : 0u);
+  }
+  /// Lanes whose fetch was or is for that node.
+  std::uint32_t of_node(std::uint32_t wanted) const {
+    static_assert(modules::kMaxLanes == 32);
+    return modules::equal_keys(key.data(), wanted) | modules::equal_keys(key.data() + 16, wanted) << 16;
+  }
+};
+
+/// Sectors of a line on their way into the L1. They take the line's place in the tags when all are there.
+struct Fill {
+  std::uint64_t line = 0;       ///< address
+  std::uint8_t sectors = 0;     ///< mask
+  std::uint8_t prefetched = 0;  ///< of these, which nobody has asked for
+  std::array<NearCycle, 8> arrives;
+  Cycle complete = 0;
+
+  /// Those of `wanted` that come after cycle `now`; last: raised to the arrival of the last of them.
+  std::uint8_t awaited(std::uint8_t wanted, Cycle now, Cycle& last) const {
+    std::uint8_t late = 0;
+    for (std::uint8_t rest = wanted; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
+      const auto sector = static_cast<unsigned>(std::countr_zero(rest));
+      const Cycle at = arrives[sector].at(now);
+      if (at <= now) continue;
+      last = std::max(last, at);
+      late |= static_cast<std::uint8_t>(1u << sector);
+    }
+    return late;
+  }
+};
+
+struct Lane {
+  const traces::Event* next = nullptr;
+  const traces::Event* end = nullptr;
+  std::uint16_t sm = 0, entry = 0;
+  std::uint16_t depth = 0;  ///< of the stack
+  bool shaded = false;      ///< the any-hit shader has seen its hit
+  bool settling = false;    ///< hands checkpoint entries over
+};
+
+/// An internal visit whose hit children may be prefetched.
+struct Record {
+  std::uint32_t begin = 0, end = 0;  ///< of the children / kNodeUnit
+  std::uint32_t definition = 0;
+  std::uint8_t hit = 0;
+  bool armed = false;
+};
+
+/// A lane's checkpoint buffers.
+struct Checkpoints {
+  std::uint64_t source = 0, destination = 0;
+  std::uint64_t held = ~std::uint64_t{0};  ///< sector that was read last
+  std::uint32_t source_entries = 0, read = 0, written = 0;
+  Cycle seen = 0;  ///< when the sectors asked for are there
+};
+
+/// A traceRay call of a warp, in an entry of the warp buffer.
+struct Call {
+  std::uint16_t slot = 0;
+  modules::WarpWait wait = modules::WarpWait::ready;
+  bool timing = false;  ///< the any-hit timer is in the wheel
+  LaneMask active = 0;  ///< not finished
+  LaneMask ready = 0, waiting_any_hit = 0, in_any_hit = 0,
+           checkpointing = 0;  ///< of these; the others' nodes are on the way
+  Cycle accepted = 0;
+  Cycle since = 0;          ///< first cycle whose wait has not been counted
+  Cycle any_hit_since = 0;  ///< of the first lane that waits
+  Fetches fetches;
+};
+
+enum class Step : std::uint8_t { prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
+
+/// A warp in a slot of the SIMT core.
+struct Warp {
+  const traces::RayGroup* group = nullptr;
+  modules::RoundCursor cursor;
+  std::uint64_t position = 0;  ///< of the group in the source
+  Step step = Step::prologue;
+  bool loading = false;     ///< the present phase's loads are on the way
+  bool in_service = false;  ///< runs the any-hit shader
+  LaneMask service_lanes = 0;
+  unsigned entry = 0;
+  modules::PhaseKind kind{};
+  modules::WarpActivity activity{};
+  Cycle since = 0;  ///< of the activity
+  std::uint64_t instructions = 0;
+  std::vector<modules::SectorAccess> stores;
+  std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
+  Cycle loads_seen = 0, stores_seen = 0;
+};
+
+/// Pipelines of one kind of intersection unit.
+struct Unit {
+  explicit Unit(const modules::IntersectionUnit::Config& c) : config(c), places(c.count, c.interval) {}
+  /// When the result of tests is known on data that is there from cycle `ready` on.
+  Cycle test(Cycle ready, unsigned tests) {
+    Cycle start = places.reserve(ready + 1);
+    counters.queue_cycles += start - (ready + 1);
+    ++counters.operations;
+    counters.tests += tests;
+    counters.busy_cycles += Cycle{tests} * config.interval;
+    for (unsigned i = 1; i < tests; ++i) start = places.reserve(start + config.interval);
+    return start + config.latency;
+  }
+  modules::IntersectionUnit::Config config;
+  SlotCalendar places;
+  modules::IntersectionUnit::Counters counters;
+};
+
+struct Sm {
+  Sm(const GpuConfig& config, const traces::Header& header, const modules::MemoryMap& map, unsigned index,
+     traces::NodeKind leaf);
+  static std::size_t fills_of(const GpuConfig& config);  ///< lines that may be on their way into the L1
+
+  // ---- SIMT core
+  modules::ShaderProgram program;
+  modules::IssueSlots issue;
+  std::vector<Warp> warps;
+  LaneMask free_slots = 0;
+  std::uint64_t launched = 0;
+  modules::SimtCounters simt;
+  // ---- RT unit
+  std::vector<Call> calls;
+  std::vector<std::uint64_t> ages;  ///< by entry
+  modules::RingQueue<std::uint16_t> waiting_calls;
+  LaneMask free_entries = 0;
+  LaneMask occupied = 0;
+  unsigned oldest = 0;  ///< of the occupied entries
+  LaneMask ready = 0;   ///< entries with lanes to be handled
+  bool select_timed = false;
+  std::size_t fetches = 0;            ///< nodes that have not been asked for
+  modules::RingQueue<Cycle> leaving;  ///< when those that have been, ahead of time, leave the memory scheduler's queue
+  PlaceRing link;                     ///< to the L1, for node requests
+  Cycle link_pushed = 0;              ///< when the newest entered it
+  Unit box, leaf, transform;
+  SlotCalendar hand_over;  ///< of checkpoint entries
+  Cycle accounted = 0;     ///< cycles before it are counted as selections or stalls
+  modules::Stall last_stall{};
+  RtUnitCounters rt;
+  // ---- L1
+  modules::SectorCacheTags tags;
+  unsigned sectors;  ///< of a line
+  std::vector<Fill> fills;
+  std::vector<std::uint32_t> free_fills;
+  modules::AddressIndex filling;  ///< fills by line
+  PlaceRing crossed;              ///< miss queue and the link behind it
+  PlaceCalendar mshrs;
+  PlaceRing hits;  ///< pipeline
+  BankCalendar banks;
+  bool between = false;    ///< the next bank conflict is the node request's
+  PortCalendar responses;  ///< to node requests, one a cycle
+  std::array<Port, kClients> ports;
+  unsigned waiting = 0;     ///< bits of the ports with requests
+  unsigned first = 0;       ///< whose turn it is
+  bool port_timed = false;  ///< the L1 is in the wheel
+  modules::L1Counters l1;
+};
+
+}  // namespace grtx::tlm::fast

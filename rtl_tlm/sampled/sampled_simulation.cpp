@@ -13,9 +13,9 @@
 #include "rtl_tlm/cost/machine.h"
 #include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/fast/fast_gpu.h"
+#include "rtl_tlm/fast/fast_run.h"
+#include "rtl_tlm/sampled/fast_correction.h"
 #include "rtl_tlm/sampled/model_fit.h"
-#include "rtl_tlm/sampled/outline_correction.h"
-#include "rtl_tlm/sampled/outline_model.h"
 #include "rtl_tlm/sampled/sample_run.h"
 #include "rtl_tlm/sampled/sampler.h"
 #include "rtl_tlm/sampled/scaled_statistics.h"
@@ -80,22 +80,18 @@ GroupWork brief_work(const traces::RayGroup& group) {
   return work;
 }
 
-/// The outline model knows no spilling stacks and no nodes fetched by shader cores; the warp model sees them in
-/// samples.
-bool outline_knows(const GpuConfig& config) { return !config.rt.warp_buffer.spill && !config.rt.memory.by_shader; }
-
 class SampledRun {
  public:
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
       : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
     reader_.verify_content();
-    if (!outline_knows(config)) options_.model = SampleModel::calls;
+    if (unmodelled_by_fast(config)) options_.model = SampleModel::calls;
   }
 
   SampledResult run() {
     if (options_.share > kWholeFrom) return whole("as asked for");
     if (options_.model == SampleModel::visits) {
-      outline_whole();
+      run_whole_fast();
     } else {
       work_ = measure_work(reader_, config_);
     }
@@ -107,7 +103,7 @@ class SampledRun {
     const double pair = std::min(options_.share, kLargestPair);
     auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
     const double warps = squares_ > 0.0 ? sectors_ * sectors_ / squares_ : 0.0;
-    // Of small traces the outline model needs a larger share.
+    // Of small traces fast mode needs a larger share.
     if (options_.model == SampleModel::visits) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
     if (classes < kFewestClasses || warps / classes < kFewestWarps) {
       return whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
@@ -147,7 +143,7 @@ class SampledRun {
     while (!running.empty()) collect();
   }
 
-  /// With the outline model the contended samples are there for the statistics only: fast mode will do, where it can.
+  /// With fast mode the contended samples are there for the statistics only: fast mode will do, where it can.
   SimulationMode engine_of(std::size_t sample) const {
     const bool statistics_only = options_.model == SampleModel::visits && sample % 2 == 0;
     return statistics_only && !unmodelled_by_fast(config_) ? SimulationMode::fast : options_.engine;
@@ -159,13 +155,13 @@ class SampledRun {
     known_ = first_launches(reader_, groups, config_);
   }
 
-  /// Runs the outline model of the whole trace, and counts the groups' work on the way.
-  void outline_whole() {
+  /// Runs fast mode of the whole trace, and counts the groups' work on the way.
+  void run_whole_fast() {
     look_at_front();
     const ChainLatencies latencies(config_, reader_.header());
     std::vector<std::uint64_t> groups(reader_.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-    outline_ = run_outline(reader_, groups, known_, config_, [&](const traces::RayGroup& group) {
+    whole_fast_ = run_fast(reader_, groups, known_, config_, [&](const traces::RayGroup& group) {
       work_.groups.push_back(brief_work(group));
       const Chain chain = measure_chain(group, latencies);
       work_.longest.ray = std::max(work_.longest.ray, chain.ray);
@@ -173,25 +169,25 @@ class SampledRun {
     });
   }
 
-  /// The outline model's cycles, corrected by the samples in which the SM is not held up by others: with the DRAM of
+  /// Fast mode's cycles, corrected by the samples in which the SM is not held up by others: with the DRAM of
   /// half an SM, the scaled machine is less like the whole one than the model is.
   SampledEstimate correct() {
-    std::vector<OutlineSample> compared;
+    std::vector<FastSample> compared;
     for (std::size_t s = 1; s < samples_.size(); s += 2) {
       const SampleRun& run = *samples_[s];
-      const OutlineRun outline = run_outline(reader_, run.groups, {}, run.machine.config, {});
-      OutlineSample sample;
+      const FastRun fast = run_fast(reader_, run.groups, {}, run.machine.config, {});
+      FastSample sample;
       sample.groups = run.groups;
       for (const std::uint64_t group : run.groups) sample.weight.push_back(all_[group]->sectors);
       sample.end = run.group_end;
-      sample.outline_end.assign(outline.group_end.begin(), outline.group_end.end());
+      sample.fast_end.assign(fast.group_end.begin(), fast.group_end.end());
       compared.push_back(std::move(sample));
     }
-    const OutlineCorrection correction = correct_outline(compared);
+    const FastCorrection correction = correct_fast(compared);
     correction_ = std::exp(correction.log_factor);
     residual_ = correction.residual;
     SampledEstimate estimate;
-    estimate.log_cycles = std::log(std::max(1.0, static_cast<double>(outline_.cycles))) + correction.log_factor;
+    estimate.log_cycles = std::log(std::max(1.0, static_cast<double>(whole_fast_.cycles()))) + correction.log_factor;
     estimate.degrees_of_freedom = correction.degrees_of_freedom;
     estimate.prior_variance = correction.prior_variance;
     estimate.bias = kVisitsBias;
@@ -274,11 +270,12 @@ class SampledRun {
     add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
     if (r.estimate.whole) return;
     if (options_.model == SampleModel::visits) {
-      add("outline.cycles", static_cast<std::uint64_t>(outline_.cycles), "cycles", "of the outline model, uncorrected");
-      add("outline.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
-      add("outline.l1_hit_rate", ratio(outline_.l1_hits, outline_.l1_reads), "ratio", "of the outline model");
-      add("outline.l2_accesses", outline_.l2_accesses, "sectors", "of the outline model");
-      add("outline.dram_sectors", outline_.dram, "sectors", "of the outline model");
+      const modules::L1Counters::ByRegion l1 = whole_fast_.counters.l1.all();
+      add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
+      add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
+      add("fast.l1_hit_rate", ratio(l1.hits + l1.hits_on_miss, l1.reads), "ratio", "of fast mode");
+      add("fast.l2_accesses", whole_fast_.counters.l2.accesses(), "sectors", "of fast mode");
+      add("fast.dram_sectors", whole_fast_.counters.dram.responses, "sectors", "of fast mode");
       return;
     }
     const ModelRates rates = rates_of(fit_.log_rates);
@@ -365,7 +362,7 @@ class SampledRun {
   double busiest_share() const {
     const std::vector<unsigned> group_sm =
         options_.model == SampleModel::visits
-            ? outline_.group_sm
+            ? whole_fast_.group_sm
             : run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
     std::vector<double> by_sm(config_.sms);
     for (std::size_t i = 0; i < all_.size(); ++i) by_sm[group_sm[i]] += all_[i]->sectors;
@@ -422,7 +419,7 @@ class SampledRun {
   std::vector<std::unique_ptr<SampleRun>> samples_;  ///< on a half SM and with idle neighbours in turn
   std::vector<Launch> known_;
   FittedRates fit_;     ///< of the warp model
-  OutlineRun outline_;  ///< of the whole trace
+  FastRun whole_fast_;  ///< of the whole trace
   double correction_ = 1.0;
   double residual_ = 0.0;
 };

@@ -11,7 +11,7 @@ namespace grtx::tlm {
 
 /// What the estimate of the whole run is made with.
 enum class SampleModel : std::uint8_t {
-  visits,  ///< the outline model of the whole trace, corrected by samples; `calls` where it lacks what is configured
+  visits,  ///< fast mode of the whole trace, corrected by samples; `calls` where it lacks what is configured
   calls    ///< the warp model, fitted to samples: faster, less exact
 };
 

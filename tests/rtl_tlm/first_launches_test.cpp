@@ -92,10 +92,9 @@ TEST_F(FirstLaunches, AreFollowedByFastMode) {
     modules::set_time_resolution_to_fs();
     TraceSource source(reader, 4);
     Launches seen;
-    FastGpu gpu("fast", config(), reader.header(), reader.totals().max_evictions_per_ray, source);
+    FastGpu gpu(config(), reader.header(), reader.totals().max_evictions_per_ray, source);
     gpu.observe(&seen);
     gpu.assign(wanted);
-    sc_core::sc_start(sc_core::SC_ZERO_TIME);
     gpu.run([](std::uint64_t) {});
     return seen.list.dump();
   });

@@ -120,7 +120,7 @@ TEST_F(SampledSimulation, IntervalsCoverTheTruth) {
   EXPECT_GE(covered, 5U);
 }
 
-TEST_F(SampledSimulation, TakesTheWarpModelForWhatTheOutlineLacks) {
+TEST_F(SampledSimulation, TakesTheWarpModelForWhatFastModeLacks) {
   const auto model = [&] {
     return simulate_sampled(file_.path(), config_, share(0.25)).result.inputs.at("sampled.model");
   };

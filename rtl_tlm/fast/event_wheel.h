@@ -22,6 +22,7 @@ class EventWheel {
   explicit EventWheel(std::size_t numbers) : heads_(kWindow, kNone), filled_(kWindow / 64), next_(numbers, kNone) {}
 
   Cycle now() const { return now_; }
+  std::uint64_t steps() const { return steps_; }  ///< cycles in which something was due
   /// Due in cycle `at`, or in the next one if that is past.
   void add(Cycle at, Number number) {
     at = std::max(at, now_ + 1);
@@ -37,6 +38,7 @@ class EventWheel {
   void run(F&& f) {
     while (size_ > 0) {
       move_to_next();
+      ++steps_;
       const std::size_t bucket = now_ % kWindow;
       Number number = heads_[bucket];
       heads_[bucket] = kNone;
@@ -51,7 +53,7 @@ class EventWheel {
   }
 
  private:
-  static constexpr Cycle kWindow = 8192;
+  static constexpr Cycle kWindow = 2048;
   static constexpr Number kNone = ~Number{0};
   using Far = std::pair<Cycle, Number>;
 
@@ -85,6 +87,7 @@ class EventWheel {
   std::priority_queue<Far, std::vector<Far>, std::greater<>> far_;
   std::size_t size_ = 0;
   Cycle now_ = 0;
+  std::uint64_t steps_ = 0;
 };
 
 }  // namespace grtx::tlm

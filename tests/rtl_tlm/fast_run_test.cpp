@@ -1,5 +1,5 @@
-// The outline model against cycle mode, on random traces: close in cycles, and in what the caches saw.
-#include "rtl_tlm/sampled/outline_model.h"
+// Fast mode against cycle mode, on random traces: close in cycles, and in what the caches saw.
+#include "rtl_tlm/fast/fast_run.h"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@ using nlohmann::ordered_json;
 using traces::testing::RandomOptions;
 using traces::testing::TemporaryFile;
 
-class OutlineModel : public ::testing::TestWithParam<bool> {
+class FastRunTest : public ::testing::TestWithParam<bool> {
  protected:
-  explicit OutlineModel(bool checkpoint = GetParam()) {
+  explicit FastRunTest(bool checkpoint = GetParam()) {
     RandomOptions random;
     random.seed = 3;
     random.groups = 96;
@@ -34,61 +34,60 @@ class OutlineModel : public ::testing::TestWithParam<bool> {
     ChildProcess child("cycle", [this] { return simulate(file_.path(), config_, {}).document.at("stats").dump(); });
     return ordered_json::parse(child.result());
   }
-  OutlineRun outline(const traces::Reader& reader) const {
+  FastRun whole(const traces::Reader& reader) const {
     std::vector<std::uint64_t> groups(reader.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-    return run_outline(reader, groups, first_launches(reader, groups, config_), config_, {});
+    return run_fast(reader, groups, first_launches(reader, groups, config_), config_, {});
   }
 
-  TemporaryFile file_{"outline"};
+  TemporaryFile file_{"fast"};
   GpuConfig config_ = load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {});
 };
 
-TEST_P(OutlineModel, IsCloseToCycleMode) {
+TEST_P(FastRunTest, IsCloseToCycleMode) {
   const ordered_json stats = cycle_mode();
   const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
   const traces::Reader reader(file_.path());
-  const OutlineRun run = outline(reader);
+  const FastRun run = whole(reader);
   // These warps are short: some latencies that the model leaves out count more than in a scene.
-  EXPECT_NEAR(static_cast<double>(run.cycles) / value("gpu.cycles"), 1.0, 0.15);
-  EXPECT_NEAR(static_cast<double>(run.l2_accesses) / value("gpu.l2.accesses"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.dram) / value("gpu.dram.bursts"), 1.0, 0.1);
-  const double asked = value("gpu.l1.all.reads") + value("gpu.l1.prefetch.requests");
-  EXPECT_NEAR(static_cast<double>(run.l1_reads) / asked, 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.15);
+  EXPECT_NEAR(static_cast<double>(run.counters.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.counters.dram.channel.bursts) / value("gpu.dram.bursts"), 1.0, 0.1);
+  EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
 }
 
-TEST_P(OutlineModel, EveryGroupEndsOnceAndTheSameEachTime) {
+TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {
   const traces::Reader reader(file_.path());
   std::vector<std::uint32_t> decoded;
   std::vector<std::uint64_t> groups = {3, 7, 8, 40, 95};
   const auto count = [&decoded](const traces::RayGroup& group) { decoded.push_back(group.index); };
-  const OutlineRun run = run_outline(reader, groups, {{1, 0}, {1, 1}}, config_, count);
+  const FastRun run = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, count);
   EXPECT_EQ(decoded, (std::vector<std::uint32_t>{3, 7, 8, 40, 95}));
   ASSERT_EQ(run.group_end.size(), groups.size());
   for (const Cycle end : run.group_end) EXPECT_GT(end, 0U);
-  EXPECT_EQ(run.cycles, *std::max_element(run.group_end.begin(), run.group_end.end()));
+  EXPECT_EQ(run.cycles(), *std::max_element(run.group_end.begin(), run.group_end.end()));
   EXPECT_EQ(run.group_sm[0], 1U);
   EXPECT_EQ(run.group_sm[1], 1U);
-  const OutlineRun again = run_outline(reader, groups, {{1, 0}, {1, 1}}, config_, {});
+  const FastRun again = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, {});
   EXPECT_EQ(run.group_end, again.group_end);
 }
 
-TEST_P(OutlineModel, PerfectCachesAskNobody) {
+TEST_P(FastRunTest, PerfectCachesAskNobody) {
   const traces::Reader reader(file_.path());
-  const Cycle with = outline(reader).cycles;
+  const Cycle with = whole(reader).cycles();
   config_.l2.perfect = true;
-  const OutlineRun no_dram = outline(reader);
-  EXPECT_EQ(no_dram.dram, 0U);
-  EXPECT_GT(no_dram.l2_accesses, 0U);
-  EXPECT_LT(no_dram.cycles, with);
+  const FastRun no_dram = whole(reader);
+  EXPECT_EQ(no_dram.counters.dram.responses, 0U);
+  EXPECT_GT(no_dram.counters.l2.accesses(), 0U);
+  EXPECT_LT(no_dram.cycles(), with);
   config_.l1.perfect = true;
-  const OutlineRun no_l2 = outline(reader);
-  EXPECT_EQ(no_l2.l2_accesses, 0U);
-  EXPECT_LT(no_l2.cycles, no_dram.cycles);
+  const FastRun no_l2 = whole(reader);
+  EXPECT_EQ(no_l2.counters.l2.accesses(), 0U);
+  EXPECT_LT(no_l2.cycles(), no_dram.cycles());
 }
 
 // The decoder lets such a trace pass; so do the hashes of a file that was written so.
-TEST(OutlineModelInput, ReplaysWithoutCheckpointsAreRefused) {
+TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
   RandomOptions random;
   random.seed = 3;
   random.groups = 96;
@@ -105,21 +104,21 @@ TEST(OutlineModelInput, ReplaysWithoutCheckpointsAreRefused) {
   ASSERT_GT(replays, 0U);
   trace.header.checkpoint = false;
   trace.header.checkpoint_capacity = 0;
-  const TemporaryFile file{"outline"};
+  const TemporaryFile file{"fast"};
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   const traces::Reader reader(file.path());
   std::vector<std::uint64_t> groups(reader.group_count());
   std::iota(groups.begin(), groups.end(), std::uint64_t{0});
   const GpuConfig config = load_config(std::string(GRTX_SOURCE_DIR) + "/configs/small.toml", {});
   try {
-    run_outline(reader, groups, {}, config, {});
+    run_fast(reader, groups, {}, config, {});
     FAIL() << "it ran";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("replays although checkpointing is off"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("although checkpointing is off"), std::string::npos);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Checkpointing, OutlineModel, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(Checkpointing, FastRunTest, ::testing::Bool());
 
 }  // namespace
 }  // namespace grtx::tlm

@@ -1,0 +1,173 @@
+// The machine of fast mode: its parts, and what happens in them. One number in the event wheel stands for each lane,
+// each resident warp, each any-hit timer of a warp buffer entry, and each SM's L1 and warp scheduler.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "modules/memory_map.h"
+#include "modules/node_traffic.h"
+#include "modules/warp_selection.h"
+#include "modules/work_distributor.h"
+#include "rtl_tlm/fast/fast_memory.h"
+#include "rtl_tlm/fast/fast_sm.h"
+#include "rtl_tlm/gpu_counters.h"
+
+namespace grtx::tlm::fast {
+
+class Machine {
+ public:
+  Machine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
+          modules::GroupSource& source);
+
+  void observe(modules::WarpObserver* observer) { observer_ = observer; }
+  void assign(std::vector<unsigned> sms) { assigned_ = std::move(sms); }
+  void run(const std::function<void(std::uint64_t)>& progress);
+  GpuCounters counters() const;
+  bool idle() const;
+  std::uint64_t steps() const { return wheel_.steps(); }
+
+ private:
+  static constexpr Cycle kAhead = 24;  ///< the L1 serves requests so many cycles ahead of time: many in one event
+
+  enum class Taken : std::uint8_t { refused, hit, miss };
+
+  Number lane_number(unsigned sm, unsigned entry, unsigned lane) const {
+    return (sm * entries_ + entry) * modules::kMaxLanes + lane;
+  }
+  Number warp_number(unsigned sm, unsigned slot) const { return warps_from_ + sm * config_.resident_warps + slot; }
+  static LaneMask lane_bit(Number number) { return modules::bit(number % modules::kMaxLanes); }
+  void handle_event(Number number);
+  /// Nothing will be asked for before cycle `now` any more.
+  void advance(Cycle now);
+  [[noreturn]] void refuse(Number lane, const char* rule) const;
+
+  // ---- Work distributor
+  void launch(Cycle now);
+  bool held_back(Cycle now);
+  void ended(Cycle now, unsigned s, unsigned slot);
+
+  // ---- SIMT core (fast_shader.cpp)
+  void start(Cycle now, unsigned s, unsigned slot, Step step);
+  void load(Cycle now, unsigned s, unsigned slot);
+  void issue(Cycle now, unsigned s, unsigned slot);
+  void store(Cycle now, unsigned s, unsigned slot);
+  void warp_event(Cycle now, unsigned s, unsigned slot);
+  void service_ends(Cycle now, unsigned s, unsigned slot);
+  void enter(Cycle now, Sm& sm, Warp& warp, modules::WarpActivity activity);
+  /// Consecutive sectors of a line and region are one request.
+  template <typename F>
+  void for_each_line(const std::vector<modules::SectorAccess>& sectors, F&& f) const;
+
+  // ---- RT unit: calls and lanes (fast_rt_unit.cpp)
+  void accept(Cycle now, unsigned s);
+  void retire(Cycle now, unsigned s, unsigned entry);
+  const traces::RayGroup& group_of(const Lane& lane) const {
+    const Sm& sm = *sms_[lane.sm];
+    return *sm.warps[sm.calls[lane.entry].slot].group;
+  }
+  void count_wait(Cycle now, Sm& sm, Call& call);
+  void count_stall(Cycle until, Sm& sm);
+  void make_ready(Cycle now, Number number, const Lane& lane);
+  /// From when on the memory scheduler's queue has room for any warp's visits; kNever: that is not known yet.
+  Cycle room_from(Cycle now, Sm& sm) const;
+  void select_soon(Cycle now, unsigned s);
+  void select(Cycle now, unsigned s);
+  void handle(Cycle now, Number number, Lane& lane);
+  void replay(Cycle now, Number number, Lane& lane);
+  void lane_event(Cycle now, Number number, Lane& lane);
+  void pop(Number number, Lane& lane) {
+    if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
+    --lane.depth;
+  }
+  void push(Lane& lane, unsigned nodes) {
+    lane.depth = static_cast<std::uint16_t>(lane.depth + nodes);
+    std::uint64_t& deepest = sms_[lane.sm]->rt.warp_buffer.max_stack_depth;
+    deepest = std::max<std::uint64_t>(deepest, lane.depth);
+  }
+  void complete(Cycle now, Number number, Lane& lane, unsigned checkpoints);
+  void settled(Cycle now, Number number, Lane& lane);
+  void any_hit_arrives(Cycle now, Number number, const Lane& lane);
+  void consider_any_hit(Cycle now, unsigned s, unsigned entry);
+  void fire(Cycle now, unsigned s, unsigned entry);
+
+  // ---- RT unit: node fetches (fast_fetch.cpp)
+  void fetch(Cycle now, Number number, Lane& lane, traces::NodeKind kind, std::uint64_t address, bool header);
+  void push_node(Sm& sm, Client client, Number owner, std::uint64_t address, unsigned sectors, modules::Region region,
+                 bool last);
+  /// The node is there in cycle `ready`.
+  void await(Number number, const Lane& lane, Cycle ready);
+  Record* records_of(Number number) { return &records_[std::size_t{number} * config_.rt.prefetcher.records]; }
+  void note_internal(Number number, const Lane& lane, const traces::Event& event);
+  void note_leaf(Cycle now, Number number, const Lane& lane, std::uint32_t address);
+  void prefetch(Sm& sm, traces::NodeKind kind, std::uint64_t address);
+
+  // ---- RT unit: checkpoints (fast_checkpoints.cpp)
+  void begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint32_t round, Number number, bool replay);
+  void push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last);
+  /// Returns when all has been handed over.
+  Cycle write_checkpoints(Cycle now, Number number, unsigned entries, bool last);
+  /// Whether the entry is there already; else the lane waits.
+  bool read_checkpoint(Cycle now, Number number);
+
+  // ---- L1 (fast_l1.cpp)
+  void serve(Cycle now, unsigned s);
+  Taken try_head(Cycle now, unsigned s, unsigned client);
+  /// The cycle in which the banks take the last of the sectors, the first at `at` at the earliest.
+  Cycle take_banks(Sm& sm, unsigned client, const Request& r, Cycle at);
+  Cycle send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched,
+                  Cycle at);
+  void fill(Cycle now, unsigned s, std::uint32_t number);
+  /// present: sectors in the tags or arrived. on_the_way: of those in sm.fills[filling]. The others of r are missed.
+  static void count_access(Sm& sm, unsigned client, modules::SectorCacheTags::Slot slot, const Request& r,
+                           std::uint8_t present, std::uint8_t on_the_way, std::uint32_t filling);
+  void deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen);
+  void prefetch_host(const Sm& sm, std::uint64_t address) const {
+    sm.tags.prefetch(address);
+    memory_.prefetch_host(sm.tags.line_address(address));
+  }
+
+  GpuConfig config_;
+  const traces::Header& header_;
+  modules::GroupSource& source_;
+  modules::WarpObserver* observer_ = nullptr;
+  std::vector<unsigned> assigned_;  ///< SMs of the first groups
+  modules::NodeTraffic traffic_;
+  modules::MemoryMap map_;
+  unsigned entries_;  ///< of a warp buffer
+  std::vector<Lane> lanes_;
+  Number warps_from_, timers_from_, ports_from_, selects_from_, fills_from_;
+  Number fills_;  ///< of an SM
+  EventWheel wheel_;
+  FastMemory memory_;
+  std::vector<Record> records_;       ///< so many of each lane as the prefetcher has
+  std::vector<std::uint8_t> newest_;  ///< of a lane's records
+  std::vector<Checkpoints> checkpoints_;
+  std::vector<std::unique_ptr<Sm>> sms_;
+  std::array<std::uint32_t, 8> units_{};  ///< by NodeKind: kNodeUnits that a node takes
+  std::unique_ptr<modules::WarpSelection> selection_;
+  modules::ShaderPhase phase_;
+  /// Siblings that lanes of the present warp have asked for in this cycle.
+  struct Triggered {
+    std::uint32_t definition = 0;
+    std::uint8_t asked = 0;
+  };
+  std::array<Triggered, modules::kMaxLanes> triggered_{};
+  unsigned triggered_count_ = 0;
+  std::uint64_t next_age_ = 0;
+  Cycle advanced_ = 0;  ///< when calendars were told of the time
+
+  std::uint64_t next_group_ = 0, running_ = 0, ended_ = 0;
+  const traces::RayGroup* acquired_ = nullptr;  ///< and not launched yet
+  bool secondary_ = false;                      ///< primary groups are over
+  unsigned turn_ = 0;                           ///< SM that is looked at first
+  Cycle last_launch_ = 0;
+  Cycle end_ = 0;          ///< when the last warp had ended
+  Cycle primary_end_ = 0;  ///< the last primary one
+  std::function<void(std::uint64_t)> progress_;
+};
+
+}  // namespace grtx::tlm::fast
