@@ -14,6 +14,7 @@
 #include "rtl_tlm/energy_statistics.h"
 #include "rtl_tlm/fast/fast_gpu.h"
 #include "rtl_tlm/fast/fast_run.h"
+#include "rtl_tlm/lower_bounds.h"
 #include "rtl_tlm/sampled/fast_correction.h"
 #include "rtl_tlm/sampled/model_fit.h"
 #include "rtl_tlm/sampled/sample_run.h"
@@ -90,7 +91,7 @@ class SampledRun {
 
   SampledResult run() {
     if (options_.share > kWholeFrom) return whole("as asked for");
-    if (options_.model == SampleModel::visits) {
+    if (visits()) {
       run_whole_fast();
     } else {
       work_ = measure_work(reader_, config_);
@@ -104,7 +105,7 @@ class SampledRun {
     auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
     const double warps = squares_ > 0.0 ? sectors_ * sectors_ / squares_ : 0.0;
     // Of small traces fast mode needs a larger share.
-    if (options_.model == SampleModel::visits) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
+    if (visits()) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
     if (classes < kFewestClasses || warps / classes < kFewestWarps) {
       return whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
     }
@@ -112,7 +113,7 @@ class SampledRun {
     std::size_t pairs = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.share / pair)));
     for (;;) {
       simulate_pairs(pairs);
-      const SampledEstimate estimate = options_.model == SampleModel::visits ? correct() : evaluate();
+      const SampledEstimate estimate = visits() ? correct() : evaluate();
       const ConfidenceInterval interval = cycles_interval(estimate);
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) return finished(estimate);
       pairs *= 2;
@@ -121,6 +122,7 @@ class SampledRun {
   }
 
  private:
+  bool visits() const { return options_.model == SampleModel::visits; }
   /// Simulates until there are so many pairs of samples.
   void simulate_pairs(std::size_t pairs) {
     const std::size_t before = samples_.size();
@@ -132,21 +134,15 @@ class SampledRun {
     for (std::size_t i = before; i < 2 * pairs; ++i) {
       auto sample = std::make_unique<SampleRun>();
       sample->groups = classes_[i];
-      sample->machine = i % 2 == 0 ? half_sm(config_) : idle_neighbours(config_);
+      sample->machine = visits() || i % 2 != 0 ? idle_neighbours(config_) : half_sm(config_);
       samples_.push_back(std::move(sample));
     }
     if (known_.empty()) look_at_front();
     for (std::size_t i = before; i < samples_.size(); ++i) {
       if (running.size() >= options_.jobs) collect();
-      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], engine_of(i)));
+      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], options_.engine));
     }
     while (!running.empty()) collect();
-  }
-
-  /// With fast mode the contended samples are there for the statistics only: fast mode will do, where it can.
-  SimulationMode engine_of(std::size_t sample) const {
-    const bool statistics_only = options_.model == SampleModel::visits && sample % 2 == 0;
-    return statistics_only && !unmodelled_by_fast(config_) ? SimulationMode::fast : options_.engine;
   }
 
   void look_at_front() {
@@ -173,8 +169,8 @@ class SampledRun {
   /// half an SM, the scaled machine is less like the whole one than the model is.
   SampledEstimate correct() {
     std::vector<FastSample> compared;
-    for (std::size_t s = 1; s < samples_.size(); s += 2) {
-      const SampleRun& run = *samples_[s];
+    for (const auto& simulated : samples_) {
+      const SampleRun& run = *simulated;
       const FastRun fast = run_fast(reader_, run.groups, {}, run.machine.config, {});
       FastSample sample;
       sample.groups = run.groups;
@@ -242,7 +238,7 @@ class SampledRun {
     all["mode"] = "sampled";
     all["sampled.seed"] = std::to_string(options_.seed);
     all["sampled.share"] = fmt::format("{}", options_.share);
-    all["sampled.model"] = options_.model == SampleModel::visits ? "visits" : "calls";
+    all["sampled.model"] = visits() ? "visits" : "calls";
     all["sampled.engine"] = options_.engine == SimulationMode::fast ? "fast" : "cycle";
     if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
     return all;
@@ -269,7 +265,7 @@ class SampledRun {
         "standard deviation between modelled and simulated ends of warps over the cycles of their sample");
     add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
     if (r.estimate.whole) return;
-    if (options_.model == SampleModel::visits) {
+    if (visits()) {
       const modules::L1Counters::ByRegion l1 = whole_fast_.counters.l1.all();
       add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
       add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
@@ -310,27 +306,17 @@ class SampledRun {
     r.estimate = estimate;
     r.cycles = cycles_interval(estimate);
     r.result.cycles = static_cast<Cycle>(std::llround(r.cycles.value));
-    WholeRun whole;
-    whole.cycles = r.cycles.value;
-    whole.groups = all_.size();
-    whole.totals = reader_.totals();
-    whole.longest = work_.longest;
-    whole.busiest_share = busiest_share();
-    std::vector<const ordered_json*> contended;
-    double sampled = 0.0;
     std::uint64_t groups = 0;
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       groups += samples_[i]->groups.size();
       for (const std::string& violation : samples_[i]->violations) {
         r.result.violations.push_back(fmt::format("sample {}: {}", i, violation));
       }
-      if (i % 2 != 0) continue;
-      contended.push_back(&samples_[i]->stats);
-      for (const std::uint64_t group : samples_[i]->groups) sampled += all_[group]->sectors;
     }
-    r.result.statistics = whole_statistics(contended, sectors_ / sampled, whole, config_);
-    for (const modules::Statistic& s : r.result.statistics.items()) {
-      if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
+    if (visits()) {
+      describe_fast(r.result);
+    } else {
+      describe_samples(r);
     }
     add_energy(r.result.statistics);
     describe(r, groups, "", r.result.statistics);
@@ -339,6 +325,41 @@ class SampledRun {
     r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
     r.result.document["sampled"] = to_json(r.estimate);
     return r;
+  }
+
+  /// Counts of fast mode, in as many cycles as estimated.
+  void describe_fast(SimulationResult& result) const {
+    GpuCounters counters = whole_fast_.counters;
+    const double stretch =
+        static_cast<double>(result.cycles) / static_cast<double>(std::max<Cycle>(1, counters.cycles));
+    counters.distributor.primary_end =
+        static_cast<Cycle>(std::llround(static_cast<double>(counters.distributor.primary_end) * stretch));
+    counters.cycles = result.cycles;
+    const std::vector<LowerBound> bounds = lower_bounds(counters, work_.longest, config_);
+    result.binding_bound = binding_bound(bounds).name;
+    modules::StatisticList& list = result.statistics;
+    tlm::describe(counters, list);
+    tlm::describe(bounds, counters.cycles, list);
+  }
+
+  /// Counts of the samples on half SMs, scaled.
+  void describe_samples(SampledResult& r) const {
+    WholeRun whole;
+    whole.cycles = r.cycles.value;
+    whole.groups = all_.size();
+    whole.totals = reader_.totals();
+    whole.longest = work_.longest;
+    whole.busiest_share = busiest_share();
+    std::vector<const ordered_json*> contended;
+    double sampled = 0.0;
+    for (std::size_t i = 0; i < samples_.size(); i += 2) {
+      contended.push_back(&samples_[i]->stats);
+      for (const std::uint64_t group : samples_[i]->groups) sampled += all_[group]->sectors;
+    }
+    r.result.statistics = whole_statistics(contended, sectors_ / sampled, whole, config_);
+    for (const modules::Statistic& s : r.result.statistics.items()) {
+      if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
+    }
   }
 
   /// Energy of the whole machine for the counts in the list. What it is priced on is SystemC modules: in a child.
@@ -361,9 +382,7 @@ class SampledRun {
 
   double busiest_share() const {
     const std::vector<unsigned> group_sm =
-        options_.model == SampleModel::visits
-            ? whole_fast_.group_sm
-            : run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
+        run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
     std::vector<double> by_sm(config_.sms);
     for (std::size_t i = 0; i < all_.size(); ++i) by_sm[group_sm[i]] += all_[i]->sectors;
     return *std::max_element(by_sm.begin(), by_sm.end()) / sectors_;
@@ -416,7 +435,7 @@ class SampledRun {
   std::vector<const GroupWork*> all_;  ///< of the trace, by index
   double sectors_ = 0.0, squares_ = 0.0;
   std::vector<std::vector<std::uint64_t>> classes_;
-  std::vector<std::unique_ptr<SampleRun>> samples_;  ///< on a half SM and with idle neighbours in turn
+  std::vector<std::unique_ptr<SampleRun>> samples_;  ///< with idle neighbours; of `calls`, every other on half an SM
   std::vector<Launch> known_;
   FittedRates fit_;     ///< of the warp model
   FastRun whole_fast_;  ///< of the whole trace
