@@ -2,7 +2,6 @@
 // stands in the tags already, with the cycle of its arrival.
 #include <algorithm>
 #include <bit>
-#include <stdexcept>
 #include <utility>
 
 #include "rtl_tlm/fast/fast_machine.h"
@@ -186,9 +185,16 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
   }
   sm.l1.sent_reads += count;
   sm.l1.mshr_cycles += count * (trip.seen - at);
+  for (unsigned i = 0; i < count; ++i) {
+    sm.l1.miss_latency.add(trip.seen - at);
+    sm.mshrs.take(trip.seen);
+  }
   if (prefetched) sm.l1.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
-    if (sm.free_fills.empty()) throw std::logic_error("more lines are on their way into an L1 than its MSHRs hold");
+    if (sm.free_fills.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
+      place(sm, r.line, missing, prefetched ? missing : std::uint8_t{0});
+      return trip.seen + 1;
+    }
     filling = sm.free_fills.back();
     sm.free_fills.pop_back();
     sm.filling.insert(r.line / kSectorBytes, filling);
@@ -202,8 +208,6 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
   fill.complete = fill.sectors == missing ? trip.seen : std::max(fill.complete, trip.seen);
   for (std::uint8_t rest = missing; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
     fill.arrives[static_cast<unsigned>(std::countr_zero(rest))] = NearCycle(trip.seen);
-    sm.l1.miss_latency.add(trip.seen - at);
-    sm.mshrs.take(trip.seen);
   }
   return trip.seen + 1;
 }
@@ -213,18 +217,22 @@ void Machine::fill(Cycle now, unsigned s, std::uint32_t number) {
   Sm& sm = *sms_[s];
   const Fill& fill = sm.fills[number];
   if (fill.complete > now) return wheel_.add(fill.complete, fills_from_ + s * fills_ + number);
-  SectorCacheTags::Slot slot = sm.tags.find(fill.line);
+  place(sm, fill.line, fill.sectors, fill.prefetched);
+  sm.filling.erase(fill.line / kSectorBytes);
+  sm.free_fills.push_back(number);
+}
+
+void Machine::place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched) {
+  SectorCacheTags::Slot slot = sm.tags.find(line);
   if (slot == SectorCacheTags::kNone) {
     SectorCacheTags::Victim victim;
-    slot = sm.tags.insert(fill.line, &victim);
+    slot = sm.tags.insert(line, &victim);
     if (victim.valid) ++sm.l1.evictions;
     sm.l1.prefetches_unused += count_of(victim.unused_prefetch);
   }
-  sm.l1.fills += count_of(fill.sectors);
-  sm.tags.set_valid(slot, fill.sectors);
-  if (fill.prefetched != 0) sm.tags.set_unused_prefetch(slot, fill.prefetched);
-  sm.filling.erase(fill.line / kSectorBytes);
-  sm.free_fills.push_back(number);
+  sm.l1.fills += count_of(sectors);
+  sm.tags.set_valid(slot, sectors);
+  if (prefetched != 0) sm.tags.set_unused_prefetch(slot, prefetched);
 }
 
 void Machine::deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen) {

@@ -121,6 +121,8 @@ class Machine {
   Cycle send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched,
                   Cycle at);
   void fill(Cycle now, unsigned s, std::uint32_t number);
+  /// Sectors of a line take their place in the tags. prefetched: of these, which nobody has asked for.
+  static void place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched);
   /// present: sectors in the tags or arrived. on_the_way: of those in sm.fills[filling]. The others of r are missed.
   static void count_access(Sm& sm, unsigned client, modules::SectorCacheTags::Slot slot, const Request& r,
                            std::uint8_t present, std::uint8_t on_the_way, std::uint32_t filling);
