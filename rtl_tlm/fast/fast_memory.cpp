@@ -48,10 +48,7 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
     const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}));
     input = crossed + 1;
     now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
-    if (slice.blocked_until > now) {
-      l2_[index].stalls[static_cast<std::size_t>(L2Stall::dram_queue)] += slice.blocked_until - now;
-      now = slice.lookup.reserve(slice.blocked_until);
-    }
+    if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
     slice.looked_up.take(now);
   }
   Trip trip{input, 0};
@@ -119,8 +116,12 @@ Cycle FastMemory::ask_dram(unsigned index, Cycle now, std::uint64_t local, unsig
     if (!write) slice.mshrs.take(done);
     if (enters > clock) slice.queue.take(enters);
   }
+  // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
+  const bool full = slice.queue.full(clock) || slice.mshrs.full(now);
+  const Cycle blocked = std::max(slice.blocked_until, now);
   const Cycle queues = slice.queue.room(clock);
-  slice.blocked_until = std::max({slice.blocked_until, queues > clock ? cycle_of(queues) : 0, slice.mshrs.room(now)});
+  slice.blocked_until = std::max({blocked, queues > clock ? cycle_of(queues) : 0, slice.mshrs.room(now)});
+  if (full) l2_[index].stalls[static_cast<std::size_t>(L2Stall::dram_queue)] += slice.blocked_until - blocked;
   return done;
 }
 

@@ -17,7 +17,13 @@ class PlaceCalendar {
   explicit PlaceCalendar(std::size_t places)
       : places_(std::max<std::size_t>(1, places)), leaving_(kWindow), some_(kWindow / 64) {}
 
-  /// The first cycle from `from` on in which a place is free.
+  /// Whether no place is free in cycle `from`.
+  bool full(Cycle from) {
+    free_until(from);
+    return taken_ >= places_;
+  }
+  /// The first cycle from `from` on in which a place is free; not before one that was asked for already, of which only
+  /// the later state is known.
   Cycle room(Cycle from) {
     free_until(from);
     while (taken_ >= places_) free_until(next());
