@@ -62,7 +62,7 @@ void Machine::push_node(Sm& sm, Client client, Number owner, std::uint64_t addre
   for (;;) {
     const std::uint64_t line = sm.tags.line_address(address);
     const auto first = static_cast<unsigned>((address - line) / kSectorBytes);
-    const unsigned count = std::min(sectors, sm.sectors - first);
+    const unsigned count = std::min({sectors, sm.sectors - first, sm.largest});
     const auto mask = static_cast<std::uint8_t>(((1u << count) - 1) << first);
     sectors -= count;
     queue.push({line, owner, mask, region, false, last && sectors == 0});

@@ -1,5 +1,5 @@
-// The L1 in fast mode: its four clients take turns, and a request learns at once when it is answered. What is under way
-// stands in the tags already, with the cycle of its arrival.
+// The L1 in fast mode: its four clients take turns, and a request learns at once when it is answered. What is on its
+// way stands beside the tags, with the cycle of its arrival, and takes its place in them when it has come.
 #include <algorithm>
 #include <bit>
 #include <utility>

@@ -1,4 +1,5 @@
 // The SIMT core in fast mode: the phases of the shaders, each of which loads, computes and stores.
+#include <bit>
 #include <utility>
 
 #include "rtl_tlm/fast/fast_machine.h"
@@ -32,7 +33,7 @@ void Machine::for_each_line(const std::vector<SectorAccess>& sectors, F&& f) con
     std::uint8_t mask = 0;
     for (; i < sectors.size() && sectors[i].region == region && tags.line_address(sectors[i].address) == line; ++i) {
       const std::uint8_t b = tags.sector_bit(sectors[i].address);
-      if ((mask & b) != 0) break;
+      if ((mask & b) != 0 || static_cast<unsigned>(std::popcount(mask)) == sms_.front()->largest) break;
       mask |= b;
     }
     f(line, mask, region);

@@ -26,6 +26,7 @@ Sm::Sm(const GpuConfig& config, const traces::Header& header, const modules::Mem
       hand_over(config.rt.checkpoint.lanes),
       tags(config.l1.geometry),
       sectors(config.l1.geometry.sectors()),
+      largest(std::max(1u, config.l1.mshr_entries / 8)),  // a request waits for one MSHR and takes one a sector
       fills(fills_of(config)),
       filling(fills.size()),
       crossed(config.l1.miss_queue + config.links.capacity),

@@ -212,6 +212,7 @@ struct Sm {
   // ---- L1
   modules::SectorCacheTags tags;
   unsigned sectors;  ///< of a line
+  unsigned largest;  ///< sectors of a request
   std::vector<Fill> fills;
   std::vector<std::uint32_t> free_fills;
   modules::AddressIndex filling;  ///< fills by line

@@ -50,9 +50,9 @@ TEST_P(FastRunTest, IsCloseToCycleMode) {
   const traces::Reader reader(file_.path());
   const FastRun run = whole(reader);
   // These warps are short: some latencies that the model leaves out count more than in a scene.
-  EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.15);
+  EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.06);
   EXPECT_NEAR(static_cast<double>(run.counters.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.counters.dram.channel.bursts) / value("gpu.dram.bursts"), 1.0, 0.1);
+  EXPECT_NEAR(static_cast<double>(run.counters.dram.channel.bursts) / value("gpu.dram.bursts"), 1.0, 0.06);
   EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
 }
 
