@@ -94,7 +94,7 @@ void ProcessBundle::run() {
     run(module);
   }
   list_.running = false;
-  if (const Cycle due = next(); due != kNever) whole_.request(due);
+  if (const Cycle due = ClockDomain::earliest(list_); due != kNever) whole_.request(due);
 }
 
 }  // namespace grtx::modules

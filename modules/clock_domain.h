@@ -61,13 +61,6 @@ class ClockDomain final : public sc_core::sc_module {
     return (sc_core::sc_time_stamp().value() + delay_fs) / period_fs_ + 1;
   }
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
-  /// Takes the domain from the kernel: the present cycle is what the caller says, ascending, and nothing is scheduled.
-  /// For models that keep their own time and run ProcessBundles by hand.
-  void set_cycle(Cycle cycle) {
-    cycle_ = cycle;
-    next_ = 0;
-    ticks_ = 1;
-  }
 
  private:
   // Booked cycles within kWheel of the present one are bits of a wheel; the few farther ones are in a set.
@@ -185,12 +178,10 @@ class ProcessBundle {
 
   void begin() { domain_.building_ = &list_; }
   void end() { domain_.building_ = &domain_.alarms_; }
-  /// Runs the modules whose alarm is due. The domain does so; models that keep their own time call it by hand.
-  void run();
-  /// Earliest cycle in which a module's alarm is due.
-  Cycle next() const { return ClockDomain::earliest(list_); }
-
  private:
+  /// Runs the modules whose alarm is due.
+  void run();
+
   ClockDomain& domain_;
   Alarm whole_;
   ClockDomain::AlarmList list_;

@@ -34,6 +34,7 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
       index_(small_.empty() ? lines_.size() : 1),
       line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
       sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
+      way_shift_(std::has_single_bit(geometry.ways) ? static_cast<unsigned>(std::countr_zero(geometry.ways)) : 0),
       set_mask_(std::has_single_bit(set_count_) ? set_count_ - 1 : 0) {
   for (SmallSet& set : small_) {
     for (unsigned way = 0; way < kSmallWays; ++way) set.number[way] = kNoLine;
@@ -77,7 +78,7 @@ SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evi
 void SectorCacheTags::touch_large(Slot slot) {
   Line& line = lines_[slot];
   if (line.newer == kNoWay) return;  // the newest already
-  const std::size_t number = slot / geometry_.ways;
+  const std::size_t number = way_shift_ != 0 ? slot >> way_shift_ : slot / geometry_.ways;
   Set& set = sets_[number];
   Line* ways = &lines_[number * geometry_.ways];
   ways[line.newer].older = line.older;

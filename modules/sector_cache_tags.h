@@ -169,6 +169,7 @@ class SectorCacheTags {
   AddressIndex index_;
   unsigned line_shift_;
   unsigned sector_shift_;
+  unsigned way_shift_;      ///< a power of two of ways: its exponent, else 0
   std::uint64_t set_mask_;  ///< sets - 1 for a power of two of sets, else 0
   std::uint64_t lines_valid_ = 0;
 };

@@ -107,7 +107,8 @@ void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
   ++counters_.nodes;
 }
 
-MemoryRequest SiblingPrefetcher::take() {
+bool SiblingPrefetcher::issue_front(Cycle now, Link<MemoryRequest>& out) {
+  if (!out.can_push(now)) return false;
   Pending& p = queue_.front();
   MemoryRequest request;
   request.address = p.address + kSectorBytes * p.next;
@@ -115,20 +116,8 @@ MemoryRequest SiblingPrefetcher::take() {
   request.prefetch = true;
   ++counters_.sectors;
   if (++p.next == traffic_.sectors(p.kind)) queue_.pop();
-  return request;
-}
-
-bool SiblingPrefetcher::issue_front(Cycle now, Link<MemoryRequest>& out) {
-  if (!out.can_push(now)) return false;
-  out.push(now, take());
+  out.push(now, request);
   ++outstanding_;
-  return true;
-}
-
-bool SiblingPrefetcher::next(MemoryRequest& out) {
-  if (queue_.empty()) return false;
-  out = take();
-  ++counters_.responses;
   return true;
 }
 

@@ -66,9 +66,6 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     ++counters_.responses;
   }
 
-  /// The next sector to ask for, which the caller takes as answered; false when there is none.
-  bool next(MemoryRequest& out);
-
   bool busy() const { return !queue_.empty(); }
   bool idle() const { return queue_.empty() && outstanding_ == 0; }
   std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
@@ -96,7 +93,6 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     std::uint8_t next = 0;
   };
   bool issue_front(Cycle now, Link<MemoryRequest>& out);
-  MemoryRequest take();
   Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
   void push(traces::NodeKind kind, std::uint64_t address);
 

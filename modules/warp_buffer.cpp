@@ -70,6 +70,7 @@ unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
 
   Warp& w = warps_[entry];
   begin_call(w, call, cursor, now);
+  w.counted = waits_until_;
   w.age = next_age_++;
   ages_[entry] = w.age;
   const LaneMask b = bit(entry);
@@ -84,6 +85,7 @@ unsigned WarpBuffer::accept(Cycle now, const TraceCall& call) {
 void WarpBuffer::release(Cycle now, unsigned entry) {
   assert((done_ & bit(entry)) != 0);
   settle(now + 1);
+  count_wait(warps_[entry]);
   occupied_ &= ~bit(entry);
   done_ &= ~bit(entry);
   ready_ &= ~bit(entry);
@@ -115,12 +117,8 @@ void WarpBuffer::settle(Cycle end) {
   occupancy_from_ = end;
 }
 
-void WarpBuffer::account(Cycle end) {
-  if (end <= waits_from_) return;
-  const Cycle cycles = end - waits_from_;
-  waits_from_ = end;
-  for_each_bit(occupied_,
-               [&](unsigned e) { counters_.warp_cycles[static_cast<std::size_t>(warps_[e].wait())] += cycles; });
+void WarpBuffer::count_waits() {
+  for_each_bit(occupied_, [&](unsigned e) { count_wait(warps_[e]); });
 }
 
 Inventory WarpBuffer::inventory() const {

@@ -4,6 +4,7 @@
 // warps).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <iosfwd>
@@ -87,6 +88,7 @@ struct Warp {
   LaneMask lanes = 0;  ///< of the call
   std::array<LaneMask, kLaneStates> in{};
   Cycle accepted = 0;
+  Cycle counted = 0;        ///< cycles before it are counted by what the warp waited for
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
@@ -158,6 +160,7 @@ class WarpBuffer final : public sc_core::sc_module {
     Warp& w = warps_[entry];
     LaneMask& source = w.in[static_cast<std::size_t>(from)];
     assert((source & lanes) == lanes);
+    count_wait(w);
     source &= ~lanes;
     w.in[static_cast<std::size_t>(to)] |= lanes;
     const LaneMask b = bit(entry);
@@ -175,13 +178,22 @@ class WarpBuffer final : public sc_core::sc_module {
     const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
     return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
   }
-  /// Counts what each warp waited for in the cycles before `end` that were not counted yet: call before states change.
-  void account(Cycle end);
+  /// What each warp waits for at present, it does in the cycles before `end`: call before states change. A warp's cycles
+  /// are added up when its own change.
+  void account(Cycle end) { waits_until_ = std::max(waits_until_, end); }
+  /// Adds up the cycles of all warps: call before counters are read.
+  void count_waits();
   const Counters& counters() const { return counters_; }
   Inventory inventory() const;
   void dump_state(std::ostream& out) const;
 
  private:
+  void count_wait(Warp& w) {
+    if (w.counted == waits_until_) return;
+    counters_.warp_cycles[static_cast<std::size_t>(w.wait())] += waits_until_ - w.counted;
+    w.counted = waits_until_;
+  }
+
   Config config_;
   bool checkpoint_;
   std::vector<Warp> warps_;
@@ -194,7 +206,7 @@ class WarpBuffer final : public sc_core::sc_module {
   unsigned oldest_ = 0;  ///< entry of the oldest warp, while there is one
   std::uint64_t next_age_ = 0;
   Cycle occupancy_from_ = 0;
-  Cycle waits_from_ = 0;
+  Cycle waits_until_ = 0;
   Counters counters_;
 };
 

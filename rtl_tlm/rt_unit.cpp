@@ -305,6 +305,7 @@ void RtUnit::settle(Cycle end) {
     accounted_ = end;
   }
   warp_buffer_.account(end);
+  warp_buffer_.count_waits();
   warp_buffer_.settle(end);
   settled_ = end;
 }
