@@ -39,12 +39,12 @@ class StatisticList {
 /// Exact mean with an integer sum, and a power-of-two histogram (bin b counts values in [2^(b-1), 2^b), bin 0 zeros).
 class Distribution {
  public:
-  void add(std::uint64_t value) {
-    ++count_;
-    sum_ += value;
-    if (value > max_) max_ = value;
+  void add(std::uint64_t value, std::uint64_t times = 1) {
+    count_ += times;
+    sum_ += value * times;
+    if (value > max_ && times > 0) max_ = value;
     const auto bin = static_cast<unsigned>(std::bit_width(value));
-    ++bins_[bin < kBins ? bin : kBins - 1];
+    bins_[bin < kBins ? bin : kBins - 1] += times;
   }
   /// Adds all values of another distribution.
   void merge(const Distribution& other) {

@@ -26,7 +26,7 @@ void Machine::begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint
 
 void Machine::push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last) {
   const unsigned s = lanes_[number].sm;
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   const std::uint64_t address = sector * kSectorBytes;
   ++(write ? sm.rt.checkpoint.sectors_written : sm.rt.checkpoint.sectors_read);
   RingQueue<Request>& queue = sm.ports[kCheckpoint].queue;
@@ -37,7 +37,7 @@ void Machine::push_sector(Cycle now, Number number, std::uint64_t sector, bool w
 
 Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, bool last) {
   Checkpoints& c = checkpoints_[number];
-  Sm& sm = *sms_[lanes_[number].sm];
+  Sm& sm = sms_[lanes_[number].sm];
   CheckpointUnit::Counters& counters = sm.rt.checkpoint;
   const bool combine = config_.rt.checkpoint.write_combine;
   Cycle taken = now;
@@ -73,7 +73,7 @@ Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, boo
 
 bool Machine::read_checkpoint(Cycle now, Number number) {
   Checkpoints& c = checkpoints_[number];
-  CheckpointUnit::Counters& counters = sms_[lanes_[number].sm]->rt.checkpoint;
+  CheckpointUnit::Counters& counters = sms_[lanes_[number].sm].rt.checkpoint;
   const bool lifo = header_.checkpoint_order == "lifo";
   const std::uint64_t index = lifo ? c.source_entries - 1 - c.read : c.read;
   if (index >= header_.checkpoint_capacity) {

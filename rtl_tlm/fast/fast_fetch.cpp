@@ -13,7 +13,7 @@ using traces::NodeDefinition;
 using traces::NodeKind;
 
 void Machine::fetch(Cycle now, Number number, Lane& lane, NodeKind kind, std::uint64_t address, bool header) {
-  Sm& sm = *sms_[lane.sm];
+  Sm& sm = sms_[lane.sm];
   Call& call = sm.calls[lane.entry];
   MemoryScheduler::Counters& counters = sm.rt.memory;
   const Region region = traffic_.region(kind, address);
@@ -73,16 +73,8 @@ void Machine::push_node(Sm& sm, Client client, Number owner, std::uint64_t addre
 
 void Machine::await(Number number, const Lane& lane, Cycle ready) {
   const Event event = *lane.next;
-  Sm& sm = *sms_[lane.sm];
+  Sm& sm = sms_[lane.sm];
   const auto& nodes = group_of(lane).nodes;
-  if (lane.next + 1 != lane.end) {
-    const Event& following = lane.next[1];
-    if (following.kind() != EventKind::visit_internal) {
-      prefetch_host(sm, std::uint64_t{following.node} * traces::kNodeUnit);
-    } else if (following.node < nodes.size()) {
-      prefetch_host(sm, std::uint64_t{nodes[following.node].address} * traces::kNodeUnit);
-    }
-  }
   unsigned tests = 1;
   Unit* unit = &sm.leaf;
   if (event.kind() == EventKind::visit_internal) {
@@ -119,7 +111,7 @@ void Machine::note_leaf(Cycle now, Number number, const Lane& lane, std::uint32_
     if (address < record.begin || address >= record.end) continue;
     if (!record.armed) return;
     record.armed = false;
-    Sm& sm = *sms_[lane.sm];
+    Sm& sm = sms_[lane.sm];
     const NodeDefinition& node = group_of(lane).nodes[record.definition];
     ++sm.rt.prefetch.triggers;
     unsigned t = 0;
@@ -162,7 +154,6 @@ void Machine::prefetch(Sm& sm, NodeKind kind, std::uint64_t address) {
   }
   ++sm.rt.prefetch.nodes;
   push_node(sm, kPrefetch, 0, address, traffic_.sectors(kind), traffic_.region(kind, address), true);
-  prefetch_host(sm, address);
 }
 
 }  // namespace grtx::tlm::fast

@@ -19,7 +19,7 @@ unsigned count_of(unsigned sectors) { return static_cast<unsigned>(std::popcount
 }  // namespace
 
 void Machine::serve(Cycle now, unsigned s) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   for (bool progress = true; progress;) {
     progress = false;
     const unsigned first = sm.first;
@@ -54,6 +54,26 @@ void Machine::serve(Cycle now, unsigned s) {
 // Node requests are served ahead of time, so half of the time the others go first.
 Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
   const std::uint64_t first = r.line / kSectorBytes;
+  const auto lowest = static_cast<unsigned>(std::countr_zero(r.sectors));
+  const unsigned run = unsigned{r.sectors} >> lowest;
+  const unsigned count = count_of(run);
+  if ((run & (run + 1)) == 0) {
+    const unsigned bank = sm.banks.bank(first + lowest);
+    if (sm.banks.reserve_run(bank, at, count)) return at + count - 1;
+    std::uint64_t& conflicts = sm.l1.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
+    // One of the two waits, once: their banks follow each other from then on.
+    if (std::exchange(sm.between, !sm.between)) {
+      ++conflicts;
+      if (client != kNode) ++sm.ports[kNode].next;
+      sm.banks.share_run(bank, at, count);
+    } else {
+      do {
+        ++conflicts;
+        ++at;
+      } while (!sm.banks.reserve_run(bank, at, count));
+    }
+    return at + count - 1;
+  }
   std::uint64_t conflicts = 0;
   --at;
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
@@ -74,7 +94,7 @@ Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
 }
 
 Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Port& port = sm.ports[client];
   const Request r = port.queue.front();
   Cycle at = std::max({port.next, now + 1, client == kNode ? sm.hits.room() : 0});
@@ -109,7 +129,8 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
     }
   }
   const unsigned count = count_of(r.sectors);
-  const Cycle taken = take_banks(sm, client, r, at);
+  Cycle taken = take_banks(sm, client, r, at);
+  if (missing != 0) taken = std::max(taken, sm.crossed.room(count_of(missing)));
   const Cycle through = taken + config_.l1.latency;
   Cycle seen = present != 0 && (!r.write || config_.l1.perfect) ? through : 0;
   port.next = taken + 1;
@@ -131,10 +152,14 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
       sm.link.take(taken - (i - 1));
     }
     const bool in_pipeline = seen == through;
-    for (unsigned i = count; i > 0; --i) {
-      const Cycle response = sm.responses.reserve(seen - (i - 1));
-      if (in_pipeline) sm.hits.take(response);
-      if (i == 1) seen = response;
+    if (sm.responses.reserve_run(seen, count, in_pipeline)) {
+      for (unsigned i = count; i > 0 && in_pipeline; --i) sm.hits.take(seen - (i - 1));
+    } else {
+      const Cycle first = seen - (count - 1);
+      for (unsigned i = 0; i < count; ++i) {
+        seen = in_pipeline ? sm.responses.reserve_hit(first + i) : sm.responses.reserve_fill(first + i);
+        if (in_pipeline) sm.hits.take(seen);
+      }
     }
   }
   deliver(s, sm, client, r, seen);
@@ -178,17 +203,15 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
                          bool prefetched, Cycle at) {
   const unsigned count = count_of(missing);
   const FastMemory::Trip trip = memory_.access({s, r.line, missing, r.region, r.write}, at + config_.l1.tag_latency);
-  for (unsigned i = 0; i < count; ++i) sm.crossed.take(trip.crossed);
+  sm.crossed.take(trip.crossed, count);
   if (r.write) {
     sm.l1.sent_writes += count;
     return trip.seen + 1;
   }
   sm.l1.sent_reads += count;
   sm.l1.mshr_cycles += count * (trip.seen - at);
-  for (unsigned i = 0; i < count; ++i) {
-    sm.l1.miss_latency.add(trip.seen - at);
-    sm.mshrs.take(trip.seen);
-  }
+  sm.l1.miss_latency.add(trip.seen - at, count);
+  sm.mshrs.take(trip.seen, count);
   if (prefetched) sm.l1.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
     if (sm.free_fills.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
@@ -214,7 +237,7 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
 
 // All sectors that were on their way when the first came take their place together.
 void Machine::fill(Cycle now, unsigned s, std::uint32_t number) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   const Fill& fill = sm.fills[number];
   if (fill.complete > now) return wheel_.add(fill.complete, fills_from_ + s * fills_ + number);
   place(sm, fill.line, fill.sectors, fill.prefetched);

@@ -36,8 +36,9 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
       newest_(config.rt.sibling_prefetch ? lanes_.size() : 0),
       checkpoints_(header.checkpoint ? lanes_.size() : 0),
       selection_(make_warp_selection(config.rt.scheduler.policy)) {
+  sms_.reserve(config.sms);
   for (unsigned s = 0; s < config.sms; ++s) {
-    sms_.push_back(std::make_unique<Sm>(config_, header_, map_, s, traffic_.leaf_kind()));
+    sms_.emplace_back(config_, header_, map_, s, traffic_.leaf_kind());
   }
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     lanes_[i].sm = static_cast<std::uint16_t>(i / (entries_ * kMaxLanes));
@@ -58,7 +59,8 @@ void Machine::run(const std::function<void(std::uint64_t)>& progress) {
         fmt::format("deadlock in core cycle {}: nothing is due but {} warps run", wheel_.now(), running_));
   }
   if (!secondary_) primary_end_ = end_;
-  for (const auto& sm : sms_) count_stall(end_, *sm);
+  memory_.finish();
+  for (Sm& sm : sms_) count_stall(end_, sm);
   progress(ended_);
 }
 
@@ -72,11 +74,11 @@ void Machine::handle_event(Number number) {
     warp_event(now, warp / config_.resident_warps, warp % config_.resident_warps);
   } else if (number < ports_from_) {
     const unsigned s = (number - timers_from_) / entries_, entry = (number - timers_from_) % entries_;
-    Call& call = sms_[s]->calls[entry];
+    Call& call = sms_[s].calls[entry];
     call.timing = false;
     if (call.waiting_any_hit != 0) consider_any_hit(now, s, entry);
   } else if (number < selects_from_) {
-    sms_[number - ports_from_]->port_timed = false;
+    sms_[number - ports_from_].port_timed = false;
     serve(now, number - ports_from_);
   } else if (number < fills_from_) {
     select(now, number - selects_from_);
@@ -88,17 +90,17 @@ void Machine::handle_event(Number number) {
 void Machine::advance(Cycle now) {
   advanced_ = now;
   memory_.advance(now);
-  for (const auto& sm : sms_) {
-    sm->responses.advance(now);
-    sm->banks.advance(now);
-    for (Unit* unit : {&sm->box, &sm->leaf, &sm->transform}) unit->places.advance(now);
-    sm->hand_over.advance(now);
+  for (Sm& sm : sms_) {
+    sm.responses.advance(now);
+    sm.banks.advance(now);
+    for (Unit* unit : {&sm.box, &sm.leaf, &sm.transform}) unit->places.advance(now);
+    sm.hand_over.advance(now);
   }
 }
 
 void Machine::refuse(Number number, const char* rule) const {
   const Lane& lane = lanes_[number];
-  const Sm& sm = *sms_[lane.sm];
+  const Sm& sm = sms_[lane.sm];
   throw Error("trace",
               fmt::format("group {} lane {} round {}", group_of(lane).index, number % kMaxLanes,
                           sm.program.round(sm.calls[lane.entry].slot)),
@@ -112,9 +114,9 @@ void Machine::launch(Cycle now) {
     if (next_group_ < assigned_.size()) {
       s = assigned_[next_group_];
     } else {
-      for (unsigned i = 0; i < config_.sms && sms_[s]->free_slots == 0; ++i) s = (s + 1) % config_.sms;
+      for (unsigned i = 0; i < config_.sms && sms_[s].free_slots == 0; ++i) s = (s + 1) % config_.sms;
     }
-    Sm& sm = *sms_[s];
+    Sm& sm = sms_[s];
     if (sm.free_slots == 0) return;
     const auto slot = static_cast<unsigned>(std::countr_zero(sm.free_slots));
     sm.free_slots &= sm.free_slots - 1;
@@ -129,7 +131,8 @@ void Machine::launch(Cycle now) {
     const Cycle seen = last_launch_ + config_.sm_links.message_latency;
     warp.activity = WarpActivity::raygen;
     warp.since = seen;
-    start(seen, s, slot, Step::prologue);
+    warp.step = Step::launched;
+    wheel_.add(seen, warp_number(s, slot));
     turn_ = (s + 1) % config_.sms;
     ++sm.launched;
     ++next_group_;
@@ -150,7 +153,7 @@ bool Machine::held_back(Cycle now) {
 
 void Machine::ended(Cycle now, unsigned s, unsigned slot) {
   constexpr std::uint64_t kProgressGroups = 8;
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   enter(now, sm, warp, warp.activity);
   ++sm.simt.warps;
@@ -166,9 +169,9 @@ void Machine::ended(Cycle now, unsigned s, unsigned slot) {
 }
 
 bool Machine::idle() const {
-  return running_ == 0 && std::all_of(sms_.begin(), sms_.end(), [](const auto& sm) {
-           return sm->occupied == 0 && sm->waiting_calls.empty() &&
-                  std::all_of(sm->ports.begin(), sm->ports.end(), [](const Port& port) { return port.queue.empty(); });
+  return running_ == 0 && std::all_of(sms_.begin(), sms_.end(), [](const Sm& sm) {
+           return sm.occupied == 0 && sm.waiting_calls.empty() &&
+                  std::all_of(sm.ports.begin(), sm.ports.end(), [](const Port& port) { return port.queue.empty(); });
          });
 }
 
@@ -177,24 +180,24 @@ GpuCounters Machine::counters() const {
   c.cycles = end_;
   c.period_fs = ClockDomain::period_fs(config_.core_mhz);
   c.distributor.groups = next_group_;
-  c.distributor.most_on_one_sm = c.distributor.fewest_on_one_sm = sms_.front()->launched;
+  c.distributor.most_on_one_sm = c.distributor.fewest_on_one_sm = sms_.front().launched;
   c.distributor.tail_cycles = end_ - last_launch_;
   c.distributor.primary_end = primary_end_;
-  for (const auto& sm : sms_) {
-    c.distributor.most_on_one_sm = std::max(c.distributor.most_on_one_sm, sm->launched);
-    c.distributor.fewest_on_one_sm = std::min(c.distributor.fewest_on_one_sm, sm->launched);
-    RtUnitCounters rt = sm->rt;
-    rt.ray_box = sm->box.counters;
-    (traffic_.leaf_kind() == NodeKind::triangle ? rt.ray_triangle : rt.ray_sphere) = sm->leaf.counters;
-    rt.ray_transform = sm->transform.counters;
+  for (const Sm& sm : sms_) {
+    c.distributor.most_on_one_sm = std::max(c.distributor.most_on_one_sm, sm.launched);
+    c.distributor.fewest_on_one_sm = std::min(c.distributor.fewest_on_one_sm, sm.launched);
+    RtUnitCounters rt = sm.rt;
+    rt.ray_box = sm.box.counters;
+    (traffic_.leaf_kind() == NodeKind::triangle ? rt.ray_triangle : rt.ray_sphere) = sm.leaf.counters;
+    rt.ray_transform = sm.transform.counters;
     c.rt_of.push_back(rt);
-    SimtCounters simt = sm->simt;
-    simt.issue_busy_cycles = sm->issue.busy_cycles();
-    simt.issue_wait_cycles = sm->issue.wait_cycles();
-    simt.shader = sm->program.counters();
+    SimtCounters simt = sm.simt;
+    simt.issue_busy_cycles = sm.issue.busy_cycles();
+    simt.issue_wait_cycles = sm.issue.wait_cycles();
+    simt.shader = sm.program.counters();
     c.simt_of.push_back(simt);
-    L1Counters l1 = sm->l1;
-    l1.prefetches_unused += sm->tags.count_unused_prefetch();
+    L1Counters l1 = sm.l1;
+    l1.prefetches_unused += sm.tags.count_unused_prefetch();
     c.l1_of.push_back(l1);
   }
   c.l2_of = memory_.slices();

@@ -66,7 +66,7 @@ class Machine {
   void accept(Cycle now, unsigned s);
   void retire(Cycle now, unsigned s, unsigned entry);
   const traces::RayGroup& group_of(const Lane& lane) const {
-    const Sm& sm = *sms_[lane.sm];
+    const Sm& sm = sms_[lane.sm];
     return *sm.warps[sm.calls[lane.entry].slot].group;
   }
   void count_wait(Cycle now, Sm& sm, Call& call);
@@ -85,7 +85,7 @@ class Machine {
   }
   void push(Lane& lane, unsigned nodes) {
     lane.depth = static_cast<std::uint16_t>(lane.depth + nodes);
-    std::uint64_t& deepest = sms_[lane.sm]->rt.warp_buffer.max_stack_depth;
+    std::uint64_t& deepest = sms_[lane.sm].rt.warp_buffer.max_stack_depth;
     deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
   void complete(Cycle now, Number number, Lane& lane, unsigned checkpoints);
@@ -127,10 +127,6 @@ class Machine {
   static void count_access(Sm& sm, unsigned client, modules::SectorCacheTags::Slot slot, const Request& r,
                            std::uint8_t present, std::uint8_t on_the_way, std::uint32_t filling);
   void deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen);
-  void prefetch_host(const Sm& sm, std::uint64_t address) const {
-    sm.tags.prefetch(address);
-    memory_.prefetch_host(sm.tags.line_address(address));
-  }
 
   GpuConfig config_;
   const traces::Header& header_;
@@ -148,7 +144,7 @@ class Machine {
   std::vector<Record> records_;       ///< so many of each lane as the prefetcher has
   std::vector<std::uint8_t> newest_;  ///< of a lane's records
   std::vector<Checkpoints> checkpoints_;
-  std::vector<std::unique_ptr<Sm>> sms_;
+  std::vector<Sm> sms_;
   std::array<std::uint32_t, 8> units_{};  ///< by NodeKind: kNodeUnits that a node takes
   std::unique_ptr<modules::WarpSelection> selection_;
   modules::ShaderPhase phase_;

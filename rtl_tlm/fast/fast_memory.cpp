@@ -31,7 +31,7 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
   const std::size_t capacity =
       config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
-    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity);
+    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity, config.sms);
   }
 }
 
@@ -45,7 +45,9 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
   Cycle& input = inputs_[request.sm];
   Cycle now = 0;
   for (unsigned i = 0; i < count; ++i) {
+    if (slice.runs[request.sm].last + 1 == input) input += others(slice, request.sm);
     const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}));
+    note_crossing(slice, request.sm, crossed);
     input = crossed + 1;
     now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
     if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
@@ -53,10 +55,36 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
   }
   Trip trip{input, 0};
   const Cycle done = look_up(index, request, now);
-  for (unsigned i = count; i > 0; --i) {
-    trip.seen = std::max(trip.seen, replies_[request.sm].reserve(slice.reply.reserve(done - (i - 1)) + latency_));
+  const Cycle first = done - (count - 1);
+  PortCalendar& replies = replies_[request.sm];
+  if (slice.reply.reserve_run(first, count)) {
+    if (replies.reserve_run(first + latency_, count)) {
+      trip.seen = done + latency_;
+    } else {
+      for (unsigned i = 0; i < count; ++i) trip.seen = std::max(trip.seen, replies.reserve(first + i + latency_));
+    }
+    return trip;
+  }
+  for (unsigned i = 0; i < count; ++i) {
+    trip.seen = std::max(trip.seen, replies.reserve(slice.reply.reserve(first + i) + latency_));
   }
   return trip;
+}
+
+// SMs that have requests for a slice take turns, as the crossbar's arbiters let them: who has crossed leaves the others
+// a cycle each. A run of requests ends where an SM has let a whole round pass.
+unsigned FastMemory::others(const Slice& slice, unsigned sm) const {
+  const Cycle last = slice.runs[sm].last;
+  const Cycle round = last + inputs_.size();
+  return static_cast<unsigned>(std::count_if(slice.runs.begin(), slice.runs.end(), [last, round](const Run& other) {
+    return other.last > last && other.first <= round;
+  }));
+}
+
+void FastMemory::note_crossing(Slice& slice, unsigned sm, Cycle crossed) const {
+  Run& run = slice.runs[sm];
+  if (crossed > run.last + inputs_.size()) run.first = crossed;
+  run.last = crossed;
 }
 
 // When the last answer is there.
@@ -72,14 +100,10 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   }
   const std::uint64_t local = interleave_.local(request.line);
   SectorCacheTags::Slot slot = slice.tags.find(local);
+  SectorCacheTags::Victim victim;
   if (slot == SectorCacheTags::kNone) {
-    SectorCacheTags::Victim victim;
     slot = slice.tags.insert(local, &victim);
     if (victim.valid) ++counters.evictions;
-    if (victim.dirty != 0) {
-      counters.dram_writes += count_of(victim.dirty);
-      ask_dram(index, now, victim.address, count_of(victim.dirty), true);
-    }
   } else {
     slice.tags.touch(slot);
   }
@@ -88,6 +112,7 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   if (request.write) {
     region.write_hits += count_of(present);
     slice.tags.set_dirty(slot, request.sectors);
+    write_back(index, now, victim);
     return now;
   }
   region.hits += count_of(present);
@@ -97,25 +122,47 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   region.misses += misses;
   counters.dram_reads += misses;
   const auto first = static_cast<std::uint64_t>(std::countr_zero(missing)) * sector_bytes_;
-  const Cycle done = ask_dram(index, now, local + first, misses, false);
+  const Cycle done = read_dram(index, now, local + first, misses);
   counters.mshr_cycles += misses * (done - now);
-  for (unsigned i = 0; i < misses; ++i) counters.miss_latency.add(done - now);
+  counters.miss_latency.add(done - now, misses);
+  write_back(index, done, victim);  // the line's place is taken when it comes
   return done;
 }
 
-Cycle FastMemory::ask_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors, bool write) {
+void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Victim& victim) {
+  if (victim.dirty == 0) return;
+  l2_[index].dram_writes += count_of(victim.dirty);
+  slices_[index].writes.push({clock_of(now), victim.address, count_of(victim.dirty)});
+}
+
+void FastMemory::write_dram(Slice& slice, Cycle clock) {
+  while (!slice.writes.empty() && slice.writes.front().clock <= clock) {
+    const Write& write = slice.writes.front();
+    if (dram_.perfect) {
+      slice.dram.count_unqueued(write.sectors, sector_bytes_, true);
+    } else {
+      slice.dram.request(write.clock, write.local, write.sectors, sector_bytes_, true);
+    }
+    slice.writes.pop();
+  }
+}
+
+void FastMemory::finish() {
+  for (Slice& slice : slices_) write_dram(slice, modules::kNever);
+}
+
+Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors) {
   Slice& slice = slices_[index];
   const Cycle clock = clock_of(now);
+  write_dram(slice, clock);
   if (dram_.perfect) {
-    slice.dram.count_unqueued(sectors, sector_bytes_, write);
+    slice.dram.count_unqueued(sectors, sector_bytes_, false);
     return cycle_of(clock + dram_.fixed_latency);
   }
   const Cycle enters = slice.dram.room(clock);  // the channel's own queue
-  const Cycle done = cycle_of(slice.dram.request(enters, local, sectors, sector_bytes_, write) + dram_.fixed_latency);
-  for (unsigned i = 0; i < sectors; ++i) {
-    if (!write) slice.mshrs.take(done);
-    if (enters > clock) slice.queue.take(enters);
-  }
+  const Cycle done = cycle_of(slice.dram.request(enters, local, sectors, sector_bytes_, false) + dram_.fixed_latency);
+  slice.mshrs.take(done, sectors);
+  if (enters > clock) slice.queue.take(enters, sectors);
   // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
   const bool full = slice.queue.full(clock) || slice.mshrs.full(now);
   const Cycle blocked = std::max(slice.blocked_until, now);

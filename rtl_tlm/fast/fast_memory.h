@@ -9,6 +9,7 @@
 #include "modules/dram.h"
 #include "modules/l2_slice.h"
 #include "modules/memory_request.h"
+#include "modules/ring_queue.h"
 #include "modules/sector_cache_tags.h"
 #include "rtl_tlm/fast/fast_dram.h"
 #include "rtl_tlm/fast/place_ring.h"
@@ -36,12 +37,10 @@ class FastMemory {
   };
   /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
   Trip access(const Request& request, Cycle sent);
+  /// To be called when all has been sent, before counts are read.
+  void finish();
   /// Nothing will be sent before cycle `now` any more.
   void advance(Cycle now);
-  /// Asks the host for what an access will read.
-  void prefetch_host(std::uint64_t line) const {
-    slices_[interleave_.slice(line)].tags.prefetch(interleave_.local(line));
-  }
 
   // Counts in the form of the cycle model's.
   const std::vector<modules::L2Counters>& slices() const { return l2_; }
@@ -50,22 +49,40 @@ class FastMemory {
   std::uint64_t dirty_sectors() const;
 
  private:
+  struct Write {  ///< sectors of a line that has left a slice
+    Cycle clock = 0;
+    std::uint64_t local = 0;
+    unsigned sectors = 0;
+  };
+  struct Run {  ///< requests of an SM that cross to a slice, one after the other
+    Cycle first = 0, last = 0;
+  };
   struct Slice {
-    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
-        : tags(c.geometry), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
+    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity,
+          unsigned sms)
+        : tags(c.geometry), runs(sms), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
     modules::SectorCacheTags tags;
     PortCalendar input, lookup, reply;
+    std::vector<Run> runs;    ///< by SM: the newest
     PlaceRing looked_up;      ///< of as many requests as fit between the crossbar and the tags
     PlaceCalendar queue;      ///< to the DRAM, in memory clocks
     PlaceCalendar mshrs;      ///< in core cycles
     Cycle blocked_until = 0;  ///< the queue to the DRAM or the MSHRs were full
     FastDramChannel dram;
+    modules::RingQueue<Write> writes;  ///< which the DRAM does not know of yet
   };
   // First edge of the other clock after that of a cycle.
   Cycle clock_of(Cycle cycle) const { return static_cast<Cycle>(static_cast<double>(cycle) * clocks_a_cycle_) + 1; }
   Cycle cycle_of(Cycle clock) const { return static_cast<Cycle>(static_cast<double>(clock) / clocks_a_cycle_) + 1; }
+  /// SMs that cross to the slice too when `sm` has.
+  unsigned others(const Slice& slice, unsigned sm) const;
+  void note_crossing(Slice& slice, unsigned sm, Cycle crossed) const;
   Cycle look_up(unsigned index, const Request& request, Cycle now);
-  Cycle ask_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors, bool write);
+  Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
+  /// A line has left the slice.
+  void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim);
+  /// Gives the DRAM what has left the slice up to memory clock `clock`.
+  void write_dram(Slice& slice, Cycle clock);
 
   std::uint64_t core_fs_, memory_fs_;  ///< clock periods
   double clocks_a_cycle_;

@@ -11,7 +11,7 @@ using traces::EventKind;
 using traces::NodeKind;
 
 void Machine::accept(Cycle now, unsigned s) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   while (sm.free_entries != 0 && !sm.waiting_calls.empty()) {
     const unsigned slot = sm.waiting_calls.front();
     sm.waiting_calls.pop();
@@ -60,7 +60,7 @@ void Machine::accept(Cycle now, unsigned s) {
 }
 
 void Machine::retire(Cycle now, unsigned s, unsigned entry) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Call& call = sm.calls[entry];
   count_stall(wheel_.now() + 1, sm);
   count_wait(now + 1, sm, call);
@@ -115,7 +115,7 @@ void Machine::count_stall(Cycle until, Sm& sm) {
 
 /// The lane's next event waits for its warp's turn.
 void Machine::make_ready(Cycle now, Number number, const Lane& lane) {
-  Sm& sm = *sms_[lane.sm];
+  Sm& sm = sms_[lane.sm];
   Call& call = sm.calls[lane.entry];
   if (sm.ready == 0) count_stall(now + 1, sm);
   sm.ready |= bit(lane.entry);
@@ -137,7 +137,7 @@ Cycle Machine::room_from(Cycle now, Sm& sm) const {
 }
 
 void Machine::select_soon(Cycle now, unsigned s) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   if (sm.select_timed) return;
   const Cycle from = room_from(now + 1, sm);
   if (from == kNever) return;
@@ -147,7 +147,7 @@ void Machine::select_soon(Cycle now, unsigned s) {
 
 /// One warp a cycle: all its lanes that are ready.
 void Machine::select(Cycle now, unsigned s) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   sm.select_timed = false;
   if (sm.ready == 0) return;
   if (room_from(now, sm) != now) return select_soon(now, s);
@@ -177,7 +177,7 @@ void Machine::select(Cycle now, unsigned s) {
 
 void Machine::handle(Cycle now, Number number, Lane& lane) {
   const Event event = *lane.next;
-  Sm& sm = *sms_[lane.sm];
+  Sm& sm = sms_[lane.sm];
   switch (event.kind()) {
     case EventKind::visit_internal: {
       const auto& nodes = group_of(lane).nodes;
@@ -212,7 +212,7 @@ void Machine::handle(Cycle now, Number number, Lane& lane) {
 /// The source entry is there.
 void Machine::replay(Cycle now, Number number, Lane& lane) {
   const Event event = *lane.next;
-  RtScheduler::Counters& counters = sms_[lane.sm]->rt.scheduler;
+  RtScheduler::Counters& counters = sms_[lane.sm].rt.scheduler;
   if (event.kind() == EventKind::replay_take) {
     ++counters.replay_takes;
     push(lane, 1);
@@ -244,14 +244,14 @@ void Machine::lane_event(Cycle now, Number number, Lane& lane) {
         return any_hit_arrives(now, number, lane);
       }
       lane.shaded = false;
-      Call& call = sms_[lane.sm]->calls[lane.entry];
+      Call& call = sms_[lane.sm].calls[lane.entry];
       call.in_any_hit &= ~lane_bit(number);
       complete(now, number, lane, 0);
       if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
       return;
     }
     default:
-      sms_[lane.sm]->calls[lane.entry].checkpointing &= ~lane_bit(number);
+      sms_[lane.sm].calls[lane.entry].checkpointing &= ~lane_bit(number);
       replay(now, number, lane);
   }
 }
@@ -262,7 +262,7 @@ void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoint
     const Cycle taken = write_checkpoints(now, number, checkpoints, lane.next == lane.end);
     if (taken > now) {
       lane.settling = true;
-      sms_[lane.sm]->calls[lane.entry].checkpointing |= lane_bit(number);
+      sms_[lane.sm].calls[lane.entry].checkpointing |= lane_bit(number);
       wheel_.add(taken, number);
       return;
     }
@@ -273,7 +273,7 @@ void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoint
 }
 
 void Machine::settled(Cycle now, Number number, Lane& lane) {
-  Call& call = sms_[lane.sm]->calls[lane.entry];
+  Call& call = sms_[lane.sm].calls[lane.entry];
   if (lane.settling) {
     lane.settling = false;
     call.checkpointing &= ~lane_bit(number);
@@ -288,7 +288,7 @@ void Machine::settled(Cycle now, Number number, Lane& lane) {
 }
 
 void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane) {
-  Sm& sm = *sms_[lane.sm];
+  Sm& sm = sms_[lane.sm];
   Call& call = sm.calls[lane.entry];
   ++sm.rt.scheduler.any_hit_calls;
   if (call.waiting_any_hit == 0) call.any_hit_since = now;
@@ -298,7 +298,7 @@ void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane) {
 }
 
 void Machine::consider_any_hit(Cycle now, unsigned s, unsigned entry) {
-  Call& call = sms_[s]->calls[entry];
+  Call& call = sms_[s].calls[entry];
   if (call.in_any_hit != 0) return;
   const Cycle due = call.any_hit_since + config_.rt.any_hit.timeout;
   if (call.waiting_any_hit == call.active || due <= now) return fire(now, s, entry);
@@ -308,7 +308,7 @@ void Machine::consider_any_hit(Cycle now, unsigned s, unsigned entry) {
 }
 
 void Machine::fire(Cycle now, unsigned s, unsigned entry) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Call& call = sm.calls[entry];
   Warp& warp = sm.warps[call.slot];
   AnyHitBatch batch;

@@ -26,14 +26,14 @@ void Machine::enter(Cycle now, Sm& sm, Warp& warp, WarpActivity activity) {
 
 template <typename F>
 void Machine::for_each_line(const std::vector<SectorAccess>& sectors, F&& f) const {
-  const SectorCacheTags& tags = sms_.front()->tags;
+  const SectorCacheTags& tags = sms_.front().tags;
   for (std::size_t i = 0; i < sectors.size();) {
     const std::uint64_t line = tags.line_address(sectors[i].address);
     const Region region = sectors[i].region;
     std::uint8_t mask = 0;
     for (; i < sectors.size() && sectors[i].region == region && tags.line_address(sectors[i].address) == line; ++i) {
       const std::uint8_t b = tags.sector_bit(sectors[i].address);
-      if ((mask & b) != 0 || static_cast<unsigned>(std::popcount(mask)) == sms_.front()->largest) break;
+      if ((mask & b) != 0 || static_cast<unsigned>(std::popcount(mask)) == sms_.front().largest) break;
       mask |= b;
     }
     f(line, mask, region);
@@ -41,7 +41,7 @@ void Machine::for_each_line(const std::vector<SectorAccess>& sectors, F&& f) con
 }
 
 void Machine::start(Cycle now, unsigned s, unsigned slot, Step step) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   sm.warps[slot].step = step;
   switch (step) {
     case Step::prologue:
@@ -66,7 +66,7 @@ void Machine::start(Cycle now, unsigned s, unsigned slot, Step step) {
 }
 
 void Machine::load(Cycle now, unsigned s, unsigned slot) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   warp.kind = phase_.kind;
   warp.instructions = phase_.instructions;
@@ -88,7 +88,7 @@ void Machine::load(Cycle now, unsigned s, unsigned slot) {
 }
 
 void Machine::issue(Cycle now, unsigned s, unsigned slot) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   enter(now, sm, warp, executing(warp.kind));
   sm.simt.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
@@ -97,7 +97,7 @@ void Machine::issue(Cycle now, unsigned s, unsigned slot) {
 }
 
 void Machine::store(Cycle now, unsigned s, unsigned slot) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   if (warp.stores.empty()) return;
   const Number number = warp_number(s, slot);
@@ -115,12 +115,15 @@ void Machine::store(Cycle now, unsigned s, unsigned slot) {
 
 // The warp's loads are there, its phase has been executed, its call has left the RT unit, or its stores are done.
 void Machine::warp_event(Cycle now, unsigned s, unsigned slot) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   if (std::exchange(warp.loading, false)) return issue(now, s, slot);
   if (warp.in_service) return service_ends(now, s, slot);
   if (warp.step != Step::tracing && warp.step != Step::draining) store(now, s, slot);
   switch (warp.step) {
+    case Step::launched:
+      start(now, s, slot, Step::prologue);
+      break;
     case Step::prologue:
     case Step::blend:
       if (sm.program.active_lanes(slot) == 0) {
@@ -153,7 +156,7 @@ void Machine::warp_event(Cycle now, unsigned s, unsigned slot) {
 }
 
 void Machine::service_ends(Cycle now, unsigned s, unsigned slot) {
-  Sm& sm = *sms_[s];
+  Sm& sm = sms_[s];
   Warp& warp = sm.warps[slot];
   warp.in_service = false;
   enter(now, sm, warp, WarpActivity::trace);

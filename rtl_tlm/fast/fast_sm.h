@@ -24,7 +24,7 @@
 #include "rtl_tlm/fast/near_cycle.h"
 #include "rtl_tlm/fast/place_calendar.h"
 #include "rtl_tlm/fast/place_ring.h"
-#include "rtl_tlm/fast/port_calendar.h"
+#include "rtl_tlm/fast/response_calendar.h"
 #include "rtl_tlm/fast/slot_calendar.h"
 #include "rtl_tlm/gpu_config.h"
 #include "rtl_tlm/rt_unit.h"
@@ -140,7 +140,7 @@ struct Call {
   Fetches fetches;
 };
 
-enum class Step : std::uint8_t { prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
+enum class Step : std::uint8_t { launched, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
 
 /// A warp in a slot of the SIMT core.
 struct Warp {
@@ -220,8 +220,8 @@ struct Sm {
   PlaceCalendar mshrs;
   PlaceRing hits;  ///< pipeline
   BankCalendar banks;
-  bool between = false;    ///< the next bank conflict is the node request's
-  PortCalendar responses;  ///< to node requests, one a cycle
+  bool between = false;        ///< the next bank conflict is the node request's
+  ResponseCalendar responses;  ///< to node requests
   std::array<Port, kClients> ports;
   unsigned waiting = 0;     ///< bits of the ports with requests
   unsigned first = 0;       ///< whose turn it is

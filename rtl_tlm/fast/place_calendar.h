@@ -29,13 +29,14 @@ class PlaceCalendar {
     while (taken_ >= places_) free_until(next());
     return std::max(from, freed_);
   }
-  /// Takes a place from the present until cycle `until`. More than there are may be taken: they count when others
-  /// leave.
-  void take(Cycle until) {
+  /// Takes `count` places from the present until cycle `until`. More than there are may be taken: they count when
+  /// others leave.
+  void take(Cycle until, unsigned count = 1) {
     until = std::clamp(until, freed_ + 1, freed_ + kWindow - 1);
-    ++leaving_[until % kWindow];
+    std::uint16_t& leaving = leaving_[until % kWindow];
+    leaving = static_cast<std::uint16_t>(leaving + count);
     some_[until % kWindow / 64] |= std::uint64_t{1} << until % 64;
-    ++taken_;
+    taken_ += count;
   }
 
  private:

@@ -16,6 +16,16 @@ class PlaceRing {
 
   /// When there is room for one more.
   Cycle room() const { return left_[next_]; }
+  /// When there is room for `count` more, of which each leaves after those before it. More than there are places: for
+  /// as many as there are.
+  Cycle room(std::size_t count) const {
+    const std::size_t last = next_ + std::min(count, left_.size()) - 1;
+    return left_[last < left_.size() ? last : last - left_.size()];
+  }
+  /// `count` more enter, which leave in cycle `until`.
+  void take(Cycle until, std::size_t count) {
+    for (; count > 0; --count) take(until);
+  }
   /// One more enters, and leaves in cycle `until`.
   void take(Cycle until) {
     left_[next_] = until;

@@ -25,6 +25,15 @@ class PortCalendar {
     word |= bit;
     return from;
   }
+  /// Takes `count` cycles from `from` on, 1 to 63, if nobody has one of them.
+  bool reserve_run(Cycle from, unsigned count) {
+    if (from < base_ || from + 64 > base_ + kWindow || from % 64 + count > 64) return false;
+    std::uint64_t& word = full_[from % kWindow / 64];
+    const std::uint64_t run = ((std::uint64_t{1} << count) - 1) << from % 64;
+    if ((word & run) != 0) return false;
+    word |= run;
+    return true;
+  }
   /// Cycles before `now` are past.
   void advance(Cycle now) {
     while (base_ + 64 <= now) {

@@ -1,14 +1,19 @@
 // The resources of fast mode give what plain tables give.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <deque>
 #include <map>
 #include <random>
 #include <set>
+#include <vector>
 
 #include "rtl_tlm/fast/bank_calendar.h"
 #include "rtl_tlm/fast/near_cycle.h"
 #include "rtl_tlm/fast/place_calendar.h"
 #include "rtl_tlm/fast/place_ring.h"
+#include "rtl_tlm/fast/port_calendar.h"
+#include "rtl_tlm/fast/response_calendar.h"
 #include "rtl_tlm/fast/span_calendar.h"
 
 namespace grtx::tlm {
@@ -74,6 +79,126 @@ TEST(BankCalendarTest, EqualsASetOfBanksAndCycles) {
   }
 }
 
+TEST(BankCalendarTest, RunsAreTheBanksOfConsecutiveSectorsInConsecutiveCycles) {
+  for (const unsigned banks : {1u, 3u, 4u, 64u}) {
+    BankCalendar calendar(banks);
+    std::set<std::pair<unsigned, Cycle>> busy;
+    std::mt19937_64 random(banks);
+    Cycle now = 0;
+    unsigned taken = 0, refused = 0;
+    for (int step = 0; step < 20000; ++step) {
+      if (step % 50 == 49) {
+        now += random() % 100;
+        calendar.advance(now);
+      }
+      const unsigned count = 1 + static_cast<unsigned>(random() % 8);
+      const unsigned bank = static_cast<unsigned>(random() % banks);
+      const Cycle from = now + random() % 150;
+      bool free = true;
+      for (unsigned i = 0; i < count; ++i) free = free && !busy.contains({(bank + i) % banks, from + i});
+      const bool shares = step % 7 == 0;
+      if (shares) {
+        calendar.share_run(bank, from, count);
+      } else {
+        ASSERT_EQ(calendar.reserve_run(bank, from, count), free) << "step " << step;
+        ++(free ? taken : refused);
+      }
+      for (unsigned i = 0; i < count && (free || shares); ++i) busy.insert({(bank + i) % banks, from + i});
+    }
+    EXPECT_GT(taken, 1000u);
+    EXPECT_GT(refused, 1000u);
+  }
+}
+
+TEST(PortCalendarTest, RunsAreTakenWhenEachOfTheirCyclesIsFree) {
+  PortCalendar calendar;
+  std::set<Cycle> busy;
+  std::mt19937_64 random(4);
+  Cycle now = 0;
+  unsigned taken = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 50 == 49) {
+      now += random() % 300;
+      calendar.advance(now);
+    }
+    Cycle from = now + random() % 200;
+    if (step % 2 == 0) {
+      const Cycle got = calendar.reserve(from);
+      while (!busy.insert(from).second) ++from;
+      ASSERT_EQ(got, from) << "step " << step;
+      continue;
+    }
+    const unsigned count = 1 + static_cast<unsigned>(random() % 5);
+    bool free = true;
+    for (unsigned i = 0; i < count; ++i) free = free && !busy.contains(from + i);
+    const bool got = calendar.reserve_run(from, count);
+    ASSERT_TRUE(free || !got) << "step " << step;
+    ASSERT_TRUE(got || !free || from % 64 + count > 64) << "step " << step;  // no run reaches into the next word
+    for (unsigned i = 0; i < count && got; ++i) busy.insert(from + i);
+    taken += got;
+  }
+  EXPECT_GT(taken, 1000u);
+}
+
+// The port itself, cycle by cycle: what has been due longest first, a hit before a fill of the same cycle. Fills are
+// reserved long before they come, hits when they come; all that the calendar cannot do is to tell fills of hits that
+// were not known when they reserved.
+TEST(ResponseCalendarTest, GivesHitsWhatAQueueOfHitsAndOneOfFillsGiveThem) {
+  std::mt19937_64 random(11);
+  unsigned waited = 0, passed = 0;
+  for (int round = 0; round < 200; ++round) {
+    ResponseCalendar calendar;
+    constexpr Cycle kCycles = 300;
+    const unsigned load = 1 + static_cast<unsigned>(random() % 10);  // tenths of the cycles in which something is due
+    std::vector<bool> hit_due(kCycles), fill_due(kCycles);
+    for (Cycle at = 0; at < kCycles; ++at) {
+      hit_due[at] = random() % 20 < load;
+      fill_due[at] = random() % 20 < load;
+    }
+    for (Cycle at = 0; at < kCycles; ++at) {
+      if (fill_due[at]) {
+        EXPECT_GE(calendar.reserve_fill(at), at);
+      }
+    }
+    std::deque<Cycle> hits, fills;
+    std::vector<Cycle> hit_left;
+    for (Cycle now = 0; now < 3 * kCycles; ++now) {
+      if (now < kCycles && hit_due[now]) hits.push_back(now);
+      if (now < kCycles && fill_due[now]) fills.push_back(now);
+      if (!hits.empty() && (fills.empty() || hits.front() <= fills.front())) {
+        passed += !fills.empty();
+        waited += now > hits.front();
+        hits.pop_front();
+        hit_left.push_back(now);
+      } else if (!fills.empty()) {
+        fills.pop_front();
+      }
+    }
+    std::size_t i = 0;
+    for (Cycle at = 0; at < kCycles; ++at) {
+      if (!hit_due[at]) continue;
+      ASSERT_EQ(calendar.reserve_hit(at), hit_left[i]) << "round " << round << " due " << at;
+      ++i;
+    }
+  }
+  EXPECT_GT(waited, 1000u);
+  EXPECT_GT(passed, 1000u);
+}
+
+TEST(ResponseCalendarTest, RunsAreTakenWhereNobodyIs) {
+  ResponseCalendar calendar;
+  EXPECT_EQ(calendar.reserve_fill(10), 10u);
+  EXPECT_FALSE(calendar.reserve_run(11, 2, true)) << "10 is taken";
+  EXPECT_TRUE(calendar.reserve_run(14, 3, false));
+  EXPECT_EQ(calendar.reserve_hit(12), 12u) << "a hit goes before a fill that is due in the same cycle";
+  EXPECT_EQ(calendar.reserve_fill(11), 11u);
+  EXPECT_EQ(calendar.reserve_fill(12), 16u) << "the three fills are one cycle later";
+  EXPECT_TRUE(calendar.reserve_run(21, 2, true));
+  EXPECT_EQ(calendar.reserve_hit(20), 22u) << "hits keep their places";
+  calendar.advance(100000);
+  EXPECT_EQ(calendar.reserve_hit(5), 100000u / 64 * 64) << "past cycles are not given";
+}
+
 TEST(PlaceCalendarTest, EqualsASortedListOfThoseInside) {
   constexpr std::size_t kPlaces = 20;
   PlaceCalendar calendar(kPlaces);
@@ -93,8 +218,9 @@ TEST(PlaceCalendarTest, EqualsASortedListOfThoseInside) {
     ASSERT_EQ(calendar.room(now), room) << "step " << step;
     now = room;
     const Cycle until = now + 1 + random() % (step % 100 == 0 ? 5000 : 400);
-    calendar.take(until);
-    inside.insert(until);
+    const unsigned count = step % 10 == 0 ? 3 : 1;
+    calendar.take(until, count);
+    for (unsigned i = 0; i < count; ++i) inside.insert(until);
   }
   EXPECT_GT(waited, 1000u);
 }
@@ -108,6 +234,18 @@ TEST(PlaceRingTest, HasRoomWhenTheOneSoManyPlacesAgoHasLeft) {
   EXPECT_EQ(ring.room(), 10u);
   ring.take(30);
   EXPECT_EQ(ring.room(), 7u);
+}
+
+TEST(PlaceRingTest, HasRoomForSeveralWhenAsManyHaveLeft) {
+  PlaceRing ring(3);
+  ring.take(10, 2);
+  ring.take(25);
+  EXPECT_EQ(ring.room(1), 10u);
+  EXPECT_EQ(ring.room(2), 10u);
+  EXPECT_EQ(ring.room(3), 25u);
+  EXPECT_EQ(ring.room(9), 25u) << "more than there are places: for as many as there are";
+  ring.take(40);
+  EXPECT_EQ(ring.room(2), 25u);
 }
 
 TEST(NearCycleTest, IsTheCycleWithinReachOfThePresent) {
