@@ -29,6 +29,16 @@ inline std::string escaped(const std::string& text) {
   return out;
 }
 
+/// 1, 2 or 5 times a power of ten: so many lines at most over a range.
+inline double tick_step(double range, unsigned lines) {
+  double step = std::pow(10.0, std::floor(std::log10(range / lines)));
+  for (const double factor : {2.0, 2.5, 2.0}) {  // 2, 5, 10
+    if (range / step <= lines) break;
+    step *= factor;
+  }
+  return step;
+}
+
 inline std::string scatter_svg(const ScatterText& text, std::vector<ScatterPoint> points) {
   static const char* const kColours[] = {"#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677", "#aa3377"};
   constexpr double kWidth = 900, kHeight = 560, kLeft = 70, kRight = 190, kTop = 40, kBottom = 60;
@@ -41,7 +51,7 @@ inline std::string scatter_svg(const ScatterText& text, std::vector<ScatterPoint
   }
   x_low = std::log10(x_low) - 0.05;
   x_high = std::log10(x_high) + 0.05;
-  const double y_margin = std::max(1.0, 0.05 * (y_high - y_low));
+  const double y_margin = y_high > y_low ? 0.08 * (y_high - y_low) : 1.0;
   y_low -= y_margin;
   y_high += y_margin;
   const auto x_of = [&](double x) {
@@ -56,7 +66,8 @@ inline std::string scatter_svg(const ScatterText& text, std::vector<ScatterPoint
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n<text x=\"{2}\" y=\"22\" font-size=\"15\">{3}</text>\n",
       kWidth, kHeight, kLeft, escaped(text.title));
   for (int decade = static_cast<int>(std::floor(x_low)); decade <= static_cast<int>(std::ceil(x_high)); ++decade) {
-    for (const int digit : {1, 2, 5}) {
+    for (const int digit : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
+      if (x_high - x_low > 0.8 && digit != 1 && digit != 2 && digit != 5) continue;
       const double x = digit * std::pow(10.0, decade);
       if (std::log10(x) < x_low || std::log10(x) > x_high) continue;
       svg += fmt::format(
@@ -65,8 +76,9 @@ inline std::string scatter_svg(const ScatterText& text, std::vector<ScatterPoint
           x_of(x), kTop, kHeight - kBottom, kHeight - kBottom + 18, x);
     }
   }
-  const double y_step = (y_high - y_low) > 60 ? 20 : (y_high - y_low) > 25 ? 10 : 5;
-  for (double y = std::ceil(y_low / y_step) * y_step; y <= y_high; y += y_step) {
+  const double y_step = tick_step(y_high - y_low, 8);
+  for (double tick = std::ceil(y_low / y_step); tick * y_step <= y_high; ++tick) {
+    const double y = tick * y_step + 0.0;  // no -0
     svg += fmt::format(
         "<line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
         "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g}</text>\n",
