@@ -133,7 +133,7 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
   if (missing != 0) taken = std::max(taken, sm.crossed.room(count_of(missing)));
   const Cycle through = taken + config_.l1.latency;
   Cycle seen = present != 0 && (!r.write || config_.l1.perfect) ? through : 0;
-  port.next = taken + 1;
+  port.next = taken + 1 + (one_by_one_ ? count : 0);
   port.queue.pop();
   if (on_the_way != 0) {
     Cycle last = 0;

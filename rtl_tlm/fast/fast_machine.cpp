@@ -22,6 +22,7 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
       source_(source),
       traffic_(header, config.rt.memory.traffic),
       map_(header, memory_map_config(config, header, eviction_entries)),
+      one_by_one_(config.sm_links.l1_capacity == 1),
       entries_(config.rt.warp_buffer.entries),
       lanes_(std::size_t{config.sms} * entries_ * kMaxLanes),
       warps_from_(static_cast<Number>(lanes_.size())),

@@ -135,6 +135,7 @@ class Machine {
   std::vector<unsigned> assigned_;  ///< SMs of the first groups
   modules::NodeTraffic traffic_;
   modules::MemoryMap map_;
+  bool one_by_one_;   ///< links to the L1 have one place, and carry something in every other cycle
   unsigned entries_;  ///< of a warp buffer
   std::vector<Lane> lanes_;
   Number warps_from_, timers_from_, ports_from_, selects_from_, fills_from_;

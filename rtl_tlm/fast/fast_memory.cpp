@@ -18,6 +18,7 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
     : core_fs_(modules::ClockDomain::period_fs(config.core_mhz)),
       memory_fs_(modules::ClockDomain::period_fs(config.memory_mhz)),
       clocks_a_cycle_(static_cast<double>(core_fs_) / static_cast<double>(memory_fs_)),
+      gap_(config.links.capacity == 1 ? 2 : 1),
       link_(config.links.latency),
       latency_(config.links.latency + config.crossbar.latency),
       pipe_(config.l2.latency),
@@ -45,10 +46,10 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
   Cycle& input = inputs_[request.sm];
   Cycle now = 0;
   for (unsigned i = 0; i < count; ++i) {
-    if (slice.runs[request.sm].last + 1 == input) input += others(slice, request.sm);
+    if (slice.runs[request.sm].last + gap_ == input) input += others(slice, request.sm);
     const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}));
     note_crossing(slice, request.sm, crossed);
-    input = crossed + 1;
+    input = crossed + gap_;
     now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
     if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
     slice.looked_up.take(now);

@@ -86,6 +86,7 @@ class FastMemory {
 
   std::uint64_t core_fs_, memory_fs_;  ///< clock periods
   double clocks_a_cycle_;
+  Cycle gap_;      ///< between two requests of an SM: a link with one place carries something in every other cycle
   Cycle link_;     ///< from an L1 to the crossbar
   Cycle latency_;  ///< crossbar with the link before it: from leaving an L1 or a slice to being seen at the other end
   Cycle pipe_;     ///< of a slice: from its input to its tags

@@ -64,6 +64,8 @@ INSTANTIATE_TEST_SUITE_P(Machines, FastMode,
                                            Machine{"perfect_l1", true, {"l1.perfect=true"}, 0.06},
                                            Machine{"perfect_dram", true, {"dram.perfect=true"}, 0.06},
                                            Machine{"two_mshrs", true, {"l1.mshr_entries=2"}, 0.06},
+                                           Machine{"l1_links_of_one", true, {"l1.link_capacity=1"}, 0.06},
+                                           Machine{"crossbar_links_of_one", true, {"crossbar.link_capacity=1"}, 0.06},
                                            Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}, 0.06},
                                            Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
                          [](const auto& i) { return std::string(i.param.name); });
