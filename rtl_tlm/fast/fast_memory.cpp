@@ -47,7 +47,9 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
   Cycle now = 0;
   for (unsigned i = 0; i < count; ++i) {
     if (slice.runs[request.sm].last + gap_ == input) input += others(slice, request.sm);
-    const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}));
+    const auto [crossed, displaced] =
+        slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}), request.sm);
+    if (displaced != TurnCalendar::kNobody) ++inputs_[displaced];  // its next request is later, if not that one
     note_crossing(slice, request.sm, crossed);
     input = crossed + gap_;
     now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
@@ -177,7 +179,9 @@ void FastMemory::advance(Cycle now) {
   const Cycle clock = clock_of(now);
   for (PortCalendar& port : replies_) port.advance(now);
   for (Slice& slice : slices_) {
-    for (PortCalendar* port : {&slice.input, &slice.lookup, &slice.reply}) port->advance(now);
+    slice.input.advance(now);
+    slice.lookup.advance(now);
+    slice.reply.advance(now);
     slice.dram.advance(clock);
   }
 }

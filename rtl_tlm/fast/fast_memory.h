@@ -14,6 +14,7 @@
 #include "rtl_tlm/fast/fast_dram.h"
 #include "rtl_tlm/fast/place_ring.h"
 #include "rtl_tlm/fast/port_calendar.h"
+#include "rtl_tlm/fast/turn_calendar.h"
 #include "rtl_tlm/gpu_config.h"
 
 namespace grtx::tlm {
@@ -62,7 +63,8 @@ class FastMemory {
           unsigned sms)
         : tags(c.geometry), runs(sms), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
     modules::SectorCacheTags tags;
-    PortCalendar input, lookup, reply;
+    TurnCalendar input;
+    PortCalendar lookup, reply;
     std::vector<Run> runs;    ///< by SM: the newest
     PlaceRing looked_up;      ///< of as many requests as fit between the crossbar and the tags
     PlaceCalendar queue;      ///< to the DRAM, in memory clocks

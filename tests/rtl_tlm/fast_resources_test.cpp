@@ -15,6 +15,7 @@
 #include "rtl_tlm/fast/port_calendar.h"
 #include "rtl_tlm/fast/response_calendar.h"
 #include "rtl_tlm/fast/span_calendar.h"
+#include "rtl_tlm/fast/turn_calendar.h"
 
 namespace grtx::tlm {
 namespace {
@@ -197,6 +198,53 @@ TEST(ResponseCalendarTest, RunsAreTakenWhereNobodyIs) {
   EXPECT_EQ(calendar.reserve_hit(20), 22u) << "hits keep their places";
   calendar.advance(100000);
   EXPECT_EQ(calendar.reserve_hit(5), 100000u / 64 * 64) << "past cycles are not given";
+}
+
+// Whoever comes waits for one item of each of the others at most, and no cycle serves two.
+TEST(TurnCalendarTest, NobodyWaitsForTwoItemsOfAnother) {
+  TurnCalendar calendar;
+  std::map<Cycle, unsigned> owner;
+  std::mt19937_64 random(6);
+  Cycle now = 0;
+  unsigned displaced = 0, waited = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 40 == 39) {
+      now += 45;
+      calendar.advance(now);
+    }
+    const unsigned client = static_cast<unsigned>(random() % 5) * 50;
+    const Cycle from = now + random() % 60;
+    const TurnCalendar::Place place = calendar.reserve(from, client);
+    ASSERT_GE(place.cycle, from);
+    std::map<unsigned, unsigned> before;
+    for (Cycle at = from; at < place.cycle; ++at) {
+      ASSERT_TRUE(owner.contains(at)) << "step " << step << ": cycle " << at << " was free";
+      if (owner[at] == client) continue;
+      ASSERT_EQ(++before[owner[at]], 1u) << "step " << step << " at " << at;
+    }
+    waited += place.cycle > from;
+    if (place.displaced == TurnCalendar::kNobody) {
+      ASSERT_FALSE(owner.contains(place.cycle)) << "step " << step;
+    } else {
+      ++displaced;
+      ASSERT_NE(place.displaced, client);
+      ASSERT_EQ(owner[place.cycle], place.displaced) << "step " << step;
+      ASSERT_EQ(before[place.displaced], 1u) << "step " << step << ": it had not had its turn";
+      Cycle free = place.cycle;
+      while (owner.contains(free)) ++free;
+      owner[free] = place.displaced;
+    }
+    owner[place.cycle] = client;
+  }
+  EXPECT_GT(displaced, 1000u);
+  EXPECT_GT(waited, 2000u);
+}
+
+TEST(TurnCalendarTest, WhatLiesFarAheadComesInOrder) {
+  TurnCalendar calendar;
+  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000000u);
+  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000001u);
+  EXPECT_EQ(calendar.reserve(7, 3).cycle, 7u);
 }
 
 TEST(PlaceCalendarTest, EqualsASortedListOfThoseInside) {
