@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/strong.h"
-#include "rtl_tlm/fast/port_calendar.h"
+#include "rtl_tlm/fast/cycle_bits.h"
 
 namespace grtx::tlm {
 
@@ -47,7 +47,7 @@ class SlotCalendar {
   }
 
  private:
-  static constexpr Cycle kWindow = PortCalendar::kWindow;
+  static constexpr Cycle kWindow = CycleBits::kWindow;
 
   Cycle beyond(Cycle slot) {
     slot = std::max(slot, beyond_);
