@@ -178,6 +178,7 @@ class ProcessBundle {
 
   void begin() { domain_.building_ = &list_; }
   void end() { domain_.building_ = &domain_.alarms_; }
+
  private:
   /// Runs the modules whose alarm is due.
   void run();

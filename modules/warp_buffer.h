@@ -178,8 +178,8 @@ class WarpBuffer final : public sc_core::sc_module {
     const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
     return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
   }
-  /// What each warp waits for at present, it does in the cycles before `end`: call before states change. A warp's cycles
-  /// are added up when its own change.
+  /// What each warp waits for at present, it does in the cycles before `end`: call before states change. A warp's
+  /// cycles are added up when its own change.
   void account(Cycle end) { waits_until_ = std::max(waits_until_, end); }
   /// Adds up the cycles of all warps: call before counters are read.
   void count_waits();
