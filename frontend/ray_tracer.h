@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "frontend/acceleration_structure.h"
@@ -16,6 +17,7 @@
 #include "frontend/multi_object.h"
 #include "frontend/node_test.h"
 #include "frontend/ray_recorder.h"
+#include "frontend/ray_walk.h"
 #include "frontend/response_precision.h"
 #include "frontend/scene.h"
 #include "frontend/tracer_counters.h"
@@ -59,7 +61,10 @@ class RayTracer {
         test_children_(node_test(options.simd, layout_.slots)),
         test_faces_(face_test(options.simd)),
         k_buffer_(options.k),
-        root_box_(box_of_root()) {
+        root_box_(box_of_root()),
+        walk_(image_.data(), walk_kernels(options.simd, layout_.slots)) {
+    walks_lists_ = blas_root_ == 0 && remember_ && !options.checkpoint && options.tracing == Tracing::multi &&
+                   options.child_order == ChildOrder::near_first && options.triangle_test == TriangleTest::canonical && std::getenv("LISTS");
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
@@ -79,7 +84,8 @@ class RayTracer {
         test_children_(node_test(options.simd, layout_.slots)),
         test_faces_(face_test(options.simd)),
         k_buffer_(options.k),
-        root_box_(box_of_root()) {}
+        root_box_(box_of_root()),
+        walk_(image_.data(), walk_kernels(options.simd, layout_.slots)) {}
 
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
@@ -148,6 +154,7 @@ class RayTracer {
   void miss_scene(Recorder& recorder);
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
+  void walk_round(const TraceRay& ray);
   template <typename Recorder>
   void drain_stack(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
@@ -188,6 +195,12 @@ class RayTracer {
   }
   Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
   Hit world_hit(const TraceRay& ray, const Entry& entry, std::uint32_t gaussian, std::uint32_t face);
+  struct AnyHit {
+    traces::LeafOutcome outcome;
+    unsigned shifts;  ///< entries of the k-buffer that moved
+  };
+  std::optional<traces::LeafOutcome> blended_before(const KEntry& hit);
+  AnyHit any_hit(const KEntry& hit);
   template <typename Recorder>
   void collect_unsorted(const KEntry& candidate, const Entry& entry, Recorder& recorder);
   template <typename Recorder>
@@ -250,6 +263,9 @@ class RayTracer {
   std::vector<Entry> destination_;
 
   WalkMemory memory_;
+  /// Instead of it, where the tree has one level and nobody asks for events: see walk_round().
+  RayWalk walk_;
+  bool walks_lists_ = false;
   std::uint32_t instance_ = 0;  ///< the instance being walked, link into memory_
 
   // The object being walked, with several.
@@ -291,6 +307,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   source_.clear();
   memory_.clear();
   memory_.add({0.0f, std::numeric_limits<float>::infinity(), root_, NodeKind::internal, 0});
+  if (walks_lists_) walk_.begin_ray(root_);
   ++ray_stamp_;
   if (options_.triangle_test == TriangleTest::world) sheared_ = ShearedRay(ray.origin, ray.direction);
   object_ = 0;
@@ -358,6 +375,7 @@ void RayTracer::miss_scene(Recorder& recorder) {
 
 template <typename Recorder>
 void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
+  if (!Recorder::kEnabled && walks_lists_) return walk_round(ray);
   stack_.clear();
   if (!replay_) {
     stack_.push({0.0f, 0, memory_[0].packed, 0, 0});
@@ -390,6 +408,54 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
     }
     stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
     drain_stack(ray, recorder);
+  }
+}
+
+/// A round of a ray in a monolithic structure whose events nobody asks for. Visits, counters and hits are those of
+/// drain_stack().
+inline void RayTracer::walk_round(const TraceRay& ray) {
+  walk_.begin_round(t_min_cull_, t_last_, t_max_);
+  const std::uint64_t internal_before = walk_.repeated_internal(), leaves_before = walk_.repeated_leaves();
+  for (;;) {
+    switch (walk_.step()) {
+      case RayWalk::Stop::node:
+        ++counters_.visits_internal;
+        visited(walk_.address(), layout_.slots == 6 ? 1 : 2);
+        walk_.open(ray.slabs);
+        break;
+      case RayWalk::Stop::leaf: {
+        ++counters_.visits_leaf;
+        visited(walk_.address(), 1);
+        const std::uint32_t primitive = image_.leaf_index(walk_.address());
+        const std::uint32_t gaussian = gaussian_of(primitive);
+        const Hit hit = hit_of(ray, gaussian);
+        const std::uint32_t link = hit.face == primitive - gaussian * faces_ ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
+        if (link < WalkMemory::kFirstHit) {
+          if (link == WalkMemory::kInside && t_last_ < 0.0f) ++counters_.inside_skipped;
+          walk_.leaf_done();
+          break;
+        }
+        walk_.leaf_hit(hit.t, link);
+        if (!(hit.t >= t_last_ && hit.t <= t_max_)) break;
+        if (blended_before(memory_.hit(link))) break;
+        any_hit(memory_.hit(link));
+        walk_.set_t_max(t_max_);
+        break;
+      }
+      case RayWalk::Stop::hit:
+        if (blended_before(memory_.hit(walk_.hit()))) break;
+        any_hit(memory_.hit(walk_.hit()));
+        walk_.set_t_max(t_max_);
+        break;
+      case RayWalk::Stop::end: {
+        const std::uint64_t internal = walk_.repeated_internal() - internal_before;
+        const std::uint64_t leaves = walk_.repeated_leaves() - leaves_before;
+        counters_.visits_internal += internal;
+        counters_.visits_leaf += leaves;
+        counters_.skipped_retests += internal + leaves;
+        return;
+      }
+    }
   }
 }
 
@@ -657,44 +723,53 @@ void RayTracer::offer(std::uint32_t link, const Entry& entry, Recorder& recorder
     return outcome(LeafOutcome::miss);
   }
   const KEntry hit = memory_.hit(link);
-  const std::uint32_t gaussian = hit.id;
-  if (hit.t < t_last_) return outcome(LeafOutcome::behind);
-  if (hit.t == t_last_) {
-    if (options_.resume == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
-      if (gaussian > id_last_) ++counters_.ties_lost;
-      return outcome(LeafOutcome::behind);
-    }
-    if (gaussian <= id_last_) {
-      if (options_.tracing == Tracing::closest) return outcome(LeafOutcome::behind);
-      ++counters_.any_hit_ignored;
-      return outcome(LeafOutcome::ignored);
-    }
-  }
+  if (const auto before = blended_before(hit)) return outcome(*before);
   if (hit.t > t_max_) {
     const bool kept = checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
-  const KEntry& candidate = hit;
-  if (options_.tracing == Tracing::single) return collect_unsorted(candidate, entry, recorder);
-  if (options_.tracing == Tracing::closest) return commit_nearest(candidate, entry, recorder);
+  if (options_.tracing == Tracing::single) return collect_unsorted(hit, entry, recorder);
+  if (options_.tracing == Tracing::closest) return commit_nearest(hit, entry, recorder);
+  const AnyHit result = any_hit(hit);
+  outcome(result.outcome, 0, result.shifts);
+}
+
+/// The resume rule: the outcome of a hit that is not behind the last one blended.
+inline std::optional<traces::LeafOutcome> RayTracer::blended_before(const KEntry& hit) {
+  using traces::LeafOutcome;
+  if (hit.t < t_last_) return LeafOutcome::behind;
+  if (hit.t > t_last_) return std::nullopt;
+  if (options_.resume == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
+    if (hit.id > id_last_) ++counters_.ties_lost;
+    return LeafOutcome::behind;
+  }
+  if (hit.id > id_last_) return std::nullopt;
+  if (options_.tracing == Tracing::closest) return LeafOutcome::behind;
+  ++counters_.any_hit_ignored;
+  return LeafOutcome::ignored;
+}
+
+/// The any-hit shader of multi-round tracing, for a hit up to t_max.
+inline RayTracer::AnyHit RayTracer::any_hit(const KEntry& hit) {
+  using traces::LeafOutcome;
   if (!k_buffer_.full()) {
-    const unsigned shifts = k_buffer_.insert(candidate);
+    const unsigned shifts = k_buffer_.insert(hit);
     ++counters_.any_hit_inserted;
     if (options_.tmax_update == TmaxUpdate::kth && k_buffer_.full()) t_max_ = std::min(t_max_, k_buffer_.back().t);
-    return outcome(LeafOutcome::inserted, 0, shifts);
+    return {LeafOutcome::inserted, shifts};
   }
   ++counters_.any_hit_evicted;
-  if (candidate < k_buffer_.back()) {
+  if (hit < k_buffer_.back()) {
     if (options_.checkpoint) evictions_.push_back(k_buffer_.back());
-    const unsigned shifts = k_buffer_.displace(candidate);
+    const unsigned shifts = k_buffer_.displace(hit);
     ++counters_.any_hit_inserted;
     if (options_.tmax_update == TmaxUpdate::kth) t_max_ = std::min(t_max_, k_buffer_.back().t);
-    return outcome(LeafOutcome::displaced, 0, shifts);
+    return {LeafOutcome::displaced, shifts};
   }
-  if (options_.checkpoint) evictions_.push_back(candidate);
+  if (options_.checkpoint) evictions_.push_back(hit);
   ++counters_.any_hit_rejected;
-  t_max_ = options_.tmax_update == TmaxUpdate::kth ? std::min(t_max_, k_buffer_.back().t) : candidate.t;
-  outcome(LeafOutcome::rejected);
+  t_max_ = options_.tmax_update == TmaxUpdate::kth ? std::min(t_max_, k_buffer_.back().t) : hit.t;
+  return {LeafOutcome::rejected, 0};
 }
 
 inline void RayTracer::refill_from_evictions(traces::Round& round) {
