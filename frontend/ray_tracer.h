@@ -62,9 +62,7 @@ class RayTracer {
         test_faces_(face_test(options.simd)),
         k_buffer_(options.k),
         root_box_(box_of_root()),
-        walk_(image_.data(), walk_kernels(options.simd, layout_.slots)) {
-    walks_lists_ = blas_root_ == 0 && remember_ && !options.checkpoint && options.tracing == Tracing::multi &&
-                   options.child_order == ChildOrder::near_first && options.triangle_test == TriangleTest::canonical && std::getenv("LISTS");
+        walk_(image_, walk_kernels(options.simd, layout_.slots)) {
     if (options.triangle_test == TriangleTest::world) processed_by_.resize(scene.size());
   }
 
@@ -85,7 +83,7 @@ class RayTracer {
         test_faces_(face_test(options.simd)),
         k_buffer_(options.k),
         root_box_(box_of_root()),
-        walk_(image_.data(), walk_kernels(options.simd, layout_.slots)) {}
+        walk_(image_, walk_kernels(options.simd, layout_.slots)) {}
 
   const TracerCounters& counters() const { return counters_; }
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
@@ -154,7 +152,16 @@ class RayTracer {
   void miss_scene(Recorder& recorder);
   template <typename Recorder>
   void trace_round(const TraceRay& ray, Recorder& recorder);
+  template <typename Recorder>
+  bool begin_ray(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit);
+  template <typename Recorder>
+  traces::Round begin_round(Recorder& recorder);
+  template <typename Recorder>
+  bool end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder);
   void walk_round(const TraceRay& ray);
+  bool can_walk_lists() const;
+  void walk_leaf(const TraceRay& ray);
+  void take_hit(std::uint32_t link);
   template <typename Recorder>
   void drain_stack(const TraceRay& ray, Recorder& recorder);
   template <typename Recorder>
@@ -193,7 +200,7 @@ class RayTracer {
     if (entry.object != object_) enter_object(ray, entry.object);
     return object_ray_;
   }
-  Hit hit_of(const TraceRay& ray, std::uint32_t gaussian);
+  const Hit& hit_of(const TraceRay& ray, std::uint32_t gaussian);
   Hit world_hit(const TraceRay& ray, const Entry& entry, std::uint32_t gaussian, std::uint32_t face);
   struct AnyHit {
     traces::LeafOutcome outcome;
@@ -265,7 +272,8 @@ class RayTracer {
   WalkMemory memory_;
   /// Instead of it, where the tree has one level and nobody asks for events: see walk_round().
   RayWalk walk_;
-  bool walks_lists_ = false;
+  const bool walks_lists_ = can_walk_lists();
+  std::uint64_t visits_before_ = 0;
   std::uint32_t instance_ = 0;  ///< the instance being walked, link into memory_
 
   // The object being walked, with several.
@@ -279,7 +287,7 @@ class RayTracer {
     std::uint64_t tag = ~std::uint64_t{0};
     Hit hit;
   };
-  static constexpr std::size_t kHitCache = 256;
+  static constexpr std::size_t kHitCache = 512;
   std::vector<CachedHit> hit_cache_ = std::vector<CachedHit>(kHitCache);
   std::uint64_t ray_stamp_ = 0;
 
@@ -296,6 +304,19 @@ class RayTracer {
 
 template <typename Recorder>
 RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
+  if (!begin_ray(ray, recorder, transmittance, t_limit)) return {colour_, transmittance_};
+  traces::Round round;
+  do {
+    round = begin_round(recorder);
+    trace_round(ray, recorder);
+  } while (end_round(ray, round, recorder));
+  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before_;
+  return {colour_, transmittance_};
+}
+
+/// False: the ray misses the scene, and that is all.
+template <typename Recorder>
+bool RayTracer::begin_ray(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
   t_last_ = -1.0f;
   id_last_ = 0;
   replay_ = false;
@@ -313,52 +334,54 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   object_ = 0;
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
-  std::size_t evictions_seen = 0;
-  if (skips(Skip::scene_miss) && conservative_interval(ray.slabs, root_box_).empty()) {
-    miss_scene(recorder);
-    return {colour_, transmittance_};
-  }
-  const std::uint64_t visits_before = counters_.visits();
+  visits_before_ = counters_.visits();
+  if (!skips(Skip::scene_miss) || !conservative_interval(ray.slabs, root_box_).empty()) return true;
+  miss_scene(recorder);
+  return false;
+}
 
-  for (;;) {
-    traces::Round round;
-    round.replay = replay_;
-    ++counters_.rounds;
-    k_buffer_.clear();
+template <typename Recorder>
+traces::Round RayTracer::begin_round(Recorder& recorder) {
+  traces::Round round;
+  round.replay = replay_;
+  ++counters_.rounds;
+  k_buffer_.clear();
+  destination_.clear();
+  overflow_ = false;
+  turned_away_ = false;
+  recorder.begin_round();
+  refill_from_evictions(round);
+  t_max_ = t_limit_;
+  if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
+  // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
+  t_min_cull_ = options_.sort_key == SortKey::entry ? std::max(t_last_, 0.0f) : 0.0f;
+  return round;
+}
+
+/// Blends what the round has found. False: it was the ray's last.
+template <typename Recorder>
+bool RayTracer::end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
+  counters_.evictions_max_per_ray = std::max<std::uint64_t>(counters_.evictions_max_per_ray, evictions_.size());
+  round.overflow = overflow_;
+  round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
+  if (options_.tracing == Tracing::single) k_buffer_.sort();
+  if (turned_away_) ++counters_.single_overflows;
+  blend(ray, round, recorder);
+  counters_.checkpoints_max_per_ray = std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
+  if (overflow_) {
+    ++counters_.checkpoint_overflows;
+    round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
+    evictions_.clear();
     destination_.clear();
-    overflow_ = false;
-    turned_away_ = false;
-    recorder.begin_round();
-    refill_from_evictions(round);
-    t_max_ = t_limit_;
-    if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
-    // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
-    t_min_cull_ = options_.sort_key == SortKey::entry ? std::max(t_last_, 0.0f) : 0.0f;
-    trace_round(ray, recorder);
-    evictions_seen = std::max(evictions_seen, evictions_.size());
-    round.overflow = overflow_;
-    round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
-    if (options_.tracing == Tracing::single) k_buffer_.sort();
-    if (turned_away_) ++counters_.single_overflows;
-    blend(ray, round, recorder);
-    counters_.checkpoints_max_per_ray = std::max<std::uint64_t>(counters_.checkpoints_max_per_ray, destination_.size());
-    if (overflow_) {
-      ++counters_.checkpoint_overflows;
-      round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
-      evictions_.clear();
-      destination_.clear();
-    }
-    recorder.end_round(round);
-    if (round.terminated) ++counters_.terminated;
-    if (round.terminated || !k_buffer_.full()) break;
-    t_last_ = k_buffer_.back().t;
-    id_last_ = k_buffer_.back().id;
-    source_.swap(destination_);
-    replay_ = options_.checkpoint && !overflow_;
   }
-  counters_.evictions_max_per_ray = std::max<std::uint64_t>(counters_.evictions_max_per_ray, evictions_seen);
-  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before;
-  return {colour_, transmittance_};
+  recorder.end_round(round);
+  if (round.terminated) ++counters_.terminated;
+  if (round.terminated || !k_buffer_.full()) return false;
+  t_last_ = k_buffer_.back().t;
+  id_last_ = k_buffer_.back().id;
+  source_.swap(destination_);
+  replay_ = options_.checkpoint && !overflow_;
+  return true;
 }
 
 /// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
@@ -408,54 +431,6 @@ void RayTracer::trace_round(const TraceRay& ray, Recorder& recorder) {
     }
     stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
     drain_stack(ray, recorder);
-  }
-}
-
-/// A round of a ray in a monolithic structure whose events nobody asks for. Visits, counters and hits are those of
-/// drain_stack().
-inline void RayTracer::walk_round(const TraceRay& ray) {
-  walk_.begin_round(t_min_cull_, t_last_, t_max_);
-  const std::uint64_t internal_before = walk_.repeated_internal(), leaves_before = walk_.repeated_leaves();
-  for (;;) {
-    switch (walk_.step()) {
-      case RayWalk::Stop::node:
-        ++counters_.visits_internal;
-        visited(walk_.address(), layout_.slots == 6 ? 1 : 2);
-        walk_.open(ray.slabs);
-        break;
-      case RayWalk::Stop::leaf: {
-        ++counters_.visits_leaf;
-        visited(walk_.address(), 1);
-        const std::uint32_t primitive = image_.leaf_index(walk_.address());
-        const std::uint32_t gaussian = gaussian_of(primitive);
-        const Hit hit = hit_of(ray, gaussian);
-        const std::uint32_t link = hit.face == primitive - gaussian * faces_ ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
-        if (link < WalkMemory::kFirstHit) {
-          if (link == WalkMemory::kInside && t_last_ < 0.0f) ++counters_.inside_skipped;
-          walk_.leaf_done();
-          break;
-        }
-        walk_.leaf_hit(hit.t, link);
-        if (!(hit.t >= t_last_ && hit.t <= t_max_)) break;
-        if (blended_before(memory_.hit(link))) break;
-        any_hit(memory_.hit(link));
-        walk_.set_t_max(t_max_);
-        break;
-      }
-      case RayWalk::Stop::hit:
-        if (blended_before(memory_.hit(walk_.hit()))) break;
-        any_hit(memory_.hit(walk_.hit()));
-        walk_.set_t_max(t_max_);
-        break;
-      case RayWalk::Stop::end: {
-        const std::uint64_t internal = walk_.repeated_internal() - internal_before;
-        const std::uint64_t leaves = walk_.repeated_leaves() - leaves_before;
-        counters_.visits_internal += internal;
-        counters_.visits_leaf += leaves;
-        counters_.skipped_retests += internal + leaves;
-        return;
-      }
-    }
   }
 }
 
@@ -637,7 +612,7 @@ inline glm::vec3 RayTracer::colour_in_world(const KEntry& entry, const TraceRay&
                    sh_basis(d / std::sqrt(glm::dot(d, d)), scene.sh_degree), coefficients);
 }
 
-inline Hit RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
+inline const Hit& RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian) {
   CachedHit& cached = hit_cache_[gaussian % kHitCache];
   const std::uint64_t tag = (ray_stamp_ << 32) | gaussian;
   if (cached.tag != tag) {
@@ -846,4 +821,5 @@ inline glm::vec3 RayTracer::colour_of(const KEntry& entry, const GaussianRecord&
 
 }  // namespace grtx::frontend
 
+#include "frontend/ray_tracer_lists.h"
 #include "frontend/ray_tracer_modes.h"

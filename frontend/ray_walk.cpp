@@ -8,9 +8,24 @@ namespace grtx::frontend {
 void RayWalk::place_guards(float bound) {
   for (std::uint64_t rest = walk_.sticking_out; rest != 0; rest &= rest - 1) {
     const std::uint32_t place = walk_.pushed_at + static_cast<std::uint32_t>(std::countr_zero(rest));
-    pending_.push_back({place, static_cast<std::uint32_t>(guards_.size())});
+    push_guarded(place, static_cast<std::uint32_t>(guards_.size()));
     guards_.push_back({bound, opened_ - 1, 0, WalkList::kOpen, 0});
   }
+}
+
+void RayWalk::push_guarded(std::uint32_t place, std::uint32_t guard) {
+  pending_.push_back({place, guard});
+  pending_place_ = place;
+}
+
+/// Of the node popped last, which stands at the end of `next`.
+void RayWalk::take_guard() {
+  guard_ = pending_.back().guard;
+  pending_.pop_back();
+  pending_place_ = pending_.empty() ? kNowhere : pending_.back().place;
+  guards_[guard_].what = address_;
+  walk_.next.state[at_] = WalkList::kGuarded;
+  walk_.next.what[at_] = (address_ & WalkList::kLeaf) | guard_;
 }
 
 /// The element of `known` that scan() stopped at. False: nothing to do but to go on.
@@ -36,7 +51,8 @@ bool RayWalk::attend(Stop& stop) {
     walk_.stack.exit[0] = exit;
     walk_.stack.what[0] = what;
     walk_.stack.size = 1;
-    if (guard != kNoGuard) pending_.push_back({0, guard});
+    if (guard != kNoGuard) push_guarded(0, guard);
+    reserve();
     return false;
   }
   walk_.next.append(enter, exit, known.state[element], known.what[element]);

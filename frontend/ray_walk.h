@@ -99,7 +99,7 @@ struct WalkKernels {
   bool (*scan)(WalkState& walk);
   /// Tests the children of the internal node at `address` (units), and pushes those hit. bound: the largest entry t of the
   /// node and those above it; exit: the least exit.
-  void (*open)(WalkState& walk, const std::uint8_t* image, std::uint32_t address, const SlabRay& ray, float bound,
+  void (*open)(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
                float exit);
 };
 
@@ -116,7 +116,7 @@ class RayWalk {
     end,   ///< of the round
   };
 
-  RayWalk(const std::uint8_t* image, const WalkKernels& kernels) : image_(image), kernels_(kernels) {
+  RayWalk(const NodeImage& image, const WalkKernels& kernels) : image_(image), kernels_(kernels) {
     walk_.known.reserve(2048);
     walk_.next.reserve(2048);
   }
@@ -135,7 +135,10 @@ class RayWalk {
     walk_.t_min = t_min;
     walk_.t_last = t_last;
     walk_.t_max = t_max;
+    walk_.repeated_internal = 0;
+    walk_.repeated_leaves = 0;
     pending_.clear();
+    pending_place_ = kNowhere;
     changes_.clear();
     changes_.push_back({0, t_max});
   }
@@ -156,11 +159,12 @@ class RayWalk {
     changes_.push_back({walk_.next.size, t_max});
   }
 
+  /// Visits in this round of nodes that an earlier one has tested.
   std::uint64_t repeated_internal() const { return walk_.repeated_internal; }
   std::uint64_t repeated_leaves() const { return walk_.repeated_leaves; }
 
  private:
-  static constexpr std::uint32_t kNoGuard = ~std::uint32_t{0};
+  static constexpr std::uint32_t kNoGuard = ~std::uint32_t{0}, kNowhere = ~std::uint32_t{0};
 
   /// From the element at `from` on, this was t_max.
   struct Change {
@@ -183,17 +187,22 @@ class RayWalk {
     walk_.next.state[at_] = state;
     walk_.next.what[at_] = what;
   }
+  /// Room in `next` for all that is known and on the stack.
+  void reserve() { walk_.next.reserve(walk_.next.size + walk_.stack.size + walk_.known.size - walk_.position); }
   void place_guards(float bound);
+  void push_guarded(std::uint32_t place, std::uint32_t guard);
+  void take_guard();
   bool pop();
   bool attend(Stop& stop);
   bool was_visited(std::uint32_t number) const;
   float t_max_at(std::uint32_t element) const;
 
-  const std::uint8_t* const image_;
+  const NodeImage& image_;
   const WalkKernels kernels_;
   WalkState walk_;
   std::vector<WalkGuard> guards_;
   std::vector<Pending> pending_;
+  std::uint32_t pending_place_ = kNowhere;  ///< of the last of them
   std::vector<Change> changes_;
   std::uint32_t opened_ = 0;  ///< internal nodes opened so far: the number of the next
   // The node visited last.
@@ -213,21 +222,13 @@ inline bool RayWalk::pop() {
   next.append(enter, stack.exit[place], WalkList::kOpen, stack.what[place]);
   guard_ = kNoGuard;
   address_ = stack.what[place];
-  if (!pending_.empty() && pending_.back().place == place) {
-    guard_ = pending_.back().guard;
-    pending_.pop_back();
-    guards_[guard_].what = address_;
-    next.state[at_] = WalkList::kGuarded;
-    next.what[at_] = (address_ & WalkList::kLeaf) | guard_;
-  }
+  if (place == pending_place_) take_guard();
   return enter <= walk_.t_max;
 }
 
 inline RayWalk::Stop RayWalk::step() {
   for (;;) {
     while (walk_.stack.size > 0) {
-      // Room for what is left of `known`, and this.
-      walk_.next.reserve(walk_.next.size + 1 + walk_.known.size - walk_.position);
       if (!pop()) continue;
       const bool leaf = (address_ & WalkList::kLeaf) != 0;
       address_ &= ~WalkList::kLeaf;
@@ -250,6 +251,7 @@ inline void RayWalk::open(const SlabRay& ray) {
   settle(WalkList::kDone, number);
   walk_.stack.reserve_children();
   kernels_.open(walk_, image_, address_, ray, bound, walk_.next.exit[at_]);
+  reserve();
   if (walk_.sticking_out != 0) place_guards(bound);
 }
 

@@ -24,10 +24,10 @@ bool scan_portable(WalkState& walk) {
 }
 
 template <SimdPath kPath, unsigned kSlots>
-void open_node(WalkState& walk, const std::uint8_t* image, std::uint32_t address, const SlabRay& ray, float bound,
+void open_node(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
                float exit) {
   static const NodeTest test = node_test(kPath, kSlots);
-  const std::uint8_t* const node = image + std::uint64_t{address} * traces::kNodeUnit;
+  const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
   WalkStack& stack = walk.stack;
@@ -38,7 +38,7 @@ void open_node(WalkState& walk, const std::uint8_t* image, std::uint32_t address
     const auto slot = static_cast<unsigned>(std::countr_zero(rest));
     const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
     const bool leaf = node[internal_layout(kSlots).child_info + slot] >> 2 != 0;
-    if (!leaf) __builtin_prefetch(image + std::uint64_t{child} * traces::kNodeUnit);
+    if (!leaf) __builtin_prefetch(image.data() + std::uint64_t{child} * traces::kNodeUnit);
     const auto before = static_cast<std::uint32_t>(hits.rank[slot]);
     const std::uint32_t place = last - before;
     stack.enter[place] = hits.enter[slot];

@@ -113,10 +113,10 @@ constexpr Rotations kRotations;
                        _mm512_set1_ps(ray.inverse[component]));
 }
 
-[[GRTX_AVX512]] void open(WalkState& walk, const std::uint8_t* image, std::uint32_t address, const SlabRay& ray,
+[[GRTX_AVX512]] void open(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray,
                           float bound, float exit_above) {
   constexpr unsigned kSlots = 6;
-  const std::uint8_t* const bytes = image + std::uint64_t{address} * traces::kNodeUnit;
+  const std::uint8_t* const bytes = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   const __m512i node = _mm512_loadu_si512(bytes);
   constexpr __mmask64 kUsed = 0x0011111100111111ull;
   const auto& order = kByteOrder<kSlots>;
@@ -171,9 +171,9 @@ constexpr Rotations kRotations;
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(&stack.what[at]), _mm256_permutevar8x32_epi32(what, from));
   stack.size = at + count;
 
-  for (unsigned rest = hit & ~static_cast<unsigned>(leaf); rest != 0; rest &= rest - 1) {
-    __builtin_prefetch(image + std::uint64_t{child_base + static_cast<unsigned>(__builtin_ctz(rest))} * traces::kNodeUnit);
-  }
+  __builtin_prefetch(image.leaf_indices() + child_base);
+  // The next three nodes of the stack; leaves are looked up by address in a table of their own, near each other.
+  for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(image.data() + std::uint64_t{child_base + i} * traces::kNodeUnit);
   walk.pushed_at = at;
   walk.sticking_out = 0;
   unsigned out = _mm256_mask_cmp_ps_mask(hit, enter, _mm256_set1_ps(bound), _CMP_LT_OQ);
