@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "frontend/camera.h"
 #include "frontend/ray_recorder.h"
@@ -57,6 +58,7 @@ struct Options {
   bool kth = false;
   std::string skip = "faithful";
   bool skips = false;
+  std::string simd = frontend::simd_path_name(frontend::best_simd_path());
 };
 
 /// Best seconds of one kind of run.
@@ -66,12 +68,20 @@ struct Timed {
   double best = 1e300;
 };
 
+frontend::SimdPath simd_path_from(const std::string& name) {
+  for (const frontend::SimdPath path : frontend::available_simd_paths()) {
+    if (frontend::simd_path_name(path) == name) return path;
+  }
+  throw Error("--simd", name, "the host has no such instructions");
+}
+
 void measure(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
              const Options& options) {
   frontend::TracerOptions tracer_options;
   tracer_options.k = options.k;
   tracer_options.checkpoint = options.checkpoint;
   tracer_options.skips = frontend::skips_from_text(options.skip);
+  tracer_options.simd = simd_path_from(options.simd);
   if (options.kth) tracer_options.tmax_update = frontend::TmaxUpdate::kth;
   if (options.kth) tracer_options.replay_tmax = frontend::ReplayTmax::kth;
   const frontend::PreparedGaussians gaussians(scene, true);
@@ -218,6 +228,7 @@ int main(int argc, char** argv) {
   app.add_flag("--checkpoint", options.checkpoint, "Checkpointing and replay");
   app.add_option("--skip", options.skip, "Work left out that changes no bit of the image");
   app.add_flag("--skips", options.skips, "Measure what each skip saves instead");
+  app.add_option("--simd", options.simd, "Vector instructions: portable, avx2 or avx512, as far as the host has them");
   app.add_flag("--kth", options.kth, "t_max is the k-th hit's t, also in replays");
   app.add_flag("--traces", options.traces, "Measure recording, writing and checking traces too");
   CLI11_PARSE(app, argc, argv);

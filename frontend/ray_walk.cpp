@@ -1,12 +1,14 @@
 #include "frontend/ray_walk.h"
 
 #include <bit>
+#include <cassert>
+#include <cmath>
 
 namespace grtx::frontend {
 
 /// For the children pushed last: their parent is the node opened last.
 void RayWalk::place_guards(float bound) {
-  for (std::uint64_t rest = walk_.sticking_out; rest != 0; rest &= rest - 1) {
+  for (std::uint32_t rest = walk_.sticking_out; rest != 0; rest &= rest - 1) {
     const std::uint32_t place = walk_.pushed_at + static_cast<std::uint32_t>(std::countr_zero(rest));
     push_guarded(place, static_cast<std::uint32_t>(guards_.size()));
     guards_.push_back({bound, opened_ - 1, 0, WalkList::kOpen, 0});
