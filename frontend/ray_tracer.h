@@ -38,6 +38,7 @@ class CurrentGaussians {
  public:
   explicit CurrentGaussians(const PreparedGaussians& gaussians) : gaussians_(&gaussians) {}
   const GaussianRecord& record(std::uint32_t g) const { return gaussians_->record(g); }
+  void prefetch_record(std::uint32_t g) const { __builtin_prefetch(&gaussians_->record(g)); }
   operator const PreparedGaussians&() const { return *gaussians_; }
 
  private:
@@ -186,8 +187,7 @@ class RayTracer {
   void offer(std::uint32_t link, const Entry& entry, Recorder& recorder);
   /// primitive / faces_: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
   std::uint32_t gaussian_of(std::uint32_t primitive) const {
-    return faces_ == 1 ? primitive
-                       : static_cast<std::uint32_t>(std::uint64_t{primitive} * 0xCCCCCCCDu >> (faces_ == 20 ? 36 : 38));
+    return static_cast<std::uint32_t>(std::uint64_t{primitive} * (faces_ == 1 ? 1u : 0xCCCCCCCDu) >> faces_shift_);
   }
   ShearedRay object_space_ray(const TraceRay& ray, std::uint32_t gaussian) const;
   // Several objects.
@@ -239,7 +239,8 @@ class RayTracer {
   const InternalLayout layout_;
   const Proxy& proxy_;
   const TracerOptions options_;
-  const unsigned faces_;  ///< 1, 20 or 80
+  const unsigned faces_;                                                   ///< 1, 20 or 80
+  const unsigned faces_shift_ = faces_ == 1 ? 0 : faces_ == 20 ? 36 : 38;  ///< see gaussian_of()
   const bool remember_ = options_.skips.has(Skip::retests);
   /// Rounding to 16 bits may lift an alpha to the threshold.
   const bool skip_never_accepted_ =

@@ -1,5 +1,5 @@
-// RayTracer's rounds in monolithic structures, when nobody asks for events: by lists of known nodes (frontend/ray_walk.h).
-// Visits, hits and counters are those of drain_stack(). Included by frontend/ray_tracer.h.
+// RayTracer's rounds in monolithic structures, when nobody asks for events: by lists of known nodes
+// (frontend/ray_walk.h). Visits, hits and counters are those of drain_stack(). Included by frontend/ray_tracer.h.
 #pragma once
 
 #include "frontend/ray_tracer.h"
@@ -23,6 +23,9 @@ inline void RayTracer::walk_round(const TraceRay& ray) {
         ++counters_.visits_internal;
         visited(walk_.address(), internal_units);
         walk_.open(ray.slabs);
+        // The Gaussians of the next two nodes; of nodes that are no leaves the table says 0.
+        gaussians_.prefetch_record(gaussian_of(image_.leaf_index(walk_.soon(1))));
+        gaussians_.prefetch_record(gaussian_of(image_.leaf_index(walk_.soon(2))));
         break;
       case RayWalk::Stop::leaf:
         ++counters_.visits_leaf;

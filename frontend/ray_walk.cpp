@@ -65,8 +65,8 @@ bool RayWalk::attend(Stop& stop) {
   return true;
 }
 
-/// Whether this round has visited the internal node with this number. It lies in `next`: nothing below a node that ended
-/// before t_min is left.
+/// Whether this round has visited the internal node with this number. It lies in `next`: nothing below a node that
+/// ended before t_min is left.
 bool RayWalk::was_visited(std::uint32_t number) const {
   const WalkList& next = walk_.next;
   for (std::uint32_t i = next.size; i-- > 0;) {

@@ -71,6 +71,11 @@ class RayWalk {
   std::uint32_t hit() const { return hit_; }
 
   void open(const SlabRay& ray);
+  /// Address of the i-th of the nodes to come, i >= 1; of any node where there are fewer.
+  std::uint32_t soon(std::uint32_t i) const {
+    const WalkStack& stack = walk_.stack;
+    return stack.what[stack.size >= i ? stack.size - i : 0] & ~WalkList::kLeaf;
+  }
   void leaf_done() { settle(WalkList::kDone, WalkList::kLeaf); }
   void leaf_hit(float t, std::uint32_t number) { settle(t, WalkList::kLeaf | number); }
   /// t_max only falls within a round.

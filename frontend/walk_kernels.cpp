@@ -25,7 +25,8 @@ bool scan_portable(WalkState& walk) {
 }
 
 template <unsigned kSlots>
-void open_portable(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound, float exit) {
+void open_portable(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
+                   float exit) {
   static const NodeTest test = node_test(SimdPath::portable, kSlots);
   const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   NodeHits hits;

@@ -1,5 +1,5 @@
-// What a ray's walk by lists works on (frontend/ray_walk.h), and its two inner loops, which run on the vector instructions
-// of frontend/simd_path.h. All paths make the same lists, bit for bit.
+// What a ray's walk by lists works on (frontend/ray_walk.h), and its two inner loops, which run on the vector
+// instructions of frontend/simd_path.h. All paths make the same lists, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace grtx::frontend {
 /// Nodes that a ray knows, in the order of its walk, as arrays.
 struct WalkList {
   /// What a node's `state` may be, besides the t of a leaf's hit (>= 0). Numbers below zero ask for attention.
-  static constexpr float kOpen = -1.0f;     ///< not visited yet
-  static constexpr float kGuarded = -2.0f;  ///< see WalkGuard
+  static constexpr float kOpen = -1.0f;                                    ///< not visited yet
+  static constexpr float kGuarded = -2.0f;                                 ///< see WalkGuard
   static constexpr float kDone = std::numeric_limits<float>::quiet_NaN();  ///< opened, or a leaf without a hit
 
   static constexpr std::uint32_t kLeaf = 1u << 31;  ///< in `what`
@@ -70,17 +70,17 @@ struct WalkState {
   std::uint32_t position = 0;  ///< in `known`: the next element
   float t_min = 0.0f, t_last = 0.0f, t_max = 0.0f;
   std::uint64_t repeated_internal = 0, repeated_leaves = 0;  ///< visits of nodes known before
-  std::uint32_t pushed_at = 0;     ///< place in the stack of the first child pushed last
+  std::uint32_t pushed_at = 0;                               ///< place in the stack of the first child pushed last
   std::uint32_t sticking_out = 0;  ///< mask of those pushed last: children that begin before `bound`
 };
 
 struct WalkKernels {
-  /// Copies elements of `known` to `next`, without those that end before t_min, and counts those that are visited, up to
-  /// the first that needs attention: visited, and open, guarded, or a hit in [t_last, t_max]. That one is not copied.
-  /// False: none is left.
+  /// Copies elements of `known` to `next`, without those that end before t_min, and counts those that are visited, up
+  /// to the first that needs attention: visited, and open, guarded, or a hit in [t_last, t_max]. That one is not
+  /// copied. False: none is left.
   bool (*scan)(WalkState& walk);
-  /// Tests the children of the internal node at `address` (units), and pushes those hit. bound: the largest entry t of the
-  /// node and those above it; exit: the least exit.
+  /// Tests the children of the internal node at `address` (units), and pushes those hit. bound: the largest entry t of
+  /// the node and those above it; exit: the least exit.
   void (*open)(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
                float exit);
 };

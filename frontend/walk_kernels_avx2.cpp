@@ -1,4 +1,5 @@
-// The walk's inner loops in AVX2: eight known nodes at once, and a node's children to the stack without a branch a child.
+// The walk's inner loops in AVX2: eight known nodes at once, and a node's children to the stack without a branch a
+// child.
 #include "frontend/walk_kernels_x86.h"
 
 #if defined(__x86_64__)
@@ -73,7 +74,7 @@ constexpr std::array<std::uint64_t, 256> kCompressed = [] {
 
 template <unsigned kSlots>
 [[gnu::target("avx2,bmi,popcnt")]] void open_avx2(WalkState& walk, const NodeImage& image, std::uint32_t address,
-                                             const SlabRay& ray, float bound, float exit_above) {
+                                                  const SlabRay& ray, float bound, float exit_above) {
   static const NodeTest test = node_test(SimdPath::avx2, kSlots);
   const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   NodeHits hits;
@@ -98,8 +99,8 @@ template <unsigned kSlots>
   const __m256i info = _mm256_cvtepu8_epi32(
       _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node + internal_layout(kSlots).child_info)));
   const __m256i internal = _mm256_cmpeq_epi32(_mm256_srli_epi32(info, 2), _mm256_setzero_si256());
-  const __m256i what = _mm256_or_si256(
-      child, _mm256_andnot_si256(internal, _mm256_set1_epi32(static_cast<int>(WalkList::kLeaf))));
+  const __m256i what =
+      _mm256_or_si256(child, _mm256_andnot_si256(internal, _mm256_set1_epi32(static_cast<int>(WalkList::kLeaf))));
   const __m256 enter = _mm256_load_ps(hits.enter);
   const __m256 exit = _mm256_min_ps(_mm256_load_ps(hits.exit), _mm256_set1_ps(exit_above));
 

@@ -39,8 +39,8 @@ constexpr unsigned kAvx512Lanes = 16;
     const __mmask16 alive = _mm512_mask_cmp_ps_mask(lanes, exit, t_min, _CMP_GE_OQ);
     const __mmask16 visited = _mm512_mask_cmp_ps_mask(alive, enter, t_max, _CMP_LE_OQ);
     const __mmask16 asks = _mm512_mask_cmp_ps_mask(visited, state, _mm512_setzero_ps(), _CMP_LT_OQ);
-    const __mmask16 hits = _mm512_mask_cmp_ps_mask(_mm512_mask_cmp_ps_mask(visited, state, t_last, _CMP_GE_OQ), state,
-                                                   t_max, _CMP_LE_OQ);
+    const __mmask16 hits =
+        _mm512_mask_cmp_ps_mask(_mm512_mask_cmp_ps_mask(visited, state, t_last, _CMP_GE_OQ), state, t_max, _CMP_LE_OQ);
     const unsigned stops = static_cast<unsigned>(asks) | static_cast<unsigned>(hits);
     found = stops != 0;
     const unsigned taken = found ? static_cast<unsigned>(__builtin_ctz(stops)) : count;
@@ -63,8 +63,8 @@ constexpr unsigned kAvx512Lanes = 16;
   return found;
 }
 
-/// Where the bytes of a node of six slots go: the byte of child i to the lowest byte of lane i; its near bound's to lane i
-/// and its far bound's to lane 8 + i, by axis, and whether the ray goes against it.
+/// Where the bytes of a node of six slots go: the byte of child i to the lowest byte of lane i; its near bound's to
+/// lane i and its far bound's to lane 8 + i, by axis, and whether the ray goes against it.
 struct ByteOrder {
   alignas(64) std::uint8_t bounds[3][2][64] = {};
   alignas(64) std::uint8_t info[64] = {};
@@ -85,8 +85,8 @@ struct ByteOrder {
 constexpr ByteOrder kByteOrder;
 constexpr __mmask64 kBoundLanes = 0x0011'1111'0011'1111u, kInfoLanes = 0x11'1111u;
 
-/// Rotation r of eight lanes twice: by 2r + 1 in the lower half, by 2r + 2 in the upper; and 1 where the lane that comes
-/// to i is one before i.
+/// Rotation r of eight lanes twice: by 2r + 1 in the lower half, by 2r + 2 in the upper; and 1 where the lane that
+/// comes to i is one before i.
 struct Rotations {
   alignas(64) std::int32_t from[4][16] = {};
   alignas(64) std::int32_t earlier[4][16] = {};
@@ -104,7 +104,7 @@ constexpr Rotations kRotations;
 
 /// Slab parameters of all bounds of an axis.
 [[GRTX_AVX512_BYTES, gnu::always_inline]] inline __m512 slab(__m512i node, const std::uint8_t* bytes, unsigned axis,
-                                                       const SlabRay& ray) {
+                                                             const SlabRay& ray) {
   const auto component = static_cast<int>(axis);
   const __m512i order = _mm512_load_si512(kByteOrder.bounds[axis][ray.negative[axis] ? 1 : 0]);
   const __m512 codes = _mm512_cvtepi32_ps(_mm512_maskz_permutexvar_epi8(kBoundLanes, order, node));
@@ -117,8 +117,8 @@ constexpr Rotations kRotations;
 }
 
 /// Nodes of six slots. The arithmetic is that of node_test.cpp.
-[[GRTX_AVX512_BYTES]] void open_avx512(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray,
-                          float bound, float exit_above) {
+[[GRTX_AVX512_BYTES]] void open_avx512(WalkState& walk, const NodeImage& image, std::uint32_t address,
+                                       const SlabRay& ray, float bound, float exit_above) {
   const std::uint8_t* const bytes = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   const __m512i node = _mm512_loadu_si512(bytes);
   const __m512 x = slab(node, bytes, 0, ray), y = slab(node, bytes, 1, ray), z = slab(node, bytes, 2, ray);
@@ -130,8 +130,8 @@ constexpr Rotations kRotations;
       _mm256_mul_ps(_mm256_max_ps(_mm512_castps512_ps256(most), zero), _mm256_set1_ps(1.0f - kSlabSlack));
   const __m256 exit =
       _mm256_mul_ps(_mm256_add_ps(_mm512_extractf32x8_ps(least, 1), zero), _mm256_set1_ps(1.0f + kSlabSlack));
-  const __m256i info = _mm512_castsi512_si256(
-      _mm512_maskz_permutexvar_epi8(kInfoLanes, _mm512_load_si512(kByteOrder.info), node));
+  const __m256i info =
+      _mm512_castsi512_si256(_mm512_maskz_permutexvar_epi8(kInfoLanes, _mm512_load_si512(kByteOrder.info), node));
   const __mmask8 valid = _mm256_test_epi32_mask(info, _mm256_set1_epi32(3));
   const __mmask8 hit = _mm256_mask_cmp_ps_mask(_mm256_mask_cmp_ps_mask(valid, enter, exit, _CMP_LE_OQ), exit,
                                                _mm256_set1_ps(walk.t_min), _CMP_GE_OQ);
