@@ -136,9 +136,11 @@ class RayTracer {
   void push_root(std::uint32_t node, float t, std::uint32_t instance, std::uint32_t object) {
     stack_.push({t, node, memory_[node].packed, instance, object});
   }
-  void prefetch(std::uint32_t units, NodeKind kind) const {
-    const void* const index = image_.leaf_indices() + units;
-    __builtin_prefetch(kind == NodeKind::internal ? bytes(units) : index);
+  /// Whether this ray meets them or not: the rays that follow meet others.
+  void prefetch_children(std::uint32_t child_base) const {
+    for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(bytes(child_base + i));
+    __builtin_prefetch(image_.leaf_indices() + child_base);
+    __builtin_prefetch(image_.leaf_indices() + child_base + 16);
   }
   std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
   Box box_of_root() const {
@@ -508,6 +510,7 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
   } else {
     test_children_(data, units, ray.slabs, {0.0f, t_min_cull_}, hits);
   }
+  if (!blas) prefetch_children(hits.info.child_base);
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
@@ -518,7 +521,6 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
     const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
     const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
     const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
-    prefetch(child, kind);
     head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
         ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
   }
