@@ -103,7 +103,8 @@ template <unsigned kSlots>
   return info;
 }
 
-/// From near and far slab parameters to the answer.
+/// From near and far slab parameters to the answer, with ranks or without.
+template <bool kRanked>
 [[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline void finish_avx2(__m256 near_t, __m256 far_t,
                                                                                const ChildInfo& info,
                                                                                const NodeQuery& query, NodeHits& hits) {
@@ -118,6 +119,7 @@ template <unsigned kSlots>
   hits.hit = static_cast<unsigned>(_mm256_movemask_ps(hit)) & info.valid;
   hits.count = static_cast<unsigned>(__builtin_popcount(hits.hit));
   hits.info = info;
+  if constexpr (!kRanked) return;
   if (hits.count < 2) {
     hits.rank[__builtin_ctz(hits.hit | 0x80u)] = 0;
     return;
@@ -139,7 +141,7 @@ template <unsigned kSlots>
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.rank), rank);
 }
 
-template <unsigned kSlots>
+template <unsigned kSlots, bool kRanked = true>
 [[gnu::target("avx2,bmi,popcnt")]] void test_avx2(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray,
                                                   const NodeQuery& query, NodeHits& hits) {
   const ChildInfo info = child_info_avx2<kSlots>(node, address);
@@ -160,7 +162,7 @@ template <unsigned kSlots>
     near_t = axis == 0 ? a : _mm256_max_ps(near_t, a);
     far_t = axis == 0 ? b : _mm256_min_ps(far_t, b);
   }
-  finish_avx2(near_t, far_t, info, query, hits);
+  finish_avx2<kRanked>(near_t, far_t, info, query, hits);
 }
 
 // Near and far bounds of an axis share one register: lanes 0..7 near, 8..15 far.
@@ -199,7 +201,7 @@ template <unsigned kSlots>
   _mm512_store_ps(both[1], least);
   const __m256 near_t = _mm256_load_ps(both[0]);
   const __m256 far_t = _mm256_load_ps(both[1] + 8);
-  finish_avx2(near_t, far_t, info, query, hits);
+  finish_avx2<true>(near_t, far_t, info, query, hits);
 }
 
 #endif
@@ -215,6 +217,13 @@ NodeTest node_test_of(SimdPath path) {
 }
 
 }  // namespace
+
+NodeTest node_test_unordered(SimdPath path, unsigned slots) {
+#if defined(__x86_64__)
+  if (path == SimdPath::avx2) return slots == 6 ? test_avx2<6, false> : test_avx2<8, false>;
+#endif
+  return node_test(path, slots);
+}
 
 NodeTest node_test(SimdPath path, unsigned slots) { return slots == 6 ? node_test_of<6>(path) : node_test_of<8>(path); }
 

@@ -9,8 +9,7 @@ const std::vector<SimdPath>& available_simd_paths() {
     __builtin_cpu_init();
     if (__builtin_cpu_supports("avx2") != 0) {
       found.push_back(SimdPath::avx2);
-      if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
-          __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0) {
+      if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0) {
         found.push_back(SimdPath::avx512);
       }
     }

@@ -1,6 +1,6 @@
 // The walk's inner loops in AVX2: eight known nodes at once, and a node's children to the stack without a branch a
 // child.
-#include "frontend/walk_kernels_x86.h"
+#include "frontend/walk_kernels_avx2.h"
 
 #if defined(__x86_64__)
 
@@ -72,26 +72,60 @@ constexpr std::array<std::uint64_t, 256> kCompressed = [] {
   return found;
 }
 
+/// Lane i is the child that goes to place i of those hit. By 29 bits of `enter` (>= +0) and the slot: children whose
+/// entry t differ in the other three bits may come out the wrong way round.
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256i farthest_first_avx2(__m256 enter, __m256i hit) {
+  // Keys grow towards the ray's origin; children that are not hit go last.
+  const __m256i from_zero = _mm256_andnot_si256(_mm256_castps_si256(enter), _mm256_set1_epi32(~7));
+  const __m256i key = _mm256_or_si256(_mm256_or_si256(from_zero, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0)),
+                                      _mm256_xor_si256(hit, _mm256_set1_epi32(-1)));
+  // Batcher's bitonic sort: by distances 1; 2, 1; 4, 2, 1. The masks say who keeps the larger one.
+  __m256i other = _mm256_shuffle_epi32(key, 0xB1);
+  __m256i keys = _mm256_blend_epi32(_mm256_min_epu32(key, other), _mm256_max_epu32(key, other), 0x66);
+  other = _mm256_shuffle_epi32(keys, 0x4E);
+  keys = _mm256_blend_epi32(_mm256_min_epu32(keys, other), _mm256_max_epu32(keys, other), 0x3C);
+  other = _mm256_shuffle_epi32(keys, 0xB1);
+  keys = _mm256_blend_epi32(_mm256_min_epu32(keys, other), _mm256_max_epu32(keys, other), 0x5A);
+  other = _mm256_permute4x64_epi64(keys, 0x4E);
+  keys = _mm256_blend_epi32(_mm256_min_epu32(keys, other), _mm256_max_epu32(keys, other), 0xF0);
+  other = _mm256_shuffle_epi32(keys, 0x4E);
+  keys = _mm256_blend_epi32(_mm256_min_epu32(keys, other), _mm256_max_epu32(keys, other), 0xCC);
+  other = _mm256_shuffle_epi32(keys, 0xB1);
+  keys = _mm256_blend_epi32(_mm256_min_epu32(keys, other), _mm256_max_epu32(keys, other), 0xAA);
+  return _mm256_xor_si256(keys, _mm256_set1_epi32(7));  // permutations read the lowest three bits
+}
+
+/// Pushes the `count` children whose lanes are set in `hit`, and says which of them begin before `bound`.
+[[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline void push_avx2(WalkState& walk, __m256 enter, __m256 exit,
+                                                                             __m256i what, __m256i hit, unsigned count,
+                                                                             float bound) {
+  const __m256i from = farthest_first_avx2(enter, hit);
+  const __m256 entries = _mm256_permutevar8x32_ps(enter, from);
+  WalkStack& stack = walk.stack;
+  const std::uint32_t at = stack.size;
+  _mm256_storeu_ps(&stack.enter[at], entries);
+  _mm256_storeu_ps(&stack.exit[at], _mm256_permutevar8x32_ps(exit, from));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(&stack.what[at]), _mm256_permutevar8x32_epi32(what, from));
+  stack.size = at + count;
+  walk.pushed_at = at;
+  const unsigned pushed = (1u << count) - 1u;
+  walk.sticking_out =
+      pushed & static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(entries, _mm256_set1_ps(bound), _CMP_LT_OQ)));
+  const __m256 next = _mm256_permutevar8x32_ps(entries, _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 7));
+  const auto rising = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(entries, next, _CMP_LT_OQ)));
+  if ((rising & pushed >> 1) != 0) sort_pushed(walk);
+}
+
 template <unsigned kSlots>
 [[gnu::target("avx2,bmi,popcnt")]] void open_avx2(WalkState& walk, const NodeImage& image, std::uint32_t address,
                                                   const SlabRay& ray, float bound, float exit_above) {
-  static const NodeTest test = node_test(SimdPath::avx2, kSlots);
+  static const NodeTest test = node_test_unordered(SimdPath::avx2, kSlots);
   const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
   const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   const __m256i hit = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(hits.hit)), bit), bit);
-
-  // The nearest goes last. Which lane goes to place p: three bits each in one number.
-  const __m256i rank = _mm256_load_si256(reinterpret_cast<const __m256i*>(hits.rank));
-  const __m256i place = _mm256_sub_epi32(_mm256_set1_epi32(static_cast<int>(hits.count) - 1), rank);
-  const __m256i fields =
-      _mm256_and_si256(hit, _mm256_sllv_epi32(lane, _mm256_add_epi32(place, _mm256_add_epi32(place, place))));
-  __m128i lanes = _mm_or_si128(_mm256_castsi256_si128(fields), _mm256_extracti128_si256(fields, 1));
-  lanes = _mm_or_si128(lanes, _mm_shuffle_epi32(lanes, 0x4E));
-  lanes = _mm_or_si128(lanes, _mm_shuffle_epi32(lanes, 0xB1));
-  const __m256i from = _mm256_srlv_epi32(_mm256_broadcastd_epi32(lanes), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
 
   const __m256i wide = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kWideBefore[hits.info.wide])));
   const __m256i child =
@@ -104,24 +138,12 @@ template <unsigned kSlots>
   const __m256 enter = _mm256_load_ps(hits.enter);
   const __m256 exit = _mm256_min_ps(_mm256_load_ps(hits.exit), _mm256_set1_ps(exit_above));
 
-  WalkStack& stack = walk.stack;
-  const std::uint32_t at = stack.size;
-  _mm256_storeu_ps(&stack.enter[at], _mm256_permutevar8x32_ps(enter, from));
-  _mm256_storeu_ps(&stack.exit[at], _mm256_permutevar8x32_ps(exit, from));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(&stack.what[at]), _mm256_permutevar8x32_epi32(what, from));
-  stack.size = at + hits.count;
+  push_avx2(walk, enter, exit, what, hit, hits.count, bound);
   // All children: the rays that follow meet those that this one has missed.
   __builtin_prefetch(image.leaf_indices() + hits.info.child_base);
   __builtin_prefetch(image.leaf_indices() + hits.info.child_base + 16);
   for (unsigned i = 0; i < kSlots; ++i) {
     __builtin_prefetch(image.data() + std::uint64_t{hits.info.child_base + i} * traces::kNodeUnit);
-  }
-
-  walk.pushed_at = at;
-  walk.sticking_out = 0;
-  unsigned out = lane_mask(_mm256_cmp_ps(enter, _mm256_set1_ps(bound), _CMP_LT_OQ)) & hits.hit;
-  for (; out != 0; out &= out - 1) {
-    walk.sticking_out |= 1u << (hits.count - 1 - static_cast<unsigned>(hits.rank[__builtin_ctz(out)]));
   }
 }
 

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <random>
 #include <set>
@@ -226,6 +228,67 @@ INSTANTIATE_TEST_SUITE_P(Trees, RayWalkOf,
                                          Tree{AccelKind::tri20, 2, 3}, Tree{AccelKind::tri20, 8, 2},
                                          Tree{AccelKind::tri20, 7, 8}, Tree{AccelKind::tri80, 6, 3},
                                          Tree{AccelKind::ellipsoid, 5, 2}));
+
+/// Children whose entry t differ in few of the last bits, or not at all.
+TEST(WalkKernels, OrderNearlyEqualChildrenAlike) {
+  constexpr std::uint64_t kBytes = 1 << 16;
+  for (const unsigned width : {6u, 8u}) {
+    NodeImage image(width, kBytes);
+    const InternalLayout& layout = image.layout();
+    std::mt19937 engine(11);
+    const auto random = [&](unsigned below) { return static_cast<unsigned>(engine()) % below; };
+    unsigned nearly = 0, equal = 0, sticking_out = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+      auto* const node = const_cast<std::uint8_t*>(image.node(512));
+      for (unsigned i = 0; i < traces::internal_bytes(width); ++i) node[i] = static_cast<std::uint8_t>(random(256));
+      // Boxes one unit in the last place wide, or some, around 1 on one axis; of nearly any size on the others.
+      const unsigned axis = random(3);
+      for (unsigned a = 0; a < 3; ++a) {
+        const float origin = a == axis ? 1.0f + static_cast<float>(random(64)) * 0x1p-23f : -1.0f;
+        std::memcpy(node + 4 * a, &origin, 4);
+        node[18 + a] = static_cast<std::uint8_t>(a == axis ? -15 + static_cast<int>(random(3)) : 1);
+        for (unsigned slot = 0; slot < layout.slots; ++slot) {
+          std::uint8_t* const lower = node + layout.bounds + 2 * a * layout.slots + slot;
+          *lower = static_cast<std::uint8_t>(a == axis ? random(24) : 0);
+          lower[layout.slots] = static_cast<std::uint8_t>(a == axis ? *lower + random(4) : 255);
+        }
+      }
+      const std::int32_t offset = 8;
+      std::memcpy(node + 12, &offset, 4);
+      for (unsigned slot = 0; slot < layout.slots; ++slot) {
+        const unsigned size = random(5) == 0 ? 0 : width == 8 && random(2) == 0 ? 2 : 1;
+        const NodeKind kind = random(2) == 0 ? NodeKind::triangle : NodeKind::internal;
+        node[layout.child_info + slot] = static_cast<std::uint8_t>(size | static_cast<unsigned>(kind) << 2);
+      }
+      glm::vec3 direction(0.001f, 0.002f, 0.0015f);
+      direction[static_cast<int>(axis)] = 1.0f;
+      const SlabRay ray(glm::vec3(0.0f), direction);
+      const float bound = 1.0f + static_cast<float>(random(64)) * 0x1p-22f;
+      std::vector<WalkState> walks(available_simd_paths().size());
+      for (std::size_t i = 0; i < walks.size(); ++i) {
+        walks[i].stack.size = 3;
+        walk_kernels(available_simd_paths()[i], layout.slots).open(walks[i], image, 8, ray, bound, 1.0f + 0x1p-20f);
+        const WalkStack &stack = walks[i].stack, &expected = walks.front().stack;
+        ASSERT_EQ(stack.size, expected.size);
+        ASSERT_EQ(walks[i].pushed_at, 3u);
+        ASSERT_EQ(walks[i].sticking_out, walks.front().sticking_out);
+        for (std::uint32_t at = 3; at < stack.size; ++at) {
+          ASSERT_EQ(stack.what[at], expected.what[at]) << simd_path_name(available_simd_paths()[i]) << " " << trial;
+          ASSERT_EQ(stack.enter[at], expected.enter[at]);
+          ASSERT_EQ(stack.exit[at], expected.exit[at]);
+          if (at == 3 || i != 0) continue;
+          equal += stack.enter[at] == stack.enter[at - 1] ? 1 : 0;
+          const auto bits = [&](std::uint32_t place) { return std::bit_cast<std::uint32_t>(stack.enter[place]); };
+          nearly += bits(at) != bits(at - 1) && bits(at) / 8 == bits(at - 1) / 8 ? 1 : 0;
+        }
+      }
+      sticking_out += walks.front().sticking_out != 0 ? 1 : 0;
+    }
+    EXPECT_GT(nearly, 5000u);
+    EXPECT_GT(equal, 1000u);
+    EXPECT_GT(sticking_out, 1000u);
+  }
+}
 
 /// All that the tracer counts, but for events that nobody asked for.
 std::vector<std::uint64_t> counts(const TracerCounters& c) {

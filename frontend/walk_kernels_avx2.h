@@ -5,8 +5,8 @@
 namespace grtx::frontend {
 
 #if defined(__x86_64__)
+/// The host must have AVX2.
 WalkKernels walk_kernels_avx2(unsigned slots);
-WalkKernels walk_kernels_avx512(unsigned slots);
 #endif
 
 }  // namespace grtx::frontend
