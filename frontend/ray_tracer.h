@@ -273,7 +273,7 @@ class RayTracer {
   std::vector<Entry> destination_;
 
   WalkMemory memory_;
-  /// Instead of it, where the tree has one level and nobody asks for events: see walk_round().
+  /// In its place, but for the hits, where can_walk_lists() and nobody asks for events.
   RayWalk walk_;
   const bool walks_lists_ = can_walk_lists();
   std::uint64_t visits_before_ = 0;

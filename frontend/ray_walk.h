@@ -37,13 +37,11 @@ class RayWalk {
     end,   ///< of the round
   };
 
-  RayWalk(const NodeImage& image, const WalkKernels& kernels) : image_(image), kernels_(kernels) {
-    walk_.known.reserve(2048);
-    walk_.next.reserve(2048);
-  }
+  RayWalk(const NodeImage& image, const WalkKernels& kernels) : image_(image), kernels_(kernels) {}
 
   void begin_ray(std::uint32_t root) {
     walk_.known.size = 0;
+    walk_.known.reserve(1);
     walk_.known.append(0.0f, std::numeric_limits<float>::infinity(), WalkList::kOpen, root);
     guards_.clear();
     opened_ = 0;

@@ -19,7 +19,8 @@ struct WalkList {
   static constexpr float kGuarded = -2.0f;                                 ///< see WalkGuard
   static constexpr float kDone = std::numeric_limits<float>::quiet_NaN();  ///< opened, or a leaf without a hit
 
-  static constexpr std::uint32_t kLeaf = 1u << 31;  ///< in `what`
+  /// In `what`. Addresses are thus below 2^31 units: node images of up to 128 GB.
+  static constexpr std::uint32_t kLeaf = 1u << 31;
   /// Written behind the last element: whole vectors.
   static constexpr std::uint32_t kSlack = 32;
 
