@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -205,18 +206,30 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     progress.add(group.count);
   };
 
+  // In order: the writer lets no group run far ahead of one that is missing.
+  const std::size_t count = groups.size() + (plan != nullptr ? plan->groups.size() : 0);
+  std::atomic<std::size_t> next{0};
+  const auto take_groups = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      if (i < groups.size()) {
+        trace_group(i);
+      } else {
+        trace_secondary_group(i - groups.size());
+      }
+    }
+  };
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(render.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(render.threads));
   arena.execute([&] {
     tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, groups.size() + (plan != nullptr ? plan->groups.size() : 0), 1),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            if (i < groups.size()) {
-              trace_group(i);
-            } else {
-              trace_secondary_group(i - groups.size());
-            }
+        0, tbb::this_task_arena::max_concurrency(),
+        [&](int) {
+          try {
+            take_groups();
+          } catch (...) {
+            next = count;
+            if (writer != nullptr) writer->cancel();  // nobody waits for the group that failed
+            throw;
           }
         },
         tbb::simple_partitioner());
