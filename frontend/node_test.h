@@ -66,7 +66,7 @@ using NodeTest = void (*)(const std::uint8_t* node, std::uint32_t address, const
 
 /// The test for nodes of `slots` (6 or 8) bound slots. The path must be available.
 NodeTest node_test(SimdPath path, unsigned slots);
-/// The same, but leaves `rank` alone.
+/// The same for who does not need `rank`, which may be left as it was.
 NodeTest node_test_unordered(SimdPath path, unsigned slots);
 
 }  // namespace grtx::frontend

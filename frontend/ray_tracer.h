@@ -136,12 +136,6 @@ class RayTracer {
   void push_root(std::uint32_t node, float t, std::uint32_t instance, std::uint32_t object) {
     stack_.push({t, node, memory_[node].packed, instance, object});
   }
-  /// Whether this ray meets them or not: the rays that follow meet others.
-  void prefetch_children(std::uint32_t child_base) const {
-    for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(bytes(child_base + i));
-    __builtin_prefetch(image_.leaf_indices() + child_base);
-    __builtin_prefetch(image_.leaf_indices() + child_base + 16);
-  }
   std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
   Box box_of_root() const {
     const DecodedInternal root = image_.decode_internal(static_cast<std::uint64_t>(root_) * traces::kNodeUnit);
@@ -181,6 +175,7 @@ class RayTracer {
   unsigned sh_degree() const { return skips(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree); }
   void enter_instance(const TraceRay& ray, std::uint32_t leaf);
   std::uint32_t test_leaf(const TraceRay& ray, const Entry& entry);
+  std::uint32_t link_of_primitive(const TraceRay& ray, std::uint32_t primitive);
   std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian);
   const Hit& hit_of_instance(const TraceRay& ray);
   template <typename Recorder>
@@ -276,7 +271,6 @@ class RayTracer {
   /// In its place, but for the hits, where can_walk_lists() and nobody asks for events.
   RayWalk walk_;
   const bool walks_lists_ = can_walk_lists();
-  std::uint64_t visits_before_ = 0;
   std::uint32_t instance_ = 0;  ///< the instance being walked, link into memory_
 
   // The object being walked, with several.
@@ -308,12 +302,13 @@ class RayTracer {
 template <typename Recorder>
 RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
   if (!begin_ray(ray, recorder, transmittance, t_limit)) return {colour_, transmittance_};
+  const std::uint64_t visits_before = counters_.visits();
   traces::Round round;
   do {
     round = begin_round(recorder);
     trace_round(ray, recorder);
   } while (end_round(ray, round, recorder));
-  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before_;
+  if (!Recorder::kEnabled) counters_.skipped_events += counters_.visits() - visits_before;
   return {colour_, transmittance_};
 }
 
@@ -337,7 +332,6 @@ bool RayTracer::begin_ray(const TraceRay& ray, Recorder& recorder, float transmi
   object_ = 0;
   ++counters_.rays;
   if (tracker_ != nullptr) tracker_->begin_ray();
-  visits_before_ = counters_.visits();
   if (!skips(Skip::scene_miss) || !conservative_interval(ray.slabs, root_box_).empty()) return true;
   miss_scene(recorder);
   return false;
@@ -510,7 +504,7 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
   } else {
     test_children_(data, units, ray.slabs, {0.0f, t_min_cull_}, hits);
   }
-  if (!blas) prefetch_children(hits.info.child_base);
+  if (!blas) image_.prefetch_children(hits.info.child_base);
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
@@ -629,20 +623,25 @@ inline const Hit& RayTracer::hit_of(const TraceRay& ray, std::uint32_t gaussian)
 /// Tests a leaf; returns what becomes its link.
 inline std::uint32_t RayTracer::test_leaf(const TraceRay& ray, const Entry& entry) {
   const std::uint32_t primitive = image_.leaf_index(units_of(entry.node));
-  std::uint32_t gaussian = 0, face = 0;
-  Hit hit;
-  if (in_blas(entry)) {
-    gaussian = memory_.instance(instance_).gaussian;
-    face = primitive;
-    hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of_instance(ray);
+  std::uint32_t link = WalkMemory::kMissed;
+  if (!in_blas(entry) && options_.triangle_test == TriangleTest::canonical) {
+    link = link_of_primitive(ray, primitive);
   } else {
-    gaussian = gaussian_of(primitive);
-    face = primitive - gaussian * faces_;
-    hit = options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of(ray, gaussian);
+    const std::uint32_t gaussian = in_blas(entry) ? memory_.instance(instance_).gaussian : gaussian_of(primitive);
+    const std::uint32_t face = in_blas(entry) ? primitive : primitive - gaussian * faces_;
+    const Hit hit =
+        options_.triangle_test == TriangleTest::world ? world_hit(ray, entry, gaussian, face) : hit_of_instance(ray);
+    if (hit.face == face) link = link_of_hit(hit, gaussian);
   }
-  const std::uint32_t link = hit.face == face ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
   if (remember_) memory_[entry.node].set_link(link);
   return link;
+}
+
+/// The same for a leaf of a monolithic structure, which holds one of all the scene's proxy faces.
+inline std::uint32_t RayTracer::link_of_primitive(const TraceRay& ray, std::uint32_t primitive) {
+  const std::uint32_t gaussian = gaussian_of(primitive);
+  const Hit& hit = hit_of(ray, gaussian);
+  return hit.face == primitive - gaussian * faces_ ? link_of_hit(hit, gaussian) : WalkMemory::kMissed;
 }
 
 inline std::uint32_t RayTracer::link_of_hit(Hit hit, std::uint32_t gaussian) {

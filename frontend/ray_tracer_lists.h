@@ -45,17 +45,14 @@ inline void RayTracer::walk_round(const TraceRay& ray) {
 }
 
 inline void RayTracer::walk_leaf(const TraceRay& ray) {
-  const std::uint32_t primitive = image_.leaf_index(walk_.address());
-  const std::uint32_t gaussian = gaussian_of(primitive);
-  const Hit& hit = hit_of(ray, gaussian);
-  if (hit.face != primitive - gaussian * faces_) return walk_.leaf_done();
-  const std::uint32_t link = link_of_hit(hit, gaussian);
+  const std::uint32_t link = link_of_primitive(ray, image_.leaf_index(walk_.address()));
   if (link < WalkMemory::kFirstHit) {
     if (link == WalkMemory::kInside && t_last_ < 0.0f) ++counters_.inside_skipped;
     return walk_.leaf_done();
   }
-  walk_.leaf_hit(hit.t, link);
-  if (hit.t >= t_last_ && hit.t <= t_max_) take_hit(link);
+  const float t = memory_.hit(link).t;
+  walk_.leaf_hit(t, link);
+  if (t >= t_last_ && t <= t_max_) take_hit(link);
 }
 
 inline void RayTracer::take_hit(std::uint32_t link) {

@@ -2,10 +2,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
-#include <atomic>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -13,6 +10,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/progress.h"
+#include "frontend/in_order.h"
 #include "frontend/ray_tracer.h"
 #include "frontend/secondary_plan.h"
 
@@ -206,33 +204,14 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     progress.add(group.count);
   };
 
-  // In order: the writer lets no group run far ahead of one that is missing.
-  const std::size_t count = groups.size() + (plan != nullptr ? plan->groups.size() : 0);
-  std::atomic<std::size_t> next{0};
-  const auto take_groups = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      if (i < groups.size()) {
-        trace_group(i);
-      } else {
-        trace_secondary_group(i - groups.size());
-      }
-    }
-  };
   const auto start = std::chrono::steady_clock::now();
-  tbb::task_arena arena(render.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(render.threads));
-  arena.execute([&] {
-    tbb::parallel_for(
-        0, tbb::this_task_arena::max_concurrency(),
-        [&](int) {
-          try {
-            take_groups();
-          } catch (...) {
-            next = count;
-            if (writer != nullptr) writer->cancel();  // nobody waits for the group that failed
-            throw;
-          }
-        },
-        tbb::simple_partitioner());
+  // In order: the writer lets no group run far ahead of one that is missing.
+  for_each_in_order(groups.size() + (plan != nullptr ? plan->groups.size() : 0), render.threads, [&](std::size_t i) {
+    if (i < groups.size()) {
+      trace_group(i);
+    } else {
+      trace_secondary_group(i - groups.size());
+    }
   });
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress.finish();

@@ -139,12 +139,7 @@ template <unsigned kSlots>
   const __m256 exit = _mm256_min_ps(_mm256_load_ps(hits.exit), _mm256_set1_ps(exit_above));
 
   push_avx2(walk, enter, exit, what, hit, hits.count, bound);
-  // All children: the rays that follow meet those that this one has missed.
-  __builtin_prefetch(image.leaf_indices() + hits.info.child_base);
-  __builtin_prefetch(image.leaf_indices() + hits.info.child_base + 16);
-  for (unsigned i = 0; i < kSlots; ++i) {
-    __builtin_prefetch(image.data() + std::uint64_t{hits.info.child_base + i} * traces::kNodeUnit);
-  }
+  image.prefetch_children(hits.info.child_base);
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+// Calls by several threads, each taking the next index: whoever waits for all that came before waits for few.
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <cstddef>
+
+namespace grtx::frontend {
+
+/// f(i) for i in [0, count), by up to `threads` threads (0: all). No index is taken before those below it have been.
+/// When a call throws, no further index is taken, and the exception comes out when the calls under way have ended.
+template <typename F>
+void for_each_in_order(std::size_t count, unsigned threads, const F& f) {
+  std::atomic<std::size_t> next{0};
+  tbb::task_arena arena(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads));
+  arena.execute([&] {
+    tbb::parallel_for(
+        0, tbb::this_task_arena::max_concurrency(),
+        [&](int) {
+          try {
+            for (std::size_t i = next++; i < count; i = next++) f(i);
+          } catch (...) {
+            next = count;
+            throw;
+          }
+        },
+        tbb::simple_partitioner());
+  });
+}
+
+}  // namespace grtx::frontend
