@@ -14,6 +14,7 @@ class RingQueue {
     std::size_t capacity = 1;
     while (capacity < reserve) capacity *= 2;
     slots_.resize(capacity);
+    mask_ = capacity - 1;
   }
 
   bool empty() const { return size_ == 0; }
@@ -29,20 +30,20 @@ class RingQueue {
   /// i counts from the oldest item.
   T& operator[](std::size_t i) {
     assert(i < size_);
-    return slots_[(head_ + i) & (slots_.size() - 1)];
+    return slots_[(head_ + i) & mask_];
   }
   const T& operator[](std::size_t i) const {
     assert(i < size_);
-    return slots_[(head_ + i) & (slots_.size() - 1)];
+    return slots_[(head_ + i) & mask_];
   }
   void push(const T& item) {
-    if (size_ == slots_.size()) grow();
-    slots_[(head_ + size_) & (slots_.size() - 1)] = item;
+    if (size_ > mask_) grow();
+    slots_[(head_ + size_) & mask_] = item;
     ++size_;
   }
   void pop() {
     assert(size_ > 0);
-    head_ = (head_ + 1) & (slots_.size() - 1);
+    head_ = (head_ + 1) & mask_;
     if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
   }
 
@@ -51,10 +52,12 @@ class RingQueue {
     std::vector<T> bigger(slots_.size() * 2);
     for (std::size_t i = 0; i < size_; ++i) bigger[i] = (*this)[i];
     slots_.swap(bigger);
+    mask_ = slots_.size() - 1;
     head_ = 0;
   }
 
   std::vector<T> slots_;
+  std::size_t mask_ = 0;  ///< number of slots, a power of two, minus one
   std::size_t head_ = 0;
   std::size_t size_ = 0;
 };

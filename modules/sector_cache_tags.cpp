@@ -27,11 +27,12 @@ const SectorCacheTags::Geometry& checked(const SectorCacheTags::Geometry& g) {
 
 SectorCacheTags::SectorCacheTags(const Geometry& geometry)
     : geometry_(checked(geometry)),
+      large_(geometry.ways > kSmallWays),
       set_count_(geometry.sets()),
-      small_(geometry.ways <= kSmallWays ? set_count_ : 0),
-      lines_(small_.empty() ? set_count_ * geometry.ways : 0),
-      sets_(small_.empty() ? set_count_ : 0),
-      index_(small_.empty() ? lines_.size() : 1),
+      small_(large_ ? 0 : set_count_),
+      lines_(large_ ? set_count_ * geometry.ways : 0),
+      sets_(large_ ? set_count_ : 0),
+      index_(large_ ? lines_.size() : 1),
       line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
       sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
       way_shift_(std::has_single_bit(geometry.ways) ? static_cast<unsigned>(std::countr_zero(geometry.ways)) : 0),
@@ -64,20 +65,19 @@ SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evi
   std::uint32_t& line = number(slot);
   if (line == kNoLine) {
     ++lines_valid_;
-  } else if (small_.empty()) {
+  } else if (large_) {
     index_.erase(line);
   }
   assert(line_number(address) < kNoLine);
   line = static_cast<std::uint32_t>(line_number(address));
   state(slot) = {};
-  if (small_.empty()) index_.insert(line, slot);
+  if (large_) index_.insert(line, slot);
   touch(slot);
   return slot;
 }
 
 void SectorCacheTags::touch_large(Slot slot) {
   Line& line = lines_[slot];
-  if (line.newer == kNoWay) return;  // the newest already
   const std::size_t number = way_shift_ != 0 ? slot >> way_shift_ : slot / geometry_.ways;
   Set& set = sets_[number];
   Line* ways = &lines_[number * geometry_.ways];

@@ -48,11 +48,11 @@ class SectorCacheTags {
 
   /// Slot of the line that holds `address`, or kNone.
   Slot find(std::uint64_t address) const {
-    return small_.empty() ? index_.find(line_number(address)) : find_small(line_number(address));
+    return large_ ? index_.find(line_number(address)) : find_small(line_number(address));
   }
   /// Asks the host for what find(address) reads.
   void prefetch(std::uint64_t address) const {
-    if (small_.empty()) return index_.prefetch(line_number(address));
+    if (large_) return index_.prefetch(line_number(address));
     const char* set = reinterpret_cast<const char*>(&small_[set_of(line_number(address))]);
     __builtin_prefetch(set);
     __builtin_prefetch(set + 64);
@@ -64,7 +64,10 @@ class SectorCacheTags {
   Slot insert(std::uint64_t address, Victim* evicted);
   /// Marks the line as most recently used.
   void touch(Slot slot) {
-    if (small_.empty()) return touch_large(slot);
+    if (large_) {
+      if (lines_[slot].newer != kNoWay) touch_large(slot);  // else it is the newest already
+      return;
+    }
     touch_small(small_[slot / kSmallWays], slot % kSmallWays);
   }
 
@@ -121,16 +124,16 @@ class SectorCacheTags {
     return set_mask_ != 0 ? line_number & set_mask_ : line_number % set_count_;
   }
   State& state(Slot slot) {
-    return small_.empty() ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
+    return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
   }
   const State& state(Slot slot) const {
-    return small_.empty() ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
+    return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
   }
   std::uint32_t& number(Slot slot) {
-    return small_.empty() ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+    return large_ ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
   }
   std::uint32_t number(Slot slot) const {
-    return small_.empty() ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+    return large_ ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
   }
   Slot find_small(std::uint64_t number) const {
     const std::uint64_t set = set_of(number);
@@ -157,13 +160,14 @@ class SectorCacheTags {
   }
   Slot oldest_of(std::uint64_t address) const {
     const std::uint64_t set = set_of(line_number(address));
-    if (small_.empty()) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
+    if (large_) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
     return static_cast<Slot>(set * kSmallWays + (small_[set].order >> 4 * (geometry_.ways - 1) & 0xF));
   }
 
   Geometry geometry_;
+  bool large_;  ///< sets of more than 16 ways
   std::uint64_t set_count_;
-  std::vector<SmallSet> small_;  ///< empty when sets are larger; then the next three are in use
+  std::vector<SmallSet> small_;  ///< empty when sets are larger: then the next three are in use
   std::vector<Line> lines_;
   std::vector<Set> sets_;
   AddressIndex index_;

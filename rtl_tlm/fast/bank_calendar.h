@@ -16,11 +16,11 @@ class BankCalendar {
 
   /// banks: 1 to 64.
   explicit BankCalendar(unsigned banks)
-      : banks_(banks), mask_(std::has_single_bit(banks) ? banks - 1 : 0), busy_(std::size_t{banks} * kWords) {}
+      : banks_(banks), power_of_two_(std::has_single_bit(banks)), busy_(std::size_t{banks} * kWords) {}
 
   /// Number of the bank that holds a sector.
   unsigned bank(std::uint64_t sector) const {
-    return static_cast<unsigned>(mask_ != 0 || banks_ == 1 ? sector & mask_ : sector % banks_);
+    return static_cast<unsigned>(power_of_two_ ? sector & (banks_ - 1) : sector % banks_);
   }
   /// The first cycle from `from` on in which the bank is free; it is taken. Past cycles are not given.
   Cycle reserve(unsigned bank, Cycle from) {
@@ -78,11 +78,14 @@ class BankCalendar {
   }
   // Sector s + i in cycle c + i, for all i, are a diagonal, and neighbours in a word.
   std::uint64_t& word(unsigned bank, Cycle cycle) {
-    return busy_[this->bank(bank + banks_ - this->bank(cycle)) * kWords + cycle % kWindow / 64];
+    const unsigned diagonal =
+        power_of_two_ ? (bank - static_cast<unsigned>(cycle)) & (banks_ - 1)
+                      : (bank + banks_ - static_cast<unsigned>(cycle % banks_)) % banks_;
+    return busy_[diagonal * kWords + cycle % kWindow / 64];
   }
 
   unsigned banks_;
-  unsigned mask_;                    ///< banks - 1 for a power of two of banks, else 0
+  bool power_of_two_;                ///< banks
   Cycle base_ = 0;                   ///< first cycle that is kept, a multiple of 64
   std::uint64_t beyond_ = 0;         ///< cycles that are not kept
   std::vector<std::uint64_t> busy_;  ///< by diagonal: a bit a cycle

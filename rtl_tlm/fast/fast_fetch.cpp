@@ -12,14 +12,13 @@ using traces::EventKind;
 using traces::NodeDefinition;
 using traces::NodeKind;
 
-void Machine::fetch(Cycle now, Number number, Lane& lane, NodeKind kind, std::uint64_t address, bool header) {
-  Sm& sm = sms_[lane.sm];
-  Call& call = sm.calls[lane.entry];
+void Machine::fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, NodeKind kind, std::uint64_t address,
+                    bool header) {
   MemoryScheduler::Counters& counters = sm.rt.memory;
   const Region region = traffic_.region(kind, address);
   ++counters.visits[static_cast<std::size_t>(region)];
   if (lane.next + 1 != lane.end && lane.next[1].kind() == EventKind::visit_internal) {
-    prefetch_for_read(group_of(lane).nodes.data() + lane.next[1].node);
+    prefetch_for_read(sm.warps[call.slot].group->nodes.data() + lane.next[1].node);
   }
   // A visit joins a fetch of its warp that is under way, or without merging in flight one that begins in this cycle.
   Fetches& fetches = call.fetches;
@@ -29,7 +28,7 @@ void Machine::fetch(Cycle now, Number number, Lane& lane, NodeKind kind, std::ui
     const bool asked_for = fetches.lanes[leader] == 0;
     const Cycle ready = fetches.ready[leader].at(now);
     if (config_.rt.memory.merge_in_flight ? asked_for && ready <= now : fetches.asked[leader].at(now) != now) continue;
-    if (asked_for) return await(number, lane, ready);
+    if (asked_for) return await(sm, number, lane, ready);
     fetches.lanes[leader] |= static_cast<std::uint32_t>(lane_bit(number));
     return;
   }
@@ -71,15 +70,13 @@ void Machine::push_node(Sm& sm, Client client, Number owner, std::uint64_t addre
   }
 }
 
-void Machine::await(Number number, const Lane& lane, Cycle ready) {
+void Machine::await(Sm& sm, Number number, const Lane& lane, Cycle ready) {
   const Event event = *lane.next;
-  Sm& sm = sms_[lane.sm];
-  const auto& nodes = group_of(lane).nodes;
   unsigned tests = 1;
   Unit* unit = &sm.leaf;
   if (event.kind() == EventKind::visit_internal) {
     unit = &sm.box;
-    if (config_.rt.box_op_per_child) tests = std::max(1u, unsigned{nodes[event.node].child_count});
+    if (config_.rt.box_op_per_child) tests = std::max(1u, unsigned{group_of(lane).nodes[event.node].child_count});
   } else if (event.kind() == EventKind::visit_instance) {
     unit = &sm.transform;
   }
@@ -101,7 +98,7 @@ void Machine::note_internal(Number number, const Lane& lane, const Event& event)
 }
 
 // As SiblingPrefetcher: the first of the hit children that is asked for brings the others.
-void Machine::note_leaf(Cycle now, Number number, const Lane& lane, std::uint32_t address) {
+void Machine::note_leaf(Cycle now, Number number, const Lane& lane, Sm& sm, std::uint32_t address) {
   Record* const records = records_of(number);
   unsigned at = newest_[number];
   for (unsigned back = 0; back < config_.rt.prefetcher.records; ++back) {
@@ -111,7 +108,6 @@ void Machine::note_leaf(Cycle now, Number number, const Lane& lane, std::uint32_
     if (address < record.begin || address >= record.end) continue;
     if (!record.armed) return;
     record.armed = false;
-    Sm& sm = sms_[lane.sm];
     const NodeDefinition& node = group_of(lane).nodes[record.definition];
     ++sm.rt.prefetch.triggers;
     unsigned t = 0;

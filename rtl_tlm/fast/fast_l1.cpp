@@ -18,6 +18,18 @@ unsigned count_of(unsigned sectors) { return static_cast<unsigned>(std::popcount
 
 }  // namespace
 
+// Requests of a port until one is refused or a miss, or until they are too far ahead of time.
+template <Client kClient>
+bool Machine::serve_port(Cycle now, unsigned s, Sm& sm) {
+  const Port& port = sm.ports[kClient];
+  Taken taken = Taken::hit;
+  while (taken == Taken::hit && !port.queue.empty() && port.until <= now && port.next <= now + kAhead) {
+    taken = try_head<kClient>(now, s, sm);
+  }
+  if (port.queue.empty()) sm.waiting &= ~(1u << kClient);
+  return taken == Taken::miss;
+}
+
 void Machine::serve(Cycle now, unsigned s) {
   Sm& sm = sms_[s];
   for (bool progress = true; progress;) {
@@ -27,19 +39,16 @@ void Machine::serve(Cycle now, unsigned s) {
     for (unsigned rest = sm.waiting >> first | (sm.waiting << (kClients - first) & kAllPorts); rest != 0;
          rest &= rest - 1) {
       const unsigned c = (first + static_cast<unsigned>(std::countr_zero(rest))) % kClients;
-      const Port& port = sm.ports[c];
-      while (!port.queue.empty() && port.until <= now && port.next <= now + kAhead) {
-        const Taken taken = try_head(now, s, c);
-        if (taken == Taken::refused) break;
-        if (taken == Taken::hit) continue;
-        sm.first = (c + 1) % kClients;  // the others may send a miss first
-        progress = true;
-        break;
-      }
-      if (port.queue.empty()) sm.waiting &= ~(1u << c);
+      const bool miss = c == kNode         ? serve_port<kNode>(now, s, sm)
+                        : c == kPrefetch   ? serve_port<kPrefetch>(now, s, sm)
+                        : c == kCheckpoint ? serve_port<kCheckpoint>(now, s, sm)
+                                           : serve_port<kSimt>(now, s, sm);
+      if (!miss) continue;
+      sm.first = (c + 1) % kClients;  // the others may send a miss first
+      progress = true;
     }
   }
-  if (sm.ready != 0) select_soon(now, s);
+  if (sm.ready != 0) select_soon(now, s, sm);
   if (sm.port_timed) return;
   Cycle due = kNever;
   for (unsigned rest = sm.waiting; rest != 0; rest &= rest - 1) {
@@ -93,11 +102,14 @@ Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
   return at;
 }
 
-Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
-  Sm& sm = sms_[s];
-  Port& port = sm.ports[client];
+template <Client kClient>
+Machine::Taken Machine::try_head(Cycle now, unsigned s, Sm& sm) {
+  constexpr bool kWrites = kClient == kSimt || kClient == kCheckpoint;
+  Port& port = sm.ports[kClient];
   const Request r = port.queue.front();
-  Cycle at = std::max({port.next, now + 1, client == kNode ? sm.hits.room() : 0});
+  const bool write = kWrites && r.write;
+  Cycle at = std::max(port.next, now + 1);
+  if (kClient == kNode) at = std::max(at, sm.hits.room());
   SectorCacheTags::Slot slot = SectorCacheTags::kNone;
   std::uint8_t present = r.sectors;
   std::uint8_t missing = 0;
@@ -105,18 +117,18 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
   if (!config_.l1.perfect) {
     slot = sm.tags.find(r.line);
     present = slot == SectorCacheTags::kNone ? std::uint8_t{0} : r.sectors & sm.tags.valid(slot);
-    missing = r.write ? r.sectors : r.sectors ^ present;
+    missing = write ? r.sectors : r.sectors ^ present;
   }
   std::uint8_t on_the_way = 0;
   if (missing != 0) {
-    if (!r.write) {
+    if (!write) {
       filling = sm.filling.find(r.line / kSectorBytes);
       if (filling != AddressIndex::kNone) on_the_way = missing & sm.fills[filling].sectors;
       missing ^= on_the_way;
     }
     if (missing != 0) {
       const Cycle sends = sm.crossed.room();
-      const Cycle holds = r.write ? 0 : sm.mshrs.room(at);
+      const Cycle holds = write ? 0 : sm.mshrs.room(at);
       const L1Stall reason = std::max(sends, holds) <= at ? L1Stall::response_port
                              : holds > sends              ? L1Stall::mshr_full
                                                           : L1Stall::miss_queue_full;
@@ -129,10 +141,10 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
     }
   }
   const unsigned count = count_of(r.sectors);
-  Cycle taken = take_banks(sm, client, r, at);
+  Cycle taken = take_banks(sm, kClient, r, at);
   if (missing != 0) taken = std::max(taken, sm.crossed.room(count_of(missing)));
   const Cycle through = taken + config_.l1.latency;
-  Cycle seen = present != 0 && (!r.write || config_.l1.perfect) ? through : 0;
+  Cycle seen = present != 0 && (!write || config_.l1.perfect) ? through : 0;
   port.next = taken + 1 + (one_by_one_ ? count : 0);
   port.queue.pop();
   if (on_the_way != 0) {
@@ -143,17 +155,14 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
     present |= on_the_way ^ awaited;
     on_the_way = awaited;
   }
-  count_access(sm, client, slot, r, present, on_the_way, filling);
+  count_access<kClient>(sm, slot, r, present, on_the_way, filling);
   if (slot != SectorCacheTags::kNone) sm.tags.touch(slot);
-  if (missing != 0) seen = std::max(seen, send_miss(s, sm, filling, r, missing, client == kPrefetch, at));
-  if (client == kNode) {
-    for (unsigned i = count; i > 0; --i) {
-      sm.link_pushed = sm.link.room() + 1;
-      sm.link.take(taken - (i - 1));
-    }
+  if (missing != 0) seen = std::max(seen, send_miss(s, sm, filling, r, missing, kClient == kPrefetch, at));
+  if (kClient == kNode) {
+    sm.link_pushed = sm.link.take_in_turn(taken, count) + 1;
     const bool in_pipeline = seen == through;
     if (sm.responses.reserve_run(seen, count, in_pipeline)) {
-      for (unsigned i = count; i > 0 && in_pipeline; --i) sm.hits.take(seen - (i - 1));
+      if (in_pipeline) sm.hits.take_in_turn(seen, count);
     } else {
       const Cycle first = seen - (count - 1);
       for (unsigned i = 0; i < count; ++i) {
@@ -162,23 +171,25 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, unsigned client) {
       }
     }
   }
-  deliver(s, sm, client, r, seen);
+  deliver<kClient>(s, sm, r, seen);
   return missing != 0 ? Taken::miss : Taken::hit;
 }
 
-void Machine::count_access(Sm& sm, unsigned client, SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
+template <Client kClient>
+void Machine::count_access(Sm& sm, SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
                            std::uint8_t on_the_way, std::uint32_t filling) {
   L1Counters& l1 = sm.l1;
   L1Counters::ByRegion& region = l1.region[static_cast<std::size_t>(r.region)];
   const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
   l1.responses += count;
-  if (r.write) {
-    region.writes += count;
-    region.write_hits += hits;
-  } else if (client == kPrefetch) {
+  if (kClient == kPrefetch) {
     l1.prefetches += count;
     l1.prefetches_redundant += hits + awaited;
     return;
+  }
+  if ((kClient == kSimt || kClient == kCheckpoint) && r.write) {
+    region.writes += count;
+    region.write_hits += hits;
   } else {
     region.reads += count;
     region.hits += hits;
@@ -258,48 +269,40 @@ void Machine::place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8
   if (prefetched != 0) sm.tags.set_unused_prefetch(slot, prefetched);
 }
 
-void Machine::deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen) {
-  switch (client) {
-    case kNode: {
-      const Lane& asker = lanes_[r.owner];
-      Fetches& fetches = sm.calls[asker.entry].fetches;
-      const unsigned leader = r.owner % kMaxLanes;
-      const Cycle ready = std::max(fetches.ready[leader].at(seen), seen);
-      fetches.ready[leader] = NearCycle(ready);
-      if (!r.last) return;
-      --sm.fetches;
-      sm.leaving.push(sm.link_pushed);
-      sm.rt.memory.fetch_latency.add(ready - fetches.asked[leader].at(ready));
-      for_each_bit(std::exchange(fetches.lanes[leader], 0u), [&](unsigned i) {
-        const Number number = lane_number(s, asker.entry, i);
-        await(number, lanes_[number], ready);
-      });
+template <Client kClient>
+void Machine::deliver(unsigned s, Sm& sm, const Request& r, Cycle seen) {
+  if constexpr (kClient == kNode) {
+    const unsigned entry = lanes_[r.owner].entry;
+    Fetches& fetches = sm.calls[entry].fetches;
+    const unsigned leader = r.owner % kMaxLanes;
+    const Cycle ready = std::max(fetches.ready[leader].at(seen), seen);
+    fetches.ready[leader] = NearCycle(ready);
+    if (!r.last) return;
+    --sm.fetches;
+    sm.leaving.push(sm.link_pushed);
+    sm.rt.memory.fetch_latency.add(ready - fetches.asked[leader].at(ready));
+    for_each_bit(std::exchange(fetches.lanes[leader], 0u), [&](unsigned i) {
+      const Number number = lane_number(s, entry, i);
+      await(sm, number, lanes_[number], ready);
+    });
+  } else if constexpr (kClient == kCheckpoint) {
+    if (r.write) {
+      ++sm.rt.checkpoint.acknowledged;
       return;
     }
-    case kCheckpoint: {
-      if (r.write) {
-        ++sm.rt.checkpoint.acknowledged;
-        return;
-      }
-      ++sm.rt.checkpoint.returned;
-      Checkpoints& c = checkpoints_[r.owner];
-      c.seen = std::max(c.seen, seen);
-      if (r.last) wheel_.add(c.seen, r.owner);
+    ++sm.rt.checkpoint.returned;
+    Checkpoints& c = checkpoints_[r.owner];
+    c.seen = std::max(c.seen, seen);
+    if (r.last) wheel_.add(c.seen, r.owner);
+  } else if constexpr (kClient == kSimt) {
+    Warp& warp = sm.warps[r.owner - warp_number(s, 0)];
+    if (r.write) {
+      warp.stores_seen = std::max(warp.stores_seen, seen);
+      if (--warp.stores_pending == 0 && warp.step == Step::draining) wheel_.add(warp.stores_seen, r.owner);
       return;
     }
-    case kSimt: {
-      Warp& warp = sm.warps[r.owner - warp_number(s, 0)];
-      if (r.write) {
-        warp.stores_seen = std::max(warp.stores_seen, seen);
-        if (--warp.stores_pending == 0 && warp.step == Step::draining) wheel_.add(warp.stores_seen, r.owner);
-        return;
-      }
-      warp.loads_seen = std::max(warp.loads_seen, seen);
-      if (--warp.loads_pending == 0) wheel_.add(warp.loads_seen, r.owner);
-      return;
-    }
-    default:
-      return;
+    warp.loads_seen = std::max(warp.loads_seen, seen);
+    if (--warp.loads_pending == 0) wheel_.add(warp.loads_seen, r.owner);
   }
 }
 

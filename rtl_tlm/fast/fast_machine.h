@@ -71,38 +71,39 @@ class Machine {
   }
   void count_wait(Cycle now, Sm& sm, Call& call);
   void count_stall(Cycle until, Sm& sm);
-  void make_ready(Cycle now, Number number, const Lane& lane);
+  void make_ready(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call);
   /// From when on the memory scheduler's queue has room for any warp's visits; kNever: that is not known yet.
   Cycle room_from(Cycle now, Sm& sm) const;
-  void select_soon(Cycle now, unsigned s);
+  void select_soon(Cycle now, unsigned s, Sm& sm);
   void select(Cycle now, unsigned s);
-  void handle(Cycle now, Number number, Lane& lane);
-  void replay(Cycle now, Number number, Lane& lane);
+  void handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
+  void replay(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
   void lane_event(Cycle now, Number number, Lane& lane);
   void pop(Number number, Lane& lane) {
     if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
     --lane.depth;
   }
-  void push(Lane& lane, unsigned nodes) {
+  static void push(Lane& lane, unsigned nodes, Sm& sm) {
     lane.depth = static_cast<std::uint16_t>(lane.depth + nodes);
-    std::uint64_t& deepest = sms_[lane.sm].rt.warp_buffer.max_stack_depth;
+    std::uint64_t& deepest = sm.rt.warp_buffer.max_stack_depth;
     deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
-  void complete(Cycle now, Number number, Lane& lane, unsigned checkpoints);
-  void settled(Cycle now, Number number, Lane& lane);
-  void any_hit_arrives(Cycle now, Number number, const Lane& lane);
+  void complete(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call);
+  void settled(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
+  void any_hit_arrives(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call);
   void consider_any_hit(Cycle now, unsigned s, unsigned entry);
   void fire(Cycle now, unsigned s, unsigned entry);
 
   // ---- RT unit: node fetches (fast_fetch.cpp)
-  void fetch(Cycle now, Number number, Lane& lane, traces::NodeKind kind, std::uint64_t address, bool header);
+  void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, traces::NodeKind kind, std::uint64_t address,
+             bool header);
   void push_node(Sm& sm, Client client, Number owner, std::uint64_t address, unsigned sectors, modules::Region region,
                  bool last);
   /// The node is there in cycle `ready`.
-  void await(Number number, const Lane& lane, Cycle ready);
+  void await(Sm& sm, Number number, const Lane& lane, Cycle ready);
   Record* records_of(Number number) { return &records_[std::size_t{number} * config_.rt.prefetcher.records]; }
   void note_internal(Number number, const Lane& lane, const traces::Event& event);
-  void note_leaf(Cycle now, Number number, const Lane& lane, std::uint32_t address);
+  void note_leaf(Cycle now, Number number, const Lane& lane, Sm& sm, std::uint32_t address);
   void prefetch(Sm& sm, traces::NodeKind kind, std::uint64_t address);
 
   // ---- RT unit: checkpoints (fast_checkpoints.cpp)
@@ -115,7 +116,11 @@ class Machine {
 
   // ---- L1 (fast_l1.cpp)
   void serve(Cycle now, unsigned s);
-  Taken try_head(Cycle now, unsigned s, unsigned client);
+  /// Returns whether the last request that was served was a miss.
+  template <Client kClient>
+  bool serve_port(Cycle now, unsigned s, Sm& sm);
+  template <Client kClient>
+  Taken try_head(Cycle now, unsigned s, Sm& sm);
   /// The cycle in which the banks take the last of the sectors, the first at `at` at the earliest.
   Cycle take_banks(Sm& sm, unsigned client, const Request& r, Cycle at);
   Cycle send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched,
@@ -124,9 +129,11 @@ class Machine {
   /// Sectors of a line take their place in the tags. prefetched: of these, which nobody has asked for.
   static void place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched);
   /// present: sectors in the tags or arrived. on_the_way: of those in sm.fills[filling]. The others of r are missed.
-  static void count_access(Sm& sm, unsigned client, modules::SectorCacheTags::Slot slot, const Request& r,
-                           std::uint8_t present, std::uint8_t on_the_way, std::uint32_t filling);
-  void deliver(unsigned s, Sm& sm, unsigned client, const Request& r, Cycle seen);
+  template <Client kClient>
+  static void count_access(Sm& sm, modules::SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
+                           std::uint8_t on_the_way, std::uint32_t filling);
+  template <Client kClient>
+  void deliver(unsigned s, Sm& sm, const Request& r, Cycle seen);
 
   GpuConfig config_;
   const traces::Header& header_;

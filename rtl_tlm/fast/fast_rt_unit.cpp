@@ -52,7 +52,7 @@ void Machine::accept(Cycle now, unsigned s) {
     ++sm.rt.warp_buffer.calls;
     if (call.ready != 0) {
       sm.ready |= bit(entry);
-      select_soon(now, s);
+      select_soon(now, s, sm);
     } else {
       retire(now, s, entry);
     }
@@ -114,9 +114,7 @@ void Machine::count_stall(Cycle until, Sm& sm) {
 }
 
 /// The lane's next event waits for its warp's turn.
-void Machine::make_ready(Cycle now, Number number, const Lane& lane) {
-  Sm& sm = sms_[lane.sm];
-  Call& call = sm.calls[lane.entry];
+void Machine::make_ready(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call) {
   if (sm.ready == 0) count_stall(now + 1, sm);
   sm.ready |= bit(lane.entry);
   if (call.ready != 0) {
@@ -125,7 +123,7 @@ void Machine::make_ready(Cycle now, Number number, const Lane& lane) {
   }
   call.ready = lane_bit(number);
   count_wait(now + 1, sm, call);
-  select_soon(now, lane.sm);
+  select_soon(now, lane.sm, sm);
 }
 
 Cycle Machine::room_from(Cycle now, Sm& sm) const {
@@ -136,8 +134,7 @@ Cycle Machine::room_from(Cycle now, Sm& sm) const {
   return to_leave <= sm.leaving.size() ? sm.leaving[to_leave - 1] : kNever;
 }
 
-void Machine::select_soon(Cycle now, unsigned s) {
-  Sm& sm = sms_[s];
+void Machine::select_soon(Cycle now, unsigned s, Sm& sm) {
   if (sm.select_timed) return;
   const Cycle from = room_from(now + 1, sm);
   if (from == kNever) return;
@@ -150,7 +147,7 @@ void Machine::select(Cycle now, unsigned s) {
   Sm& sm = sms_[s];
   sm.select_timed = false;
   if (sm.ready == 0) return;
-  if (room_from(now, sm) != now) return select_soon(now, s);
+  if (room_from(now, sm) != now) return select_soon(now, s, sm);
   count_stall(now, sm);
   if (sm.accounted > now) --sm.rt.scheduler.stall[static_cast<std::size_t>(sm.last_stall)];  // it is none after all
   sm.accounted = now + 1;
@@ -168,117 +165,118 @@ void Machine::select(Cycle now, unsigned s) {
   if (idle) sm.ports[kNode].next = std::max(sm.ports[kNode].next, now + 2);
   for_each_bit(lanes, [&](unsigned i) {
     const Number number = lane_number(s, entry, i);
-    handle(now, number, lanes_[number]);
+    handle(now, number, lanes_[number], sm, call);
   });
   if ((sm.occupied & bit(entry)) != 0) count_wait(now, sm, call);
   if (idle) serve(now, s);
-  if (sm.ready != 0) select_soon(now, s);
+  if (sm.ready != 0) select_soon(now, s, sm);
 }
 
-void Machine::handle(Cycle now, Number number, Lane& lane) {
+void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   const Event event = *lane.next;
-  Sm& sm = sms_[lane.sm];
   switch (event.kind()) {
     case EventKind::visit_internal: {
-      const auto& nodes = group_of(lane).nodes;
+      const auto& nodes = sm.warps[call.slot].group->nodes;
       if (event.node >= nodes.size()) refuse(number, "visits an internal node that the group does not define");
       ++sm.rt.scheduler.visits_internal;
-      return fetch(now, number, lane, NodeKind::internal, std::uint64_t{nodes[event.node].address} * traces::kNodeUnit,
-                   false);
+      return fetch(now, number, lane, sm, call, NodeKind::internal,
+                   std::uint64_t{nodes[event.node].address} * traces::kNodeUnit, false);
     }
     case EventKind::visit_instance:
       if (!traffic_.two_level()) refuse(number, "visits an instance leaf of a monolithic structure");
       ++sm.rt.scheduler.visits_instance;
-      fetch(now, number, lane, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+      fetch(now, number, lane, sm, call, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
             event.detail == 0 && traffic_.header_read());
-      if (!records_.empty()) note_leaf(now, number, lane, event.node);
+      if (!records_.empty()) note_leaf(now, number, lane, sm, event.node);
       return;
     case EventKind::visit_leaf:
       ++sm.rt.scheduler.visits_leaf;
-      fetch(now, number, lane, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
-      if (!records_.empty()) note_leaf(now, number, lane, event.node);
+      fetch(now, number, lane, sm, call, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
+      if (!records_.empty()) note_leaf(now, number, lane, sm, event.node);
       return;
     case EventKind::cull:
       ++sm.rt.scheduler.culls;
       pop(number, lane);
-      return complete(now, number, lane, event.checkpoints);
+      return complete(now, number, lane, event.checkpoints, sm, call);
     default:
       if (!header_.checkpoint) refuse(number, "replays although checkpointing is off");
-      if (read_checkpoint(now, number)) return replay(now, number, lane);
-      sm.calls[lane.entry].checkpointing |= lane_bit(number);
+      if (read_checkpoint(now, number)) return replay(now, number, lane, sm, call);
+      call.checkpointing |= lane_bit(number);
   }
 }
 
 /// The source entry is there.
-void Machine::replay(Cycle now, Number number, Lane& lane) {
+void Machine::replay(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   const Event event = *lane.next;
-  RtScheduler::Counters& counters = sms_[lane.sm].rt.scheduler;
+  RtScheduler::Counters& counters = sm.rt.scheduler;
   if (event.kind() == EventKind::replay_take) {
     ++counters.replay_takes;
-    push(lane, 1);
-    complete(now, number, lane, 0);
+    push(lane, 1, sm);
+    complete(now, number, lane, 0, sm, call);
   } else {
     ++counters.replay_forwards;
-    complete(now, number, lane, event.checkpoints);
+    complete(now, number, lane, event.checkpoints, sm, call);
   }
 }
 
 /// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
 void Machine::lane_event(Cycle now, Number number, Lane& lane) {
-  if (lane.settling) return settled(now, number, lane);
+  Sm& sm = sms_[lane.sm];
+  Call& call = sm.calls[lane.entry];
+  if (lane.settling) return settled(now, number, lane, sm, call);
   const Event event = *lane.next;
   switch (event.kind()) {
     case EventKind::visit_internal:
       pop(number, lane);
-      push(lane, static_cast<unsigned>(std::popcount(event.pushed())));
+      push(lane, static_cast<unsigned>(std::popcount(event.pushed())), sm);
       if (!records_.empty() && (event.pushed() & (event.pushed() - 1)) != 0) note_internal(number, lane, event);
-      return complete(now, number, lane, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})));
+      return complete(now, number, lane, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), sm, call);
     case EventKind::visit_instance:
       if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
-      return complete(now, number, lane, 0);
+      return complete(now, number, lane, 0, sm, call);
     case EventKind::visit_leaf: {
       if (!lane.shaded) {
         pop(number, lane);
-        if (!traces::calls_any_hit(event.outcome())) return complete(now, number, lane, event.checkpoints);
+        if (!traces::calls_any_hit(event.outcome())) {
+          return complete(now, number, lane, event.checkpoints, sm, call);
+        }
         lane.shaded = true;
-        return any_hit_arrives(now, number, lane);
+        return any_hit_arrives(now, number, lane, sm, call);
       }
       lane.shaded = false;
-      Call& call = sms_[lane.sm].calls[lane.entry];
       call.in_any_hit &= ~lane_bit(number);
-      complete(now, number, lane, 0);
+      complete(now, number, lane, 0, sm, call);
       if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
       return;
     }
     default:
-      sms_[lane.sm].calls[lane.entry].checkpointing &= ~lane_bit(number);
-      replay(now, number, lane);
+      call.checkpointing &= ~lane_bit(number);
+      replay(now, number, lane, sm, call);
   }
 }
 
-void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoints) {
+void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call) {
   ++lane.next;
   if (header_.checkpoint) {
     const Cycle taken = write_checkpoints(now, number, checkpoints, lane.next == lane.end);
     if (taken > now) {
       lane.settling = true;
-      sms_[lane.sm].calls[lane.entry].checkpointing |= lane_bit(number);
+      call.checkpointing |= lane_bit(number);
       wheel_.add(taken, number);
       return;
     }
   } else if (checkpoints != 0) {
     refuse(number, "writes checkpoint entries although checkpointing is off");
   }
-  settled(now, number, lane);
+  settled(now, number, lane, sm, call);
 }
 
-void Machine::settled(Cycle now, Number number, Lane& lane) {
-  Call& call = sms_[lane.sm].calls[lane.entry];
+void Machine::settled(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   if (lane.settling) {
     lane.settling = false;
     call.checkpointing &= ~lane_bit(number);
   }
-  if (lane.next != lane.end) return make_ready(now, number, lane);
+  if (lane.next != lane.end) return make_ready(now, number, lane, sm, call);
   call.active &= ~lane_bit(number);
   if (call.active == 0) {
     retire(now, lane.sm, lane.entry);
@@ -287,9 +285,7 @@ void Machine::settled(Cycle now, Number number, Lane& lane) {
   }
 }
 
-void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane) {
-  Sm& sm = sms_[lane.sm];
-  Call& call = sm.calls[lane.entry];
+void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call) {
   ++sm.rt.scheduler.any_hit_calls;
   if (call.waiting_any_hit == 0) call.any_hit_since = now;
   call.waiting_any_hit |= lane_bit(number);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/strong.h"
@@ -25,6 +26,20 @@ class PlaceRing {
   /// `count` more enter, which leave in cycle `until`.
   void take(Cycle until, std::size_t count) {
     for (; count > 0; --count) take(until);
+  }
+  /// `count` more enter, at least one, which leave one a cycle, the last of them in cycle `until`. Returns when there
+  /// was room for the last of them.
+  Cycle take_in_turn(Cycle until, std::size_t count) {
+    Cycle* const left = left_.data();
+    const std::size_t places = left_.size();
+    std::size_t next = next_;
+    Cycle room = 0;
+    for (Cycle at = until - (count - 1); at <= until; ++at) {
+      room = std::exchange(left[next], at);
+      next = next + 1 == places ? 0 : next + 1;
+    }
+    next_ = next;
+    return room;
   }
   /// One more enters, and leaves in cycle `until`.
   void take(Cycle until) {
