@@ -41,6 +41,7 @@ struct Options {
   std::string output;
   std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
   std::vector<std::string> shares = {"0.0625"};
+  std::vector<unsigned> strides = {1, 4};  ///< of fast mode
   std::vector<std::string> models = {"visits"};
   std::vector<std::string> engines = {"cycle"};
   unsigned seeds = 10;
@@ -50,6 +51,7 @@ struct Options {
 /// A way to simulate: mode and its arguments.
 struct Setting {
   std::string name, arguments;
+  std::string seed;  ///< the argument before a seed; none: runs do not depend on one
   bool sampled = false;
 };
 
@@ -76,7 +78,7 @@ Outcome outcome_of(const std::string& path, bool sampled) {
 
 std::string path_of(const Options& options, const std::string& scene, const Setting& setting, const std::string& design,
                     unsigned seed) {
-  const std::string suffix = setting.sampled ? fmt::format("_{}", seed) : "";
+  const std::string suffix = setting.seed.empty() ? "" : fmt::format("_{}", seed);
   return fmt::format("{}/{}/{}/{}{}.json", options.output, scene, setting.name, design, suffix);
 }
 
@@ -87,7 +89,7 @@ Outcome simulate(const Options& options, const std::string& scene, const std::st
   if (!fs::exists(path)) {
     fs::create_directories(fs::path(path).parent_path());
     run_program(fmt::format("sim '{}' --config '{}' {} {} --stats '{}'", trace, options.config, setting.arguments,
-                            setting.sampled ? fmt::format("--seed {}", seed) : "", path));
+                            setting.seed.empty() ? "" : fmt::format("{}{}", setting.seed, seed), path));
   }
   return outcome_of(path, setting.sampled);
 }
@@ -215,14 +217,18 @@ void write_results(const Options& options, const std::vector<Summary>& all) {
 int run(Options options) {
   if (options.room > 0) options.traces.push_back(make_room(options));
   if (options.traces.empty()) throw grtx::Error("sim_error_vs_time", "--traces", "or --room is needed");
-  std::vector<Setting> settings = {{"cycle", "--mode cycle", false}, {"fast", "--mode fast", false}};
+  std::vector<Setting> settings = {{"cycle", "--mode cycle", ""}};
+  for (const unsigned stride : options.strides) {
+    settings.push_back({fmt::format("fast stride {}", stride), fmt::format("--mode fast --set fast.stride={}", stride),
+                        stride == 1 ? "" : "--set fast.seed="});
+  }
   for (const std::string& model : options.models) {
     for (const std::string& engine : options.engines) {
       for (const std::string& share : options.shares) {
         settings.push_back(
             {fmt::format("sampled {} {} {}", share, model, engine),
              fmt::format("--mode sampled --share {} --sample-model {} --sample-engine {}", share, model, engine),
-             true});
+             "--seed ", true});
       }
     }
   }
@@ -234,7 +240,7 @@ int run(Options options) {
     std::map<std::string, std::vector<std::array<Outcome, 4>>> runs;
     for (unsigned seed = 1; seed <= options.seeds; ++seed) {  // interleaved: a seed of everything, then the next
       for (const Setting& setting : settings) {
-        if (!setting.sampled && seed > 1) continue;
+        if (setting.seed.empty() && seed > 1) continue;
         const bool missing = std::any_of(kDesigns.begin(), kDesigns.end(), [&](const char* design) {
           return !fs::exists(path_of(options, name, setting, design, seed));
         });
@@ -271,9 +277,12 @@ int sc_main(int argc, char* argv[]) {
   app.add_option("-o,--output", options.output, "Folder for results")->required();
   app.add_option("--config", options.config, "Configuration file")->capture_default_str();
   app.add_option("--share", options.shares, "Shares of sampled mode; repeatable")->capture_default_str();
+  app.add_option("--stride", options.strides, "Strides of fast mode; repeatable")->capture_default_str();
   app.add_option("--model", options.models, "Models of sampled mode; repeatable")->capture_default_str();
   app.add_option("--engine", options.engines, "Engines of sampled mode; repeatable")->capture_default_str();
-  app.add_option("--seeds", options.seeds, "Seeds of sampled mode")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--seeds", options.seeds, "Seeds of sampled mode, and of fast mode with a stride above 1")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_flag("--existing", options.existing, "Simulate nothing: evaluate the runs that are there");
   CLI11_PARSE(app, argc, argv);
   try {

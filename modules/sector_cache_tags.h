@@ -123,9 +123,7 @@ class SectorCacheTags {
   std::uint64_t set_of(std::uint64_t line_number) const {
     return set_mask_ != 0 ? line_number & set_mask_ : line_number % set_count_;
   }
-  State& state(Slot slot) {
-    return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
-  }
+  State& state(Slot slot) { return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays]; }
   const State& state(Slot slot) const {
     return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
   }

@@ -57,6 +57,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   require(config.l1.geometry.sets() >= 1, "l1.bytes", "must hold at least l1.ways lines of l1.line_bytes");
   require(config.l2_slice(0).geometry.sets() >= 1, "l2.bytes",
           "a slice (l2.bytes / l2.slices) must hold at least l2.ways lines of l2.line_bytes");
+  require(config.fast.stride == 0 || power_of_two(config.fast.stride), "fast.stride", "must be 0 or a power of two");
   require(power_of_two(config.interleave.bytes), "l2.interleave_bytes", "must be a power of two");
   require(config.l2.geometry.line_bytes <= config.interleave.bytes, "l2.interleave_bytes",
           "must not be smaller than l2.line_bytes");

@@ -24,6 +24,13 @@ struct GpuLinks {
   unsigned capacity = 4;  ///< messages
 };
 
+/// How `--mode fast` approximates; not hardware.
+struct FastModel {
+  static constexpr unsigned kLargestStride = 64;
+  unsigned stride = 0;     ///< one in so many of a lane's events takes time, a power of two; 0: chosen by the trace
+  std::uint64_t seed = 1;  ///< which of them
+};
+
 struct GpuConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
@@ -40,6 +47,7 @@ struct GpuConfig {
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
   modules::Dram::Config dram;
+  FastModel fast;
 
   /// Configurations of parts, with what the assembly decides filled in.
   SmConfig sm(unsigned index) const;

@@ -186,6 +186,14 @@ void add_memory(std::vector<ConfigKey>& keys, GpuConfig& config) {
        {"l2.perfect", &c.perfect, 0, 0, "", "every access hits (limit study)", kOurs, kAssumed}});
 }
 
+void add_fast(std::vector<ConfigKey>& keys, FastModel& c) {
+  keys.push_back({"fast.stride", &c.stride, 0, FastModel::kLargestStride, "events",
+                  "fast mode: one in so many of a lane's events takes time, a power of two; 0: by the trace's size",
+                  kOurs, kAssumed});
+  keys.push_back(
+      {"fast.seed", &c.seed, 0, 4294967295.0, "", "fast mode: which of a lane's events take time", kOurs, kAssumed});
+}
+
 void add_dram(std::vector<ConfigKey>& keys, GpuConfig& config) {
   modules::Dram::Config& c = config.dram;
   modules::DramChannelConfig& channel = c.channel;
@@ -233,6 +241,7 @@ std::vector<ConfigKey> config_keys(GpuConfig& config) {
   add_l1(keys, config);
   add_memory(keys, config);
   add_dram(keys, config);
+  add_fast(keys, config.fast);
   return keys;
 }
 

@@ -1,6 +1,7 @@
 #include "rtl_tlm/ray_chain.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace grtx::tlm {
@@ -21,8 +22,37 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }
 
+namespace {
+
+/// By kind and detail of an event: a table, since what an event is follows no pattern that a branch could learn.
+class StepLengths {
+ public:
+  explicit StepLengths(const ChainLatencies& latencies) {
+    steps_.fill(latencies.stack);
+    const auto set = [&](EventKind kind, unsigned detail, Cycle length) { steps_[index(kind, detail)] = length; };
+    for (unsigned detail = 0; detail < kDetails; ++detail) {
+      set(EventKind::visit_internal, detail, latencies.internal);
+      set(EventKind::visit_instance, detail, latencies.instance);
+      const bool shader = traces::calls_any_hit(static_cast<traces::LeafOutcome>(detail));
+      set(EventKind::visit_leaf, detail, latencies.leaf + (shader ? latencies.any_hit : 0));
+    }
+  }
+  Cycle of(const traces::Event& event) const { return steps_[index(event.kind(), event.detail % kDetails)]; }
+
+ private:
+  using EventKind = traces::EventKind;
+  static constexpr unsigned kDetails = 8;
+  static std::size_t index(EventKind kind, unsigned detail) {
+    return static_cast<std::size_t>(kind) * kDetails + detail;
+  }
+  std::array<Cycle, 16 * kDetails> steps_;
+};
+
+}  // namespace
+
 Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latencies) {
   Chain chain;
+  const StepLengths steps(latencies);
   std::vector<Cycle> rounds;  // longest lane of each round
   for (const traces::Ray& ray : group.rays) {
     Cycle total = latencies.ray;
@@ -30,19 +60,7 @@ Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latenci
     for (std::size_t r = 0; r < ray.rounds.size(); ++r) {
       Cycle length = latencies.round;
       for (std::uint32_t i = 0; i < ray.rounds[r].event_count; ++i, ++event) {
-        switch (event->kind()) {
-          case traces::EventKind::visit_internal:
-            length += latencies.internal;
-            break;
-          case traces::EventKind::visit_instance:
-            length += latencies.instance;
-            break;
-          case traces::EventKind::visit_leaf:
-            length += latencies.leaf + (traces::calls_any_hit(event->outcome()) ? latencies.any_hit : 0);
-            break;
-          default:
-            length += latencies.stack;
-        }
+        length += steps.of(*event);
       }
       total += length;
       if (r == rounds.size()) rounds.push_back(0);

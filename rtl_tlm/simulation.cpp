@@ -224,13 +224,13 @@ std::vector<Launch> launches_to_follow(const traces::Reader& reader, const std::
 }
 
 Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
-                        modules::GroupSource& source, const std::vector<Launch>& first) {
+                        modules::GroupSource& source, const std::vector<Launch>& first, unsigned stride) {
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
     throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
   const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
   const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
-  FastGpu gpu(config, reader.header(), evictions, source);
+  FastGpu gpu(config, reader.header(), evictions, source, stride);
   gpu.observe(options.observer);
   std::vector<unsigned> sms;
   for (const Launch& launch : first) sms.push_back(launch.sm);
@@ -265,7 +265,12 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
   }
   std::vector<Launch> first;
-  if (options.mode == SimulationMode::fast) first = launches_to_follow(reader, groups, config);
+  unsigned stride = 1;
+  if (options.mode == SimulationMode::fast) {
+    first = launches_to_follow(reader, groups, config);
+    stride = fast_stride(config,
+                         reader.totals().visits() * groups.size() / std::max<std::uint64_t>(1, reader.group_count()));
+  }
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
   MeasuredSource source(file, header, ChainLatencies(config, header));
@@ -274,8 +279,9 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   nlohmann::ordered_json over_time;
   result.inputs = inputs_of(reader, config, options);
   try {
-    Finished finished = options.mode == SimulationMode::fast ? run_fast_model(reader, config, options, source, first)
-                                                             : run_cycle_model(reader, config, options, source, result);
+    Finished finished = options.mode == SimulationMode::fast
+                            ? run_fast_model(reader, config, options, source, first, stride)
+                            : run_cycle_model(reader, config, options, source, result);
     const GpuCounters& counters = finished.counters;
     over_time = std::move(finished.over_time);
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
@@ -289,6 +295,11 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
     describe(counters, result.statistics);
+    if (options.mode == SimulationMode::fast) {
+      result.statistics.add(
+          "gpu.fast.stride", std::uint64_t{stride}, "events",
+          "one in so many of a lane's events took time; what these alone are counted for is estimated");
+    }
     describe(bounds, counters.cycles, result.statistics);
     describe_energy(config, finished.inventories, source.totals().rays, result.statistics);
     add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);

@@ -53,7 +53,7 @@ def open_parameters(grtx):
         if not line.startswith("| `") or len(cells) != 7:
             continue
         key, default, allowed, confidence = cells[0].strip("`"), cells[1], cells[2], cells[6]
-        if confidence != "A":
+        if confidence != "A" and not key.startswith("fast."):  # how fast mode approximates is no hardware
             parameters.append((key, default, allowed, confidence))
     return parameters
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "traces/event.h"
 #include "traces/header.h"
@@ -18,7 +19,8 @@ struct RoundCounts {
   std::uint64_t written = 0;              ///< checkpoints
   std::array<std::uint64_t, 8> leaves{};  ///< by outcome
 
-  void add(const Event& event);
+  /// Counts them all: none has been counted before.
+  void count(std::span<const Event> events);
 };
 
 /// Counts one round. `in_eviction_buffer`: entries that the ray has there; 0 before its first round.

@@ -78,9 +78,8 @@ class BankCalendar {
   }
   // Sector s + i in cycle c + i, for all i, are a diagonal, and neighbours in a word.
   std::uint64_t& word(unsigned bank, Cycle cycle) {
-    const unsigned diagonal =
-        power_of_two_ ? (bank - static_cast<unsigned>(cycle)) & (banks_ - 1)
-                      : (bank + banks_ - static_cast<unsigned>(cycle % banks_)) % banks_;
+    const unsigned diagonal = power_of_two_ ? (bank - static_cast<unsigned>(cycle)) & (banks_ - 1)
+                                            : (bank + banks_ - static_cast<unsigned>(cycle % banks_)) % banks_;
     return busy_[diagonal * kWords + cycle % kWindow / 64];
   }
 

@@ -1,6 +1,9 @@
 // Node fetches of the RT unit in fast mode: merging within a warp, and the siblings that are prefetched.
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cstring>
+#include <utility>
 
 #include "rtl_tlm/fast/fast_machine.h"
 
@@ -12,13 +15,70 @@ using traces::EventKind;
 using traces::NodeDefinition;
 using traces::NodeKind;
 
-void Machine::fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, NodeKind kind, std::uint64_t address,
-                    bool header) {
+namespace {
+
+/// The kinds of a node's children, all at once.
+class ChildKinds {
+ public:
+  explicit ChildKinds(const NodeDefinition& node) {
+    static_assert(sizeof(node.child_kinds) == sizeof(bytes_));
+    std::memcpy(&bytes_, node.child_kinds.data(), sizeof(bytes_));
+  }
+  /// Mask of slots whose child is no internal node.
+  unsigned leaves() const { return ~mask_of(NodeKind::internal) & 0xFF; }
+  /// Sum over the first `children` of what a child of its kind takes; those behind them are internal.
+  std::uint32_t total(const std::array<std::uint32_t, 8>& of_kind, unsigned children) const {
+    std::uint32_t sum = 0;
+    unsigned internal = children;
+    for (const NodeKind kind : {NodeKind::instance, NodeKind::procedural, NodeKind::triangle}) {
+      const auto count = static_cast<unsigned>(std::popcount(mask_of(kind)));
+      internal -= count;
+      sum += count * of_kind[static_cast<std::size_t>(kind)];
+    }
+    return sum + internal * of_kind[static_cast<std::size_t>(NodeKind::internal)];
+  }
+
+ private:
+  // Kinds are below 128: adding 127 to a byte that is not zero sets its highest bit.
+  unsigned mask_of(NodeKind kind) const {
+    constexpr std::uint64_t kOnes = 0x0101010101010101u;
+    const std::uint64_t differs = bytes_ ^ kOnes * static_cast<std::uint64_t>(kind);
+    const std::uint64_t equal = ~(differs + kOnes * 127) >> 7 & kOnes;
+    return static_cast<unsigned>(equal * 0x0102040810204080u >> 56);
+  }
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
+
+Machine::Target Machine::target_of(Number number, const Event& event, Sm& sm, const Call& call) {
+  RtScheduler::Counters& counters = sm.rt.scheduler;
+  switch (event.kind()) {
+    case EventKind::visit_internal: {
+      const auto& nodes = sm.warps[call.slot].group->nodes;
+      if (event.node >= nodes.size()) refuse(number, "visits an internal node that the group does not define");
+      ++counters.visits_internal;
+      return {NodeKind::internal, std::uint64_t{nodes[event.node].address} * traces::kNodeUnit, false};
+    }
+    case EventKind::visit_instance:
+      if (!traffic_.two_level()) refuse(number, "visits an instance leaf of a monolithic structure");
+      ++counters.visits_instance;
+      return {NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+              event.detail == 0 && traffic_.header_read()};
+    default:
+      ++counters.visits_leaf;
+      return {traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false};
+  }
+}
+
+void Machine::fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const Target& target) {
+  const auto& [kind, address, header] = target;
   MemoryScheduler::Counters& counters = sm.rt.memory;
   const Region region = traffic_.region(kind, address);
   ++counters.visits[static_cast<std::size_t>(region)];
-  if (lane.next + 1 != lane.end && lane.next[1].kind() == EventKind::visit_internal) {
-    prefetch_for_read(sm.warps[call.slot].group->nodes.data() + lane.next[1].node);
+  if (lane.end - lane.next > static_cast<std::ptrdiff_t>(stride_) &&
+      lane.next[stride_].kind() == EventKind::visit_internal) {
+    prefetch_for_read(sm.warps[call.slot].group->nodes.data() + lane.next[stride_].node);
   }
   // A visit joins a fetch of its warp that is under way, or without merging in flight one that begins in this cycle.
   Fetches& fetches = call.fetches;
@@ -58,16 +118,10 @@ void Machine::push_node(Sm& sm, Client client, Number owner, std::uint64_t addre
     sm.rt.prefetch.sectors += sectors;
     sm.rt.prefetch.responses += sectors;
   }
-  for (;;) {
-    const std::uint64_t line = sm.tags.line_address(address);
-    const auto first = static_cast<unsigned>((address - line) / kSectorBytes);
-    const unsigned count = std::min({sectors, sm.sectors - first, sm.largest});
-    const auto mask = static_cast<std::uint8_t>(((1u << count) - 1) << first);
-    sectors -= count;
+  for_each_part(sm, address, sectors, sm.largest, [&](std::uint64_t line, std::uint8_t mask) {
+    sectors -= static_cast<unsigned>(std::popcount(mask));
     queue.push({line, owner, mask, region, false, last && sectors == 0});
-    if (sectors == 0) return;
-    address += std::uint64_t{count} * kSectorBytes;
-  }
+  });
 }
 
 void Machine::await(Sm& sm, Number number, const Lane& lane, Cycle ready) {
@@ -85,53 +139,46 @@ void Machine::await(Sm& sm, Number number, const Lane& lane, Cycle ready) {
 
 void Machine::note_internal(Number number, const Lane& lane, const Event& event) {
   const NodeDefinition& node = group_of(lane).nodes[event.node];
-  bool has_leaf = false;
-  std::uint32_t end = node.child_base;
-  for (unsigned i = 0; i < node.child_count; ++i) {
-    end += units_[static_cast<std::size_t>(node.child_kinds[i])];
-    has_leaf = has_leaf || ((event.pushed() >> i & 1) != 0 && node.child_kinds[i] != NodeKind::internal);
-  }
-  if (!has_leaf) return;
+  const ChildKinds kinds(node);
+  if ((kinds.leaves() & event.pushed()) == 0) return;
+  const std::uint32_t end = node.child_base + kinds.total(units_, node.child_count);
   std::uint8_t& newest = newest_[number];
   newest = newest + 1u == config_.rt.prefetcher.records ? std::uint8_t{0} : static_cast<std::uint8_t>(newest + 1);
   records_of(number)[newest] = {node.child_base, end, event.node, static_cast<std::uint8_t>(event.pushed()), true};
 }
 
 // As SiblingPrefetcher: the first of the hit children that is asked for brings the others.
-void Machine::note_leaf(Cycle now, Number number, const Lane& lane, Sm& sm, std::uint32_t address) {
+Record* Machine::take_record(Number number, std::uint32_t address) {
   Record* const records = records_of(number);
-  unsigned at = newest_[number];
-  for (unsigned back = 0; back < config_.rt.prefetcher.records; ++back) {
-    Record& record = records[at];
-    at = at == 0 ? config_.rt.prefetcher.records - 1 : at - 1;
-    if (record.hit == 0) return;
-    if (address < record.begin || address >= record.end) continue;
-    if (!record.armed) return;
-    record.armed = false;
-    const NodeDefinition& node = group_of(lane).nodes[record.definition];
-    ++sm.rt.prefetch.triggers;
-    unsigned t = 0;
-    while (t < triggered_count_ && triggered_[t].definition != record.definition) ++t;
-    if (t == triggered_count_) triggered_[triggered_count_++] = {record.definition, 0};
-    unsigned siblings = 0;
-    const bool idle = sm.ports[kPrefetch].queue.empty();
-    std::uint32_t child = node.child_base;
-    for (unsigned i = 0; i < node.child_count; ++i) {
-      const NodeKind kind = node.child_kinds[i];
-      if ((record.hit >> i & 1) != 0 && child != address) {
-        siblings |= 1u << i;
-        if ((triggered_[t].asked >> i & 1) != 0) {
-          ++sm.rt.prefetch.merged;
-        } else {
-          prefetch(sm, kind, std::uint64_t{child} * traces::kNodeUnit);
-        }
-      }
-      child += units_[static_cast<std::size_t>(kind)];
-    }
-    triggered_[t].asked = static_cast<std::uint8_t>(triggered_[t].asked | siblings);
-    if (idle) serve(now, lane.sm);
-    return;
+  std::uint32_t within = 0;
+  for (unsigned i = 0; i < config_.rt.prefetcher.records; ++i) {
+    within |= std::uint32_t{address - records[i].begin < records[i].end - records[i].begin} << i;
   }
+  if (within == 0) return nullptr;
+  // The newest of them: the highest up to newest_, or else the highest.
+  const std::uint32_t recent = within & ((2u << newest_[number]) - 1);
+  Record& record = records[std::bit_width(recent != 0 ? recent : within) - 1];
+  return std::exchange(record.armed, false) ? &record : nullptr;
+}
+
+void Machine::prefetch_siblings(Cycle now, const Lane& lane, Sm& sm, const Record& record, std::uint32_t address) {
+  ++sm.rt.prefetch.triggers;
+  unsigned t = 0;
+  while (t < triggered_count_ && triggered_[t].definition != record.definition) ++t;
+  if (t == triggered_count_) triggered_[triggered_count_++] = {record.definition, 0};
+  unsigned siblings = 0;
+  const bool idle = sm.ports[kPrefetch].queue.empty();
+  for_each_sibling(group_of(lane).nodes[record.definition], record.hit, address,
+                   [&](unsigned slot, NodeKind kind, std::uint32_t child) {
+                     siblings |= 1u << slot;
+                     if ((triggered_[t].asked >> slot & 1) != 0) {
+                       ++sm.rt.prefetch.merged;
+                     } else {
+                       prefetch(sm, kind, std::uint64_t{child} * traces::kNodeUnit);
+                     }
+                   });
+  triggered_[t].asked = static_cast<std::uint8_t>(triggered_[t].asked | siblings);
+  if (idle) serve(now, lane.sm);
 }
 
 void Machine::prefetch(Sm& sm, NodeKind kind, std::uint64_t address) {
@@ -139,12 +186,12 @@ void Machine::prefetch(Sm& sm, NodeKind kind, std::uint64_t address) {
   const std::uint64_t line = sm.tags.line_address(address);
   const std::uint8_t first = sm.tags.sector_bit(address);
   for (std::size_t i = 0; i < queue.size(); ++i) {
-    if (queue[i].line == line && (queue[i].sectors & first) != 0) {
+    if (queue[i].line == line && (queue[i].sectors & first) != 0 && queue[i].owner != kNobody) {
       ++sm.rt.prefetch.merged;
       return;
     }
   }
-  if (queue.size() >= config_.rt.prefetcher.queue) {
+  if (sm.ports[kPrefetch].timed() >= config_.rt.prefetcher.queue) {
     ++sm.rt.prefetch.dropped;
     return;
   }

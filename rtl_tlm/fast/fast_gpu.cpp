@@ -1,5 +1,7 @@
 #include "rtl_tlm/fast/fast_gpu.h"
 
+#include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "base/error.h"
@@ -22,9 +24,15 @@ Unmodelled unmodelled_by_fast(const GpuConfig& config) {
   return {};
 }
 
+unsigned fast_stride(const GpuConfig& config, std::uint64_t visits) {
+  constexpr std::uint64_t kTimedVisits = 250000, kLargest = 4;
+  if (config.fast.stride != 0) return config.fast.stride;
+  return static_cast<unsigned>(std::bit_floor(std::clamp<std::uint64_t>(visits / kTimedVisits, 1, kLargest)));
+}
+
 FastGpu::FastGpu(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
-                 modules::GroupSource& source)
-    : machine_(std::make_unique<fast::Machine>(checked(config), header, eviction_entries, source)) {}
+                 modules::GroupSource& source, unsigned stride)
+    : machine_(std::make_unique<fast::Machine>(checked(config), header, eviction_entries, source, stride)) {}
 FastGpu::~FastGpu() = default;
 
 void FastGpu::observe(modules::WarpObserver* observer) { machine_->observe(observer); }

@@ -22,16 +22,20 @@ struct Unmodelled {
 };
 Unmodelled unmodelled_by_fast(const GpuConfig& config);
 
+/// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 250,000 that take time: then
+/// cycles change by some 1 % (docs/simulation-speed.md).
+unsigned fast_stride(const GpuConfig& config, std::uint64_t visits);
+
 namespace fast {
 class Machine;
 }
 
 class FastGpu {
  public:
-  /// header and source must outlive the GPU. Throws Error when the configuration asks for what this mode does not
-  /// model.
+  /// header and source must outlive the GPU. stride: one in so many of a lane's events takes time. Throws Error when
+  /// the configuration asks for what this mode does not model.
   FastGpu(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
-          modules::GroupSource& source);
+          modules::GroupSource& source, unsigned stride);
   ~FastGpu();
 
   /// Before run(); must outlive it.

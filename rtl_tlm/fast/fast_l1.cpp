@@ -108,6 +108,12 @@ Machine::Taken Machine::try_head(Cycle now, unsigned s, Sm& sm) {
   Port& port = sm.ports[kClient];
   const Request r = port.queue.front();
   const bool write = kWrites && r.write;
+  if (r.owner == kNobody) {
+    port.queue.pop();
+    --port.timeless;
+    warm_caches(s, sm, kClient, r.line, r.sectors, r.region, write);
+    return Taken::hit;
+  }
   Cycle at = std::max(port.next, now + 1);
   if (kClient == kNode) at = std::max(at, sm.hits.room());
   SectorCacheTags::Slot slot = SectorCacheTags::kNone;
@@ -196,17 +202,21 @@ void Machine::count_access(Sm& sm, SectorCacheTags::Slot slot, const Request& r,
     region.hits_on_miss += awaited;
     region.misses += count - hits - awaited;
   }
-  if (slot != SectorCacheTags::kNone) {
-    if (const auto first = static_cast<std::uint8_t>(sm.tags.unused_prefetch(slot) & present); first != 0) {
-      l1.prefetches_useful += count_of(first);
-      sm.tags.clear_unused_prefetch(slot, first);
-    }
-  }
-  if (filling == AddressIndex::kNone) return;
-  std::uint8_t& prefetched = sm.fills[filling].prefetched;
-  l1.prefetches_useful += count_of(prefetched & present);
-  l1.prefetches_late += count_of(prefetched & on_the_way);
-  prefetched &= static_cast<std::uint8_t>(~(present | on_the_way));
+  if (slot != SectorCacheTags::kNone) demand(sm, slot, present);
+  if (filling != AddressIndex::kNone) demand(sm, sm.fills[filling], present | on_the_way, on_the_way);
+}
+
+void Machine::demand(Sm& sm, SectorCacheTags::Slot slot, std::uint8_t sectors) {
+  const auto first = static_cast<std::uint8_t>(sm.tags.unused_prefetch(slot) & sectors);
+  if (first == 0) return;
+  sm.l1.prefetches_useful += count_of(first);
+  sm.tags.clear_unused_prefetch(slot, first);
+}
+
+void Machine::demand(Sm& sm, Fill& fill, std::uint8_t sectors, std::uint8_t awaited) {
+  sm.l1.prefetches_useful += count_of(fill.prefetched & sectors & ~awaited);
+  sm.l1.prefetches_late += count_of(fill.prefetched & awaited);
+  fill.prefetched &= static_cast<std::uint8_t>(~sectors);
 }
 
 // Returns when the answer can be seen.
@@ -226,7 +236,8 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
   if (prefetched) sm.l1.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
     if (sm.free_fills.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
-      place(sm, r.line, missing, prefetched ? missing : std::uint8_t{0});
+      const SectorCacheTags::Slot slot = place(sm, r.line, missing, true);
+      if (prefetched) sm.tags.set_unused_prefetch(slot, missing);
       return trip.seen + 1;
     }
     filling = sm.free_fills.back();
@@ -251,22 +262,23 @@ void Machine::fill(Cycle now, unsigned s, std::uint32_t number) {
   Sm& sm = sms_[s];
   const Fill& fill = sm.fills[number];
   if (fill.complete > now) return wheel_.add(fill.complete, fills_from_ + s * fills_ + number);
-  place(sm, fill.line, fill.sectors, fill.prefetched);
+  const SectorCacheTags::Slot slot = place(sm, fill.line, fill.sectors, true);
+  if (fill.prefetched != 0) sm.tags.set_unused_prefetch(slot, fill.prefetched);
   sm.filling.erase(fill.line / kSectorBytes);
   sm.free_fills.push_back(number);
 }
 
-void Machine::place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched) {
+SectorCacheTags::Slot Machine::place(Sm& sm, std::uint64_t line, std::uint8_t sectors, bool timed) {
   SectorCacheTags::Slot slot = sm.tags.find(line);
   if (slot == SectorCacheTags::kNone) {
     SectorCacheTags::Victim victim;
     slot = sm.tags.insert(line, &victim);
-    if (victim.valid) ++sm.l1.evictions;
+    if (victim.valid && timed) ++sm.l1.evictions;
     sm.l1.prefetches_unused += count_of(victim.unused_prefetch);
   }
-  sm.l1.fills += count_of(sectors);
+  if (timed) sm.l1.fills += count_of(sectors);
   sm.tags.set_valid(slot, sectors);
-  if (prefetched != 0) sm.tags.set_unused_prefetch(slot, prefetched);
+  return slot;
 }
 
 template <Client kClient>
@@ -302,7 +314,7 @@ void Machine::deliver(unsigned s, Sm& sm, const Request& r, Cycle seen) {
       return;
     }
     warp.loads_seen = std::max(warp.loads_seen, seen);
-    if (--warp.loads_pending == 0) wheel_.add(warp.loads_seen, r.owner);
+    if (--warp.loads_pending == 0) wheel_.add(loaded(warp, warp.loads_seen), r.owner);
   }
 }
 

@@ -16,7 +16,7 @@ using namespace modules;
 using traces::NodeKind;
 
 Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
-                 GroupSource& source)
+                 GroupSource& source, unsigned stride)
     : config_(config),
       header_(header),
       source_(source),
@@ -36,7 +36,10 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
       records_(config.rt.sibling_prefetch ? lanes_.size() * config.rt.prefetcher.records : 0),
       newest_(config.rt.sibling_prefetch ? lanes_.size() : 0),
       checkpoints_(header.checkpoint ? lanes_.size() : 0),
-      selection_(make_warp_selection(config.rt.scheduler.policy)) {
+      selection_(make_warp_selection(config.rt.scheduler.policy)),
+      stride_(stride),
+      drawn_(config.fast.seed * 0xD1B54A32D192ED03u),
+      usual_wait_(16 * Cycle{config.l2.latency}) {
   sms_.reserve(config.sms);
   for (unsigned s = 0; s < config.sms; ++s) {
     sms_.emplace_back(config_, header_, map_, s, traffic_.leaf_kind());
@@ -128,7 +131,7 @@ void Machine::launch(Cycle now) {
     warp.cursor = {};
     sm.program.begin(slot, *warp.group);
     last_launch_ = std::max(now, next_group_ == 0 ? 0 : last_launch_ + 1);
-    if (observer_ != nullptr) observer_->launched(s, slot, *warp.group, last_launch_);
+    if (observer_ != nullptr) observer_->launched(s, slot, *warp.group, whole(last_launch_));
     const Cycle seen = last_launch_ + config_.sm_links.message_latency;
     warp.activity = WarpActivity::raygen;
     warp.since = seen;
@@ -159,7 +162,7 @@ void Machine::ended(Cycle now, unsigned s, unsigned slot) {
   enter(now, sm, warp, warp.activity);
   ++sm.simt.warps;
   const Cycle seen = now + config_.sm_links.message_latency;
-  if (observer_ != nullptr) observer_->ended(s, slot, seen);
+  if (observer_ != nullptr) observer_->ended(s, slot, whole(seen));
   source_.release(warp.position);
   warp.group = nullptr;
   end_ = std::max(end_, seen);
@@ -178,12 +181,13 @@ bool Machine::idle() const {
 
 GpuCounters Machine::counters() const {
   GpuCounters c;
-  c.cycles = end_;
+  const auto doublings = static_cast<unsigned>(std::countr_zero(stride_));
+  c.cycles = whole(end_);
   c.period_fs = ClockDomain::period_fs(config_.core_mhz);
   c.distributor.groups = next_group_;
   c.distributor.most_on_one_sm = c.distributor.fewest_on_one_sm = sms_.front().launched;
-  c.distributor.tail_cycles = end_ - last_launch_;
-  c.distributor.primary_end = primary_end_;
+  c.distributor.tail_cycles = whole(end_ - last_launch_);
+  c.distributor.primary_end = whole(primary_end_);
   for (const Sm& sm : sms_) {
     c.distributor.most_on_one_sm = std::max(c.distributor.most_on_one_sm, sm.launched);
     c.distributor.fewest_on_one_sm = std::min(c.distributor.fewest_on_one_sm, sm.launched);
@@ -191,25 +195,31 @@ GpuCounters Machine::counters() const {
     rt.ray_box = sm.box.counters;
     (traffic_.leaf_kind() == NodeKind::triangle ? rt.ray_triangle : rt.ray_sphere) = sm.leaf.counters;
     rt.ray_transform = sm.transform.counters;
+    scale_up(rt, doublings);
     c.rt_of.push_back(rt);
     SimtCounters simt = sm.simt;
     simt.issue_busy_cycles = sm.issue.busy_cycles();
     simt.issue_wait_cycles = sm.issue.wait_cycles();
     simt.shader = sm.program.counters();
+    scale_up(simt, doublings, sm.timed_any_hits, sm.warming_any_hits);
     c.simt_of.push_back(simt);
     L1Counters l1 = sm.l1;
     l1.prefetches_unused += sm.tags.count_unused_prefetch();
+    scale_up(l1, doublings);
     c.l1_of.push_back(l1);
   }
   c.l2_of = memory_.slices();
+  for (L2Counters& l2 : c.l2_of) scale_up(l2, doublings);
   std::uint64_t packets = 0;
   for (const L2Counters& slice : c.l2_of) packets += slice.requests_in;
   for (CrossbarCounters::Network* network : {&c.crossbar.request, &c.crossbar.reply}) {
     network->packets_in = network->packets_out = packets;
   }
   c.l2_dirty_sectors = memory_.dirty_sectors();
-  c.dram = memory_.dram(end_);
-  c.dram_of = c.dram_channels = memory_.channels();
+  c.dram_of = memory_.channels();
+  for (DramChannelCounters& channel : c.dram_of) scale_up(channel, doublings);
+  c.dram_channels = c.dram_of;
+  c.dram = memory_.dram(c.dram_of, c.cycles);
   add_up(c);
   return c;
 }

@@ -20,8 +20,9 @@ namespace grtx::tlm::fast {
 
 class Machine {
  public:
+  /// stride: one in so many of a lane's events takes time, a power of two.
   Machine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
-          modules::GroupSource& source);
+          modules::GroupSource& source, unsigned stride);
 
   void observe(modules::WarpObserver* observer) { observer_ = observer; }
   void assign(std::vector<unsigned> sms) { assigned_ = std::move(sms); }
@@ -41,6 +42,8 @@ class Machine {
   Number warp_number(unsigned sm, unsigned slot) const { return warps_from_ + sm * config_.resident_warps + slot; }
   static LaneMask lane_bit(Number number) { return modules::bit(number % modules::kMaxLanes); }
   void handle_event(Number number);
+  /// A cycle of the run, in which all events take time, for one of what is simulated.
+  Cycle whole(Cycle cycle) const { return cycle * stride_; }
   /// Nothing will be asked for before cycle `now` any more.
   void advance(Cycle now);
   [[noreturn]] void refuse(Number lane, const char* rule) const;
@@ -58,6 +61,8 @@ class Machine {
   void warp_event(Cycle now, unsigned s, unsigned slot);
   void service_ends(Cycle now, unsigned s, unsigned slot);
   void enter(Cycle now, Sm& sm, Warp& warp, modules::WarpActivity activity);
+  /// When the phase has what it loads, of which the last is there in cycle `seen`.
+  Cycle loaded(const Warp& warp, Cycle seen);
   /// Consecutive sectors of a line and region are one request.
   template <typename F>
   void for_each_line(const std::vector<modules::SectorAccess>& sectors, F&& f) const;
@@ -94,21 +99,103 @@ class Machine {
   void consider_any_hit(Cycle now, unsigned s, unsigned entry);
   void fire(Cycle now, unsigned s, unsigned entry);
 
+  // ---- Events that take no time (fast_warming.cpp)
+  /// The lane's next `count` events, or those that are left, happen at once: caches, buffers and counts of the trace
+  /// see them.
+  void warm(Number number, Lane& lane, Sm& sm, Call& call, unsigned count);
+  /// The lane's events up to the next that takes time. Returns whether there is one. apart: cycles since the warp was
+  /// selected last.
+  bool warm_up_to_next(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, Cycle apart);
+  /// Whether the event visits a node that its warp is fetching, and will be in cycle `then`.
+  bool is_under_way(const traces::Event& event, const Sm& sm, const Call& call, Cycle now, Cycle then) const;
+  void warm_any_hit(unsigned s, Sm& sm, const Call& call, Number number, const traces::Event& event);
+  void warm_checkpoints(unsigned s, Sm& sm, Number number, unsigned entries, bool last);
+  void warm_source(unsigned s, Sm& sm, Number number);
+  void warm_siblings(unsigned s, Sm& sm, const traces::NodeDefinition& node, unsigned hit, std::uint32_t address);
+  void warm_node(unsigned s, Sm& sm, Client client, traces::NodeKind kind, std::uint64_t address);
+  void warm_range(unsigned s, Sm& sm, Client client, std::uint64_t address, unsigned sectors, modules::Region region);
+  void warm_line(unsigned s, Sm& sm, Client client, const modules::SectorAccess& sector, bool write) {
+    warm_line(s, sm, client, sm.tags.line_address(sector.address), sm.tags.sector_bit(sector.address), sector.region,
+              write);
+  }
+  void warm_line(unsigned s, Sm& sm, Client client, std::uint64_t line, std::uint8_t sectors, modules::Region region,
+                 bool write) {
+    Port& port = sm.ports[client];
+    if (port.queue.empty()) return warm_caches(s, sm, client, line, sectors, region, write);
+    port.queue.push({line, kNobody, sectors, region, write, false});  // not before those that came earlier
+    ++port.timeless;
+  }
+  void warm_caches(unsigned s, Sm& sm, Client client, std::uint64_t line, std::uint8_t sectors, modules::Region region,
+                   bool write);
+  /// Runs the any-hit shader's program.
+  void any_hit(Sm& sm, const modules::AnyHitBatch& batch, AnyHitWork& counted);
+  std::uint64_t draw() {
+    drawn_ = drawn_ * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX
+    return drawn_ >> 33;
+  }
+  /// Whether a line's requests take time: one in so many lines, others for each key.
+  bool chosen(std::uint64_t line, std::uint64_t key) const {
+    return stride_ == 1 || ((line ^ key << 33) * 0x9E3779B97F4A7C15u >> 40) % stride_ == 0;
+  }
+
   // ---- RT unit: node fetches (fast_fetch.cpp)
-  void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, traces::NodeKind kind, std::uint64_t address,
-             bool header);
+  /// What an event that visits a node reads.
+  struct Target {
+    traces::NodeKind kind{};
+    std::uint64_t address = 0;
+    bool header = false;  ///< and the BLAS header
+  };
+  Target target_of(Number number, const traces::Event& event, Sm& sm, const Call& call);
+  void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const Target& target);
   void push_node(Sm& sm, Client client, Number owner, std::uint64_t address, unsigned sectors, modules::Region region,
                  bool last);
+  /// f(line, mask of sectors) for consecutive sectors, at most `most` of them at a time.
+  template <typename F>
+  static void for_each_part(const Sm& sm, std::uint64_t address, unsigned sectors, unsigned most, F&& f) {
+    for (;;) {
+      const std::uint64_t line = sm.tags.line_address(address);
+      const auto first = static_cast<unsigned>((address - line) / modules::kSectorBytes);
+      const unsigned count = std::min({sectors, sm.sectors - first, most});
+      sectors -= count;
+      f(line, static_cast<std::uint8_t>(((1u << count) - 1) << first));
+      if (sectors == 0) return;
+      address += std::uint64_t{count} * modules::kSectorBytes;
+    }
+  }
   /// The node is there in cycle `ready`.
   void await(Sm& sm, Number number, const Lane& lane, Cycle ready);
   Record* records_of(Number number) { return &records_[std::size_t{number} * config_.rt.prefetcher.records]; }
   void note_internal(Number number, const Lane& lane, const traces::Event& event);
-  void note_leaf(Cycle now, Number number, const Lane& lane, Sm& sm, std::uint32_t address);
+  /// The lane's newest record of a node with the child at `address`, whose siblings have not been asked for; then they
+  /// count as asked for. None: nullptr.
+  Record* take_record(Number number, std::uint32_t address);
+  void prefetch_siblings(Cycle now, const Lane& lane, Sm& sm, const Record& record, std::uint32_t address);
   void prefetch(Sm& sm, traces::NodeKind kind, std::uint64_t address);
+  /// f(slot, kind, address / kNodeUnit) for the children in the mask `hit`, but for that at `address`.
+  template <typename F>
+  void for_each_sibling(const traces::NodeDefinition& node, unsigned hit, std::uint32_t address, F&& f) const {
+    std::uint32_t child = node.child_base;
+    for (unsigned i = 0; i < node.child_count; ++i) {
+      const traces::NodeKind kind = node.child_kinds[i];
+      if ((hit >> i & 1) != 0 && child != address) f(i, kind, child);
+      child += units_[static_cast<std::size_t>(kind)];
+    }
+  }
 
   // ---- RT unit: checkpoints (fast_checkpoints.cpp)
   void begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint32_t round, Number number, bool replay);
   void push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last);
+  /// The lane's next entry goes to its destination buffer: sector(number) for each sector that is complete.
+  template <typename F>
+  bool add_entry(Number number, F&& sector);
+  /// The sector that the lane's last entry has begun and not filled; 0: none.
+  std::uint64_t open_sector(Number number) const;
+  struct Source {
+    std::uint64_t first = 0, final = 0;  ///< sectors of an entry
+    bool need_first = false, need_final = false;
+  };
+  /// The next entry of the lane's source buffer.
+  Source take_source(Number number);
   /// Returns when all has been handed over.
   Cycle write_checkpoints(Cycle now, Number number, unsigned entries, bool last);
   /// Whether the entry is there already; else the lane waits.
@@ -126,8 +213,12 @@ class Machine {
   Cycle send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched,
                   Cycle at);
   void fill(Cycle now, unsigned s, std::uint32_t number);
-  /// Sectors of a line take their place in the tags. prefetched: of these, which nobody has asked for.
-  static void place(Sm& sm, std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched);
+  /// Sectors of a line take their place in the tags.
+  static modules::SectorCacheTags::Slot place(Sm& sm, std::uint64_t line, std::uint8_t sectors, bool timed);
+  /// Sectors that a prefetch has brought are asked for.
+  static void demand(Sm& sm, modules::SectorCacheTags::Slot slot, std::uint8_t sectors);
+  /// The same of sectors on their way. awaited: of `sectors`, which have not arrived.
+  static void demand(Sm& sm, Fill& fill, std::uint8_t sectors, std::uint8_t awaited);
   /// present: sectors in the tags or arrived. on_the_way: of those in sm.fills[filling]. The others of r are missed.
   template <Client kClient>
   static void count_access(Sm& sm, modules::SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
@@ -155,6 +246,10 @@ class Machine {
   std::vector<Sm> sms_;
   std::array<std::uint32_t, 8> units_{};  ///< by NodeKind: kNodeUnits that a node takes
   std::unique_ptr<modules::WarpSelection> selection_;
+  unsigned stride_;
+  std::uint64_t drawn_;                  ///< state of draw()
+  std::uint64_t instructions_left_ = 0;  ///< of shortened phases, less than a whole one
+  Cycle usual_wait_;                     ///< of a phase for its loads, a running mean, in 16ths of a cycle
   modules::ShaderPhase phase_;
   /// Siblings that lanes of the present warp have asked for in this cycle.
   struct Triggered {

@@ -90,6 +90,22 @@ void FastMemory::note_crossing(Slice& slice, unsigned sm, Cycle crossed) const {
   run.last = crossed;
 }
 
+SectorCacheTags::Slot FastMemory::find_or_insert(Slice& slice, std::uint64_t local, SectorCacheTags::Victim& victim) {
+  const SectorCacheTags::Slot slot = slice.tags.find(local);
+  if (slot == SectorCacheTags::kNone) return slice.tags.insert(local, &victim);
+  slice.tags.touch(slot);
+  return slot;
+}
+
+void FastMemory::warm(const Request& request) {
+  if (perfect_) return;
+  Slice& slice = slices_[interleave_.slice(request.line)];
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = find_or_insert(slice, interleave_.local(request.line), victim);
+  slice.tags.set_valid(slot, request.sectors);
+  if (request.write) slice.tags.set_dirty(slot, request.sectors);
+}
+
 // When the last answer is there.
 Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   Slice& slice = slices_[index];
@@ -102,14 +118,9 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
     return now;
   }
   const std::uint64_t local = interleave_.local(request.line);
-  SectorCacheTags::Slot slot = slice.tags.find(local);
   SectorCacheTags::Victim victim;
-  if (slot == SectorCacheTags::kNone) {
-    slot = slice.tags.insert(local, &victim);
-    if (victim.valid) ++counters.evictions;
-  } else {
-    slice.tags.touch(slot);
-  }
+  const SectorCacheTags::Slot slot = find_or_insert(slice, local, victim);
+  if (victim.valid) ++counters.evictions;
   const auto present = static_cast<std::uint8_t>(request.sectors & slice.tags.valid(slot));
   slice.tags.set_valid(slot, request.sectors);
   if (request.write) {
@@ -192,9 +203,9 @@ std::vector<modules::DramChannelCounters> FastMemory::channels() const {
   return all;
 }
 
-modules::DramCounters FastMemory::dram(Cycle end) const {
+modules::DramCounters FastMemory::dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const {
   modules::DramCounters sum;
-  for (const Slice& slice : slices_) sum.channel += slice.dram.counters();
+  for (const modules::DramChannelCounters& channel : channels) sum.channel += channel;
   sum.responses = sum.channel.reads + sum.channel.writes;
   sum.clocks = end * core_fs_ / memory_fs_;
   const double peak = static_cast<double>(slices_.size()) * dram_.channel.burst_bytes / dram_.channel.timing.ccd;

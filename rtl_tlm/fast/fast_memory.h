@@ -38,6 +38,8 @@ class FastMemory {
   };
   /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
   Trip access(const Request& request, Cycle sent);
+  /// The same for the tags, at once and uncounted.
+  void warm(const Request& request);
   /// To be called when all has been sent, before counts are read.
   void finish();
   /// Nothing will be sent before cycle `now` any more.
@@ -45,7 +47,7 @@ class FastMemory {
 
   // Counts in the form of the cycle model's.
   const std::vector<modules::L2Counters>& slices() const { return l2_; }
-  modules::DramCounters dram(Cycle end) const;
+  modules::DramCounters dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const;
   std::vector<modules::DramChannelCounters> channels() const;
   std::uint64_t dirty_sectors() const;
 
@@ -79,6 +81,9 @@ class FastMemory {
   /// SMs that cross to the slice too when `sm` has.
   unsigned others(const Slice& slice, unsigned sm) const;
   void note_crossing(Slice& slice, unsigned sm, Cycle crossed) const;
+  /// The line's place in the tags of a slice, which it gets if it has none.
+  modules::SectorCacheTags::Slot find_or_insert(Slice& slice, std::uint64_t local,
+                                                modules::SectorCacheTags::Victim& victim);
   Cycle look_up(unsigned index, const Request& request, Cycle now);
   Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
   /// A line has left the slice.

@@ -1,5 +1,6 @@
 // The RT unit in fast mode: calls, the order of warps, and what becomes of a lane's events.
 #include <bit>
+#include <utility>
 
 #include "rtl_tlm/fast/fast_machine.h"
 
@@ -24,6 +25,7 @@ void Machine::accept(Cycle now, unsigned s) {
     call.slot = static_cast<std::uint16_t>(slot);
     call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = 0;
     call.fetches.clear(now);
+    const auto before = static_cast<unsigned>(draw() % stride_);  // events of each lane, without time
     for_each_bit(sm.program.active_lanes(slot), [&](unsigned i) {
       const auto events = warp.cursor.events(i);
       if (events.empty()) return;
@@ -34,15 +36,18 @@ void Machine::accept(Cycle now, unsigned s) {
       lane.end = events.data() + events.size();
       lane.depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
       lane.shaded = lane.settling = false;
-      call.active |= bit(i);
+      lane.begins = true;
+      lane.owed = 0;
       if (!records_.empty()) {
         std::fill_n(records_of(number), config_.rt.prefetcher.records, Record{});
         newest_[number] = 0;
       }
       if (header_.checkpoint) begin_checkpoints(s, slot, i, round, number, replay);
+      warm(number, lane, sm, call, before);
+      if (lane.next != lane.end) call.active |= bit(i);
     });
     call.ready = call.active;
-    call.accepted = call.since = now;
+    call.accepted = call.since = call.selected = now;
     call.wait = call.ready != 0 ? WarpWait::ready : WarpWait::retire;
     count_stall(wheel_.now(), sm);
     sm.free_entries &= ~bit(entry);
@@ -163,7 +168,18 @@ void Machine::select(Cycle now, unsigned s) {
   triggered_count_ = 0;
   const bool idle = sm.ports[kNode].queue.empty();
   if (idle) sm.ports[kNode].next = std::max(sm.ports[kNode].next, now + 2);
-  for_each_bit(lanes, [&](unsigned i) {
+  LaneMask timed = lanes;
+  if (stride_ > 1) {
+    const Cycle apart = now - std::exchange(call.selected, now);
+    for_each_bit(lanes, [&](unsigned i) {
+      const Number number = lane_number(s, entry, i);
+      Lane& lane = lanes_[number];
+      if (warm_up_to_next(now, number, lane, sm, call, apart)) return;
+      timed &= ~bit(i);
+      settled(now, number, lane, sm, call);
+    });
+  }
+  for_each_bit(timed, [&](unsigned i) {
     const Number number = lane_number(s, entry, i);
     handle(now, number, lanes_[number], sm, call);
   });
@@ -175,24 +191,15 @@ void Machine::select(Cycle now, unsigned s) {
 void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   const Event event = *lane.next;
   switch (event.kind()) {
-    case EventKind::visit_internal: {
-      const auto& nodes = sm.warps[call.slot].group->nodes;
-      if (event.node >= nodes.size()) refuse(number, "visits an internal node that the group does not define");
-      ++sm.rt.scheduler.visits_internal;
-      return fetch(now, number, lane, sm, call, NodeKind::internal,
-                   std::uint64_t{nodes[event.node].address} * traces::kNodeUnit, false);
-    }
+    case EventKind::visit_internal:
+      return fetch(now, number, lane, sm, call, target_of(number, event, sm, call));
     case EventKind::visit_instance:
-      if (!traffic_.two_level()) refuse(number, "visits an instance leaf of a monolithic structure");
-      ++sm.rt.scheduler.visits_instance;
-      fetch(now, number, lane, sm, call, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
-            event.detail == 0 && traffic_.header_read());
-      if (!records_.empty()) note_leaf(now, number, lane, sm, event.node);
-      return;
     case EventKind::visit_leaf:
-      ++sm.rt.scheduler.visits_leaf;
-      fetch(now, number, lane, sm, call, traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
-      if (!records_.empty()) note_leaf(now, number, lane, sm, event.node);
+      fetch(now, number, lane, sm, call, target_of(number, event, sm, call));
+      if (records_.empty()) return;
+      if (const Record* record = take_record(number, event.node)) {
+        prefetch_siblings(now, lane, sm, *record, event.node);
+      }
       return;
     case EventKind::cull:
       ++sm.rt.scheduler.culls;
@@ -276,6 +283,7 @@ void Machine::settled(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) 
     lane.settling = false;
     call.checkpointing &= ~lane_bit(number);
   }
+  if (lane.end - lane.next <= lane.owed) warm(number, lane, sm, call, lane.owed);
   if (lane.next != lane.end) return make_ready(now, number, lane, sm, call);
   call.active &= ~lane_bit(number);
   if (call.active == 0) {
@@ -324,7 +332,7 @@ void Machine::fire(Cycle now, unsigned s, unsigned entry) {
   call.in_any_hit = warp.service_lanes = batch.lanes;
   call.waiting_any_hit = 0;
   warp.in_service = true;
-  sm.program.any_hit(batch, phase_);
+  any_hit(sm, batch, sm.timed_any_hits);
   load(now + config_.sm_links.message_latency, s, call.slot);
 }
 

@@ -1,5 +1,6 @@
 #include "rtl_tlm/fast/fast_run.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "rtl_tlm/fast/fast_gpu.h"
@@ -58,7 +59,9 @@ FastRun run_fast(const traces::Reader& reader, const std::vector<std::uint64_t>&
   run.group_sm.resize(groups.size());
   TraceSource file(reader, groups, kDecodeAhead);
   NotingSource source(file, acquired);
-  FastGpu gpu(config, reader.header(), reader.totals().max_evictions_per_ray, source);
+  const std::uint64_t visits =
+      reader.totals().visits() * groups.size() / std::max<std::uint64_t>(1, reader.group_count());
+  FastGpu gpu(config, reader.header(), reader.totals().max_evictions_per_ray, source, fast_stride(config, visits));
   Ends ends(run, config.resident_warps);
   gpu.observe(&ends);
   std::vector<unsigned> sms;

@@ -72,19 +72,36 @@ void Machine::load(Cycle now, unsigned s, unsigned slot) {
   warp.instructions = phase_.instructions;
   warp.stores.swap(phase_.stores);
   warp.loads_seen = 0;
+  warp.shortened = stride_ > 1 && warp.kind != PhaseKind::any_hit;  // any-hit shaders of other events are not timed
   if (phase_.loads.empty()) return issue(now, s, slot);
   enter(now, sm, warp, WarpActivity::memory);
   warp.loading = true;
+  warp.loads_from = now;
+  warp.loads_timed = 0;
   const Number number = warp_number(s, slot);
   RingQueue<Request>& queue = sm.ports[kSimt].queue;
   const bool idle = queue.empty();
-  sm.waiting |= 1u << kSimt;
-  for (const SectorAccess& sector : phase_.loads) ++sm.simt.memory.loads[static_cast<std::size_t>(sector.region)];
+  const std::uint64_t key = warp.shortened ? draw() : 0;
   for_each_line(phase_.loads, [&](std::uint64_t line, std::uint8_t mask, Region region) {
+    if (warp.shortened && !chosen(line, key)) return warm_line(s, sm, kSimt, line, mask, region, false);
+    sm.simt.memory.loads[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
     ++warp.loads_pending;
+    ++warp.loads_timed;
     queue.push({line, number, mask, region, false, true});
   });
+  if (warp.loads_timed == 0) return wheel_.add(now + usual_wait_ / (16 * stride_), number);
+  sm.waiting |= 1u << kSimt;
   if (idle) serve(now, s);
+}
+
+// What the requests of a shortened phase take one after the other is as much less than a whole one's as there are fewer
+// of them; the rest of its wait is not.
+Cycle Machine::loaded(const Warp& warp, Cycle seen) {
+  if (!warp.shortened) return seen;
+  const Cycle wait = seen - std::min(seen, warp.loads_from);
+  usual_wait_ += wait - usual_wait_ / 16;
+  const Cycle in_turn = std::min<Cycle>(wait, warp.loads_timed);
+  return warp.loads_from + in_turn + (wait - in_turn) / stride_;
 }
 
 void Machine::issue(Cycle now, unsigned s, unsigned slot) {
@@ -93,7 +110,12 @@ void Machine::issue(Cycle now, unsigned s, unsigned slot) {
   enter(now, sm, warp, executing(warp.kind));
   sm.simt.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
   ++sm.simt.phases[static_cast<std::size_t>(warp.kind)];
-  wheel_.add(sm.issue.reserve(slot, warp.instructions, now), warp_number(s, slot));
+  if (!warp.shortened) return wheel_.add(sm.issue.reserve(slot, warp.instructions, now), warp_number(s, slot));
+  instructions_left_ += warp.instructions;
+  const Cycle latency = config_.simt.instruction_latency;
+  const Cycle issued = sm.issue.reserve(slot, instructions_left_ / stride_, now) - latency;
+  instructions_left_ %= stride_;
+  wheel_.add(issued + latency / stride_, warp_number(s, slot));
 }
 
 void Machine::store(Cycle now, unsigned s, unsigned slot) {
@@ -103,13 +125,16 @@ void Machine::store(Cycle now, unsigned s, unsigned slot) {
   const Number number = warp_number(s, slot);
   RingQueue<Request>& queue = sm.ports[kSimt].queue;
   const bool idle = queue.empty();
-  sm.waiting |= 1u << kSimt;
-  for (const SectorAccess& sector : warp.stores) ++sm.simt.memory.stores[static_cast<std::size_t>(sector.region)];
+  const std::uint64_t key = warp.shortened ? draw() : 0;
   for_each_line(warp.stores, [&](std::uint64_t line, std::uint8_t mask, Region region) {
+    if (warp.shortened && !chosen(line, key)) return warm_line(s, sm, kSimt, line, mask, region, true);
+    sm.simt.memory.stores[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
     ++warp.stores_pending;
     queue.push({line, number, mask, region, true, true});
   });
   warp.stores.clear();
+  if (queue.empty()) return;
+  sm.waiting |= 1u << kSimt;
   if (idle) serve(now, s);
 }
 

@@ -26,6 +26,7 @@
 #include "rtl_tlm/fast/place_ring.h"
 #include "rtl_tlm/fast/response_calendar.h"
 #include "rtl_tlm/fast/slot_calendar.h"
+#include "rtl_tlm/fast/timed_share.h"
 #include "rtl_tlm/gpu_config.h"
 #include "rtl_tlm/rt_unit.h"
 
@@ -36,10 +37,12 @@ using Number = EventWheel::Number;
 /// Of the L1, in the order of the cycle model's.
 enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kClients };
 
+inline constexpr Number kNobody = ~Number{0};
+
 /// Sectors of one line, which an L1 client asks for.
 struct Request {
   std::uint64_t line = 0;  ///< address
-  Number owner = 0;        ///< lane, or warp
+  Number owner = 0;        ///< lane, or warp; kNobody: an access that takes no time, behind those that do
   std::uint8_t sectors = 0;
   modules::Region region{};
   bool write = false;
@@ -50,6 +53,8 @@ static_assert(sizeof(Request) == 16);
 /// A client's port: one sector a cycle.
 struct Port {
   modules::RingQueue<Request> queue;
+  std::size_t timeless = 0;  ///< requests of kNobody in it
+  std::size_t timed() const { return queue.size() - timeless; }
   Cycle next = 0;   ///< free from
   Cycle until = 0;  ///< refused until
 };
@@ -108,6 +113,8 @@ struct Lane {
   std::uint16_t depth = 0;  ///< of the stack
   bool shaded = false;      ///< the any-hit shader has seen its hit
   bool settling = false;    ///< hands checkpoint entries over
+  std::uint16_t owed = 0;   ///< events that take no time, before those of its next step
+  bool begins = false;      ///< its first event that takes time is next
 };
 
 /// An internal visit whose hit children may be prefetched.
@@ -135,6 +142,7 @@ struct Call {
   LaneMask ready = 0, waiting_any_hit = 0, in_any_hit = 0,
            checkpointing = 0;  ///< of these; the others' nodes are on the way
   Cycle accepted = 0;
+  Cycle selected = 0;       ///< last
   Cycle since = 0;          ///< first cycle whose wait has not been counted
   Cycle any_hit_since = 0;  ///< of the first lane that waits
   Fetches fetches;
@@ -159,6 +167,10 @@ struct Warp {
   std::vector<modules::SectorAccess> stores;
   std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
   Cycle loads_seen = 0, stores_seen = 0;
+  // Of a phase in which one in so many requests takes time, and everything as much less of it.
+  bool shortened = false;
+  Cycle loads_from = 0;
+  std::uint32_t loads_timed = 0;  ///< requests
 };
 
 /// Pipelines of one kind of intersection unit.
@@ -191,6 +203,7 @@ struct Sm {
   LaneMask free_slots = 0;
   std::uint64_t launched = 0;
   modules::SimtCounters simt;
+  AnyHitWork timed_any_hits, warming_any_hits;
   // ---- RT unit
   std::vector<Call> calls;
   std::vector<std::uint64_t> ages;  ///< by entry

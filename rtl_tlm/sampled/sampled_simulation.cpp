@@ -157,7 +157,9 @@ class SampledRun {
     const ChainLatencies latencies(config_, reader_.header());
     std::vector<std::uint64_t> groups(reader_.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-    whole_fast_ = run_fast(reader_, groups, known_, config_, [&](const traces::RayGroup& group) {
+    GpuConfig config = config_;
+    config.fast.seed = options_.seed;
+    whole_fast_ = run_fast(reader_, groups, known_, config, [&](const traces::RayGroup& group) {
       work_.groups.push_back(brief_work(group));
       const Chain chain = measure_chain(group, latencies);
       work_.longest.ray = std::max(work_.longest.ray, chain.ray);
@@ -171,7 +173,9 @@ class SampledRun {
     std::vector<FastSample> compared;
     for (const auto& simulated : samples_) {
       const SampleRun& run = *simulated;
-      const FastRun fast = run_fast(reader_, run.groups, {}, run.machine.config, {});
+      GpuConfig config = run.machine.config;
+      config.fast.stride = 1;  // the sample is small, and tells how far the model is off, not the draw
+      const FastRun fast = run_fast(reader_, run.groups, {}, config, {});
       FastSample sample;
       sample.groups = run.groups;
       for (const std::uint64_t group : run.groups) sample.weight.push_back(all_[group]->sectors);

@@ -92,7 +92,7 @@ TEST_F(FirstLaunches, AreFollowedByFastMode) {
     modules::set_time_resolution_to_fs();
     TraceSource source(reader, 4);
     Launches seen;
-    FastGpu gpu(config(), reader.header(), reader.totals().max_evictions_per_ray, source);
+    FastGpu gpu(config(), reader.header(), reader.totals().max_evictions_per_ray, source, 1);
     gpu.observe(&seen);
     gpu.assign(wanted);
     gpu.run([](std::uint64_t) {});

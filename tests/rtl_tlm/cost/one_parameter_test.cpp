@@ -260,7 +260,9 @@ INSTANTIATE_TEST_SUITE_P(Tables, OneParameter,
 TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) {
   GpuConfig config;
   std::set<std::string> keys, classified;
-  for (const ConfigKey& key : config_keys(config)) keys.insert(key.name);
+  for (const ConfigKey& key : config_keys(config)) {
+    if (!key.name.starts_with("fast.")) keys.insert(key.name);  // how fast mode approximates: no hardware
+  }
   for (const Mutation& m : mutations()) {
     EXPECT_TRUE(classified.insert(m.key).second) << m.key << " is there twice";
     EXPECT_EQ(std::string(m.why).empty(), m.moves == Moves::both) << m.key;
