@@ -108,14 +108,19 @@ class FastStrideTrace : public ::testing::TestWithParam<bool> {
 TEST_P(FastStrideTrace, EstimatesCyclesAndTraffic) {
   using Value = std::function<std::uint64_t(const GpuCounters&)>;
   constexpr auto kAnyHit = static_cast<std::size_t>(modules::PhaseKind::any_hit);
+  constexpr auto kMemory = static_cast<std::size_t>(modules::WarpActivity::memory);
+  constexpr auto kBlend = static_cast<std::size_t>(modules::WarpActivity::blend);
   const std::vector<std::pair<std::string, Value>> values = {
       {"cycles", [](const GpuCounters& c) { return c.cycles; }},
+      {"lanes handled", [](const GpuCounters& c) { return c.rt.scheduler.lanes_handled; }},
       {"fetches", [](const GpuCounters& c) { return c.rt.memory.node_fetches(); }},
       {"selections", [](const GpuCounters& c) { return c.rt.scheduler.selections; }},
       {"occupancy", [](const GpuCounters& c) { return c.rt.warp_buffer.occupancy_integral; }},
       {"warp latency", [](const GpuCounters& c) { return c.rt.warp_buffer.warp_latency.sum(); }},
       {"L1 accesses", [](const GpuCounters& c) { return c.l1.accesses(); }},
-      {"any-hit instructions", [](const GpuCounters& c) { return c.simt.instructions[kAnyHit]; }}};
+      {"any-hit instructions", [](const GpuCounters& c) { return c.simt.instructions[kAnyHit]; }},
+      {"waits for loads", [](const GpuCounters& c) { return c.simt.warp_cycles[kMemory]; }},
+      {"blending", [](const GpuCounters& c) { return c.simt.warp_cycles[kBlend]; }}};
   const GpuCounters all = run({stride(1)});
   constexpr unsigned kSeeds = 8;
   std::vector<GpuCounters> draws;
@@ -128,7 +133,7 @@ TEST_P(FastStrideTrace, EstimatesCyclesAndTraffic) {
       different.insert(value(draw));
     }
     const auto expected = static_cast<double>(value(all));
-    EXPECT_NEAR(sum / kSeeds, expected, 0.06 * expected) << name;
+    EXPECT_NEAR(sum / kSeeds, expected, 0.08 * expected) << name;
     EXPECT_GT(different.size(), 1U) << name << ": the seed changes nothing";
   }
 }
