@@ -94,6 +94,7 @@ bool Machine::warm_up_to_next(Cycle now, Number number, Lane& lane, Sm& sm, Call
 
 // Not of a shared BLAS: its nodes are under way all the time, and lanes meet there that are not on one path.
 bool Machine::is_under_way(const Event& event, const Sm& sm, const Call& call, Cycle now, Cycle then) const {
+  if (!config_.rt.memory.merge_in_flight) return false;  // nobody joins
   std::uint64_t node = event.node;
   if (event.kind() == EventKind::visit_internal) {
     const auto& nodes = sm.warps[call.slot].group->nodes;

@@ -80,6 +80,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Machine{"baseline", false, {}}, Machine{"grtx", true, {}}, Machine{"perfect_l1", true, {"l1.perfect=true"}},
         Machine{"two_mshrs", true, {"l1.mshr_entries=2"}}, Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}},
+        Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}},
         Machine{"no_write_combining", true, {"rt.checkpoint.write_combine=false", "rt.checkpoint.read_buffer=false"}}),
     [](const auto& i) { return std::string(i.param.name); });
 
