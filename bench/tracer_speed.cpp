@@ -19,6 +19,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "frontend/camera.h"
+#include "frontend/encoding_recorder.h"
 #include "frontend/ray_recorder.h"
 #include "frontend/ray_tracer.h"
 #include "frontend/scene_io.h"
@@ -134,7 +135,7 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
     timed.push_back(
         {"+ write", [&] {
            traces::Writer writer(path, trace_header(scene, camera, accel, tracer_options, {}));
-           frontend::GroupRecorder recorder(accel.image(), &writer.header());
+           frontend::EncodingRecorder recorder(accel.image(), writer.header());
            const double seconds = trace_groups(
                recorder,
                [&](std::size_t g) { recorder.begin_group(static_cast<std::uint32_t>(g), traces::RayKind::primary); },

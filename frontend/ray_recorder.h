@@ -8,14 +8,22 @@
 #include "traces/event.h"
 #include "traces/group_encoder.h"
 #include "traces/header.h"
+#include "traces/node_source.h"
 
 namespace grtx::frontend {
 
 class NullRecorder {
  public:
   static constexpr bool kEnabled = false;
-  void begin_round() {}
-  std::uint32_t internal(const std::uint8_t*, std::uint32_t, std::uint32_t, unsigned, unsigned) { return 0; }
+  /// The children that a visited node pushes, from the last to be popped to the first.
+  struct Children {
+    void put(unsigned /*slot*/, unsigned /*pushed*/) {}
+  };
+
+  void begin_round(bool /*replay*/) {}
+  void pop() {}
+  Children open(std::uint32_t /*address*/) { return {}; }
+  void internal(const Children&, std::uint32_t, unsigned, unsigned) {}
   void event(traces::EventKind, std::uint32_t, unsigned, unsigned, unsigned = 0) {}
   void processed(std::uint32_t, bool) {}
   void end_round(traces::Round) {}
@@ -31,11 +39,11 @@ class ImageNodes : public traces::NodeSource {
   const NodeImage& image_;
 };
 
-/// Records one ray at a time, and encodes it when it is done, before its events leave the caches. One recorder a
-/// thread.
+/// Records the events of one ray at a time, and encodes them when it is done. One recorder a thread.
 class GroupRecorder {
  public:
   static constexpr bool kEnabled = true;
+  using Children = NullRecorder::Children;
 
   /// Without a header nothing is encoded: the ray recorded last is all there is. The header must outlive the recorder.
   explicit GroupRecorder(const NodeImage& image, const traces::Header* header = nullptr)
@@ -49,11 +57,11 @@ class GroupRecorder {
   /// What the ray begun last has looked at when blending.
   const std::vector<traces::Processed>& processed() const { return processed_; }
 
-  void begin_round() { round_start_ = events_; }
-  std::uint32_t internal(const std::uint8_t*, std::uint32_t address, std::uint32_t, unsigned pushed,
-                         unsigned checkpoints) {
+  void begin_round(bool /*replay*/) { round_start_ = events_; }
+  void pop() {}
+  Children open(std::uint32_t /*address*/) { return {}; }
+  void internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints) {
     event(traces::EventKind::visit_internal, address, pushed, checkpoints);
-    return 0;
   }
   void event(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints,
              unsigned shifts = 0) {

@@ -346,7 +346,7 @@ traces::Round RayTracer::begin_round(Recorder& recorder) {
   destination_.clear();
   overflow_ = false;
   turned_away_ = false;
-  recorder.begin_round();
+  recorder.begin_round(replay_);
   refill_from_evictions(round);
   t_max_ = t_limit_;
   if (options_.replay_tmax == ReplayTmax::kth && k_buffer_.full()) t_max_ = k_buffer_.back().t;
@@ -388,8 +388,9 @@ void RayTracer::miss_scene(Recorder& recorder) {
   ++counters_.rounds;
   ++counters_.visits_internal;
   visited(root_, layout_.slots == 6 ? 1 : 2);
-  recorder.begin_round();
-  recorder.internal(bytes(root_), root_, 0, 0, 0);
+  recorder.begin_round(false);
+  recorder.pop();
+  recorder.internal(recorder.open(root_), root_, 0, 0);
   recorder.end_round({});
 }
 
@@ -435,6 +436,7 @@ template <typename Recorder>
 void RayTracer::drain_stack(const TraceRay& ray, Recorder& recorder) {
   while (!stack_.empty()) {
     const Entry entry = stack_.pop();
+    recorder.pop();
     if (entry.t > t_max_) {
       const bool kept = checkpoint(entry);
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
@@ -508,7 +510,6 @@ inline std::uint32_t RayTracer::test_boxes(const TraceRay& ray, std::uint32_t no
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
-  head->packed = 0;
   const bool near_first = options_.child_order == ChildOrder::near_first;
   std::ptrdiff_t in_slot_order = 0;
   for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
@@ -536,6 +537,8 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
   const ReachedNode* const children = &memory_[list];
   const std::uint32_t count = children->node;
   Entry* top = stack_.top();
+  const std::uint32_t units = Recorder::kEnabled ? units_of(entry.node) : 0;
+  typename Recorder::Children opened = recorder.open(units);
   unsigned pushed = 0, beyond = 0;
   for (std::uint32_t i = count; i > 0; --i) {
     const ReachedNode& child = children[i];
@@ -545,16 +548,13 @@ void RayTracer::visit_internal(const TraceRay& ray, const Entry& entry, Recorder
     *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
     top += within;
     if (Recorder::kEnabled) pushed |= within << child.slot();
+    opened.put(child.slot(), within);
     beyond |= (alive ^ within) << child.slot();
   }
   stack_.set_top(top);
   unsigned checkpoints = 0;
   if (beyond != 0 && options_.checkpoint) checkpoints = checkpoint_children(entry, list, beyond);
-  if (Recorder::kEnabled) {
-    const std::uint32_t units = units_of(entry.node);
-    std::uint32_t& recorded = memory_[list].packed;
-    recorded = recorder.internal(bytes(units), units, recorded, pushed, checkpoints);
-  }
+  recorder.internal(opened, units, pushed, checkpoints);
 }
 
 /// Checkpoints the children in `mask`, in slot order; returns the mask of those kept.

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/progress.h"
+#include "frontend/encoding_recorder.h"
 #include "frontend/in_order.h"
 #include "frontend/ray_tracer.h"
 #include "frontend/secondary_plan.h"
@@ -24,6 +25,7 @@ struct Worker {
       : tracer(scene, gaussians, accel, options),
         secondary_tracer(scene, gaussians, accel, options),
         recorder(accel.image(), header) {
+    if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(accel.image(), *header);
     if (footprint != nullptr) {
       tracker.emplace(accel.image().size(), *footprint);
       tracer.track_visits(&*tracker);
@@ -34,8 +36,24 @@ struct Worker {
   RayTracer secondary_tracer;  ///< counts apart
   std::uint64_t secondary_unique = 0;
   GroupRecorder recorder;
+  std::optional<EncodingRecorder> encoding_recorder;  ///< in its place, where it can record
   std::optional<VisitTracker> tracker;
 };
+
+/// Traces a group's rays, and gives the writer its trace.
+template <typename F>
+void write_group(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer& writer, F&& trace_rays) {
+  const auto write = [&](auto& recorder) {
+    recorder.begin_group(static_cast<std::uint32_t>(index), kind);
+    trace_rays(recorder, [&](std::uint32_t pixel) { recorder.begin_ray(pixel); });
+    writer.append(recorder.end_group());
+  };
+  if (worker.encoding_recorder) {
+    write(*worker.encoding_recorder);
+  } else {
+    write(worker.recorder);
+  }
+}
 
 PixelCost cost_so_far(const TracerCounters& c) {
   return {static_cast<std::uint32_t>(c.visits()), static_cast<std::uint32_t>(c.rounds),
@@ -161,9 +179,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
       }
     };
     if (writer != nullptr) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
-      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
-      writer->append(worker.recorder.end_group());
+      write_group(worker, index, traces::RayKind::primary, *writer, trace_rays);
     } else if (!options.skips.has(Skip::events)) {
       worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
       trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
@@ -193,9 +209,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
       }
     };
     if (writer != nullptr) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(groups.size() + index), group.kind);
-      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
-      writer->append(worker.recorder.end_group());
+      write_group(worker, groups.size() + index, group.kind, *writer, trace_rays);
     } else {
       NullRecorder recorder;
       trace_rays(recorder, [](std::uint32_t) {});

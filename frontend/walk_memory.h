@@ -19,7 +19,7 @@ struct ReachedNode {
   float enter = 0.0f;
   float exit = 0.0f;
   std::uint32_t node = 0;    ///< units; in the head of a list: its length
-  std::uint32_t packed = 0;  ///< kind (3 bits), slot (3 bits), link; in the head of a list: what the recorder keeps
+  std::uint32_t packed = 0;  ///< kind (3 bits), slot (3 bits), link
 
   static constexpr std::uint32_t kMaxLink = (1u << 26) - 1;
   ReachedNode() = default;

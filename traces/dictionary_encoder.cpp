@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "traces/group_codec.h"
-#include "traces/group_encoder.h"
 #include "traces/node_shape.h"
 
 namespace grtx::traces {
@@ -44,7 +43,7 @@ std::uint32_t DictionaryEncoder::add(const NodeDefinition& definition) {
   }
 }
 
-std::uint32_t DictionaryEncoder::reach(std::uint32_t parent, unsigned slot, std::uint32_t address, unsigned hits) {
+std::uint32_t DictionaryEncoder::reach(std::uint32_t parent, unsigned slot, std::uint32_t address) {
   std::uint32_t index = 0;
   if (all_listed_) {
     const auto end = records_.end();
@@ -56,13 +55,15 @@ std::uint32_t DictionaryEncoder::reach(std::uint32_t parent, unsigned slot, std:
     index = add(source_->define(address));
   }
   model_[parent].links[slot] = index;
-  NodeRecord& record = records_[index - GroupModel::kFirstNode];
-  if (!record.visited) {
-    record.visited = true;
-    record.first_hits = static_cast<std::uint8_t>(hits);
-    model_[index].last_hits = static_cast<std::uint8_t>(hits);
-  }
   return index;
+}
+
+void DictionaryEncoder::visit_first(std::uint32_t index, unsigned hits) {
+  NodeRecord& record = records_[index - GroupModel::kFirstNode];
+  if (record.visited) return;
+  record.visited = true;
+  record.first_hits = static_cast<std::uint8_t>(hits);
+  model_[index].last_hits = static_cast<std::uint8_t>(hits);
 }
 
 unsigned DictionaryEncoder::put(ColumnWriter& columns) {

@@ -10,24 +10,25 @@
 #include "traces/event.h"
 #include "traces/group_model.h"
 #include "traces/group_place.h"
+#include "traces/node_source.h"
 
 namespace grtx::traces {
 
-class NodeSource;
-
-/// Keeps its memory. Errors are those of GroupEncoder, at `place`.
+/// Keeps its memory. Errors are std::logic_error, at `place`.
 class DictionaryEncoder {
  public:
-  /// Nodes are added to `model`, which GroupEncoder begins. Both references must outlive this.
+  /// Nodes are added to `model`, which its owner begins. Both references must outlive this.
   DictionaryEncoder(GroupModel& model, const GroupPlace& place) : model_(model), place_(place) {}
 
   /// Forgets all nodes. `source` must live until the last reach().
   void begin(const NodeSource& source);
   /// All nodes, ascending by address: none is asked of the source.
   void list(const std::vector<NodeDefinition>& nodes);
-  /// Index into the model of the node at `address` (/ kNodeUnit) that a visit, which hits `hits`, reaches for the first
-  /// time through this slot of this parent. References to nodes of the model become invalid.
-  std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address, unsigned hits);
+  /// Index into the model of the node at `address` (/ kNodeUnit) that a visit reaches for the first time through this
+  /// slot of this parent. References to nodes of the model become invalid.
+  std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address);
+  /// What that visit hit, unless the node had been visited before.
+  void visit_first(std::uint32_t index, unsigned hits);
   std::size_t size() const { return records_.size(); }
   /// Fills the columns of nodes. Returns how they are stored (kNodesInTree and others).
   unsigned put(ColumnWriter& columns);

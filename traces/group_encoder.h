@@ -1,4 +1,4 @@
-// Encodes a group ray by ray, as the rays are traced: the events of one ray are all that has to be kept.
+// Encodes a group ray by ray from the events of each ray, which must follow a stack: it is rebuilt, and checked.
 #pragma once
 
 #include <cstddef>
@@ -7,26 +7,12 @@
 #include <span>
 #include <vector>
 
-#include "traces/byte_stream.h"
+#include "traces/encoded_group.h"
 #include "traces/event.h"
 #include "traces/header.h"
+#include "traces/node_source.h"
 
 namespace grtx::traces {
-
-/// Tells where the children of an internal node lie that a ray visited.
-class NodeSource {
- public:
-  virtual ~NodeSource() = default;
-  /// Of the internal node at `address` (/ kNodeUnit).
-  virtual NodeDefinition define(std::uint32_t address) const = 0;
-};
-
-/// A group ready for Writer::append().
-struct EncodedGroup {
-  std::uint32_t index = 0;
-  Bytes chunk;  ///< as in the file
-  Totals totals;
-};
 
 /// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (/ kNodeUnit).
 struct TracedRay {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "traces/event.h"
-#include "traces/group_encoder.h"
+#include "traces/encoded_group.h"
 #include "traces/header.h"
 
 namespace grtx::traces {
