@@ -28,7 +28,8 @@ class EncodingRecorder {
    public:
     /// Written without branches, which would follow no pattern.
     void put(unsigned slot, unsigned pushed) {
-      const auto expected = static_cast<unsigned>(std::countr_zero(order_ & kOnes << slot));
+      // Each slot is in the order, so there is a bit: std::countr_zero() would look whether there is.
+      const auto expected = static_cast<unsigned>(__builtin_ctzll(order_ & traces::NodeModel::bits_of(slot)));
       *end_ = {node_, slot};
       end_ += pushed;
       differ_ |= pushed & static_cast<unsigned>(expected > last_);
@@ -37,7 +38,6 @@ class EncodingRecorder {
 
    private:
     friend class EncodingRecorder;
-    static constexpr std::uint64_t kOnes = 0x0101010101010101;
     Children(traces::ChildPlace* end, std::uint32_t node, std::uint64_t order)
         : end_(end), node_(node), order_(order) {}
 

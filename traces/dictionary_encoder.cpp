@@ -132,6 +132,8 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
         first = child;
         mask |= 1U << slot;
         walk[depth++] = child;
+        __builtin_prefetch(&nodes[child]);
+        __builtin_prefetch(&records[child - GroupModel::kFirstNode]);
       }
       if (mask != 0) {
         if (records[first - GroupModel::kFirstNode].address <= last_address) return false;

@@ -44,6 +44,8 @@ struct alignas(64) NodeModel {
 
   /// The slots of the mask `remaining` in the order in which they are expected, as bits in `order`.
   std::uint64_t ordered(unsigned remaining) const { return order & kOnes * remaining; }
+  /// The bits that stand for `slot`, wherever it comes in the order.
+  static std::uint64_t bits_of(unsigned slot) { return kOnes << slot; }
   /// Undoes ordered().
   static unsigned mask_of(std::uint64_t ordered) { return static_cast<unsigned>(ordered * kOnes >> 56); }
   /// The first of them, which are not none.

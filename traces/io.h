@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "traces/event.h"
 #include "traces/encoded_group.h"
+#include "traces/event.h"
 #include "traces/header.h"
 
 namespace grtx::traces {

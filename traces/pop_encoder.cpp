@@ -100,13 +100,27 @@ std::uint32_t PopEncoder::reach_first(ChildPlace at, std::uint32_t address) {
   return dictionary_.reach(at.parent(), at.slot(), address);
 }
 
+// As pop() one after the other. Who moves up goes before the others of the stack, which stay in their order: so the
+// bits of the first order tell all ranks.
 void PopEncoder::pop_all(std::span<ChildPlace> stack) {
+  const std::uint32_t parent = stack.front().parent();
+  NodeModel& node = model_[parent];
+  const unsigned inner = node.internal_mask | node.instance_mask;
   unsigned remaining = 0;
   for (const ChildPlace place : stack) remaining |= 1U << place.slot();
+  std::uint64_t left = node.ordered(remaining);
   for (std::size_t i = stack.size(); i-- > 0;) {
     const unsigned slot = stack[i].slot();
-    stack[i] = pop(stack[i].parent(), remaining, slot);
-    remaining &= ~(1U << slot);
+    const unsigned first = NodeModel::first_of(left);
+    const std::uint64_t place = left & NodeModel::bits_of(slot);
+    if (first != slot) {
+      unsigned rank = 0;
+      for (std::uint64_t before = left & (place - 1); before != 0; before &= before - 1) ++rank;
+      stack[i] = ChildPlace(parent, slot, rank, (inner >> slot ^ inner >> first) & 1);
+      node.move_up(remaining, slot);
+    }
+    left ^= place;
+    remaining ^= 1U << slot;
   }
 }
 

@@ -46,14 +46,24 @@ std::size_t ProcessedEncoder::put(ColumnWriter& columns) {
   return gaussians_.size();
 }
 
+// A binary search without branches, which would follow no pattern. The Gaussian is there.
+std::uint32_t ProcessedEncoder::position_of(std::uint32_t gaussian) const {
+  const std::uint32_t* first = gaussians_.data();
+  for (std::size_t count = gaussians_.size(); count > 1;) {
+    const std::size_t half = count / 2;
+    first += first[half] <= gaussian ? half : 0;
+    count -= half;
+  }
+  return static_cast<std::uint32_t>(first - gaussians_.data());
+}
+
 void ProcessedEncoder::put_ray(ColumnWriter& columns, std::span<const Processed> entries) {
   std::size_t last = gaussians_.size();
   for (const Processed& entry : entries) {
     std::uint32_t index = successor_[last];
     const bool predicted = index != kNoSuccessor && gaussians_[index] == entry.gaussian;
     if (!predicted) {
-      const auto found = std::lower_bound(gaussians_.begin(), gaussians_.end(), entry.gaussian);
-      index = static_cast<std::uint32_t>(found - gaussians_.begin());
+      index = position_of(entry.gaussian);
       columns.put(Column::gaussian_low, index & 0xFF);
       columns.put_varint(Column::gaussian_high, index >> 8);
     }

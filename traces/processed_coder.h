@@ -24,6 +24,7 @@ class ProcessedEncoder {
 
  private:
   void put_ray(ColumnWriter& columns, std::span<const Processed> entries);
+  std::uint32_t position_of(std::uint32_t gaussian) const;
 
   std::vector<Processed> processed_;      ///< of all rays
   std::vector<std::size_t> ends_;         ///< of each ray
