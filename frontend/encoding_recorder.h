@@ -109,12 +109,7 @@ class EncodingRecorder {
         break;
     }
   }
-  void processed(std::uint32_t gaussian, bool blended) {
-    traces::Processed entry;
-    entry.gaussian = gaussian & 0x7FFFFFFFu;
-    entry.blended = blended ? 1u : 0u;
-    processed_.push_back(entry);
-  }
+  void processed(std::uint32_t gaussian, bool blended) { processed_.push_back(processed_entry(gaussian, blended)); }
   void end_round(const traces::Round& round);
 
  private:

@@ -12,6 +12,14 @@
 
 namespace grtx::frontend {
 
+/// What a ray's shader has looked at when blending.
+inline traces::Processed processed_entry(std::uint32_t gaussian, bool blended) {
+  traces::Processed entry;
+  entry.gaussian = gaussian & 0x7FFFFFFFu;
+  entry.blended = blended ? 1u : 0u;
+  return entry;
+}
+
 class NullRecorder {
  public:
   static constexpr bool kEnabled = false;
@@ -39,7 +47,8 @@ class ImageNodes : public traces::NodeSource {
   const NodeImage& image_;
 };
 
-/// Records the events of one ray at a time, and encodes them when it is done. One recorder a thread.
+/// Records the events of one ray at a time, and encodes them when it is done: for what EncodingRecorder cannot record,
+/// and for who wants a ray, not a file. One recorder a thread.
 class GroupRecorder {
  public:
   static constexpr bool kEnabled = true;
@@ -69,12 +78,7 @@ class GroupRecorder {
     store_[events_++] = {address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
                          traces::Event::pack(kind, shifts)};
   }
-  void processed(std::uint32_t gaussian, bool blended) {
-    traces::Processed entry;
-    entry.gaussian = gaussian & 0x7FFFFFFFu;
-    entry.blended = blended ? 1u : 0u;
-    processed_.push_back(entry);
-  }
+  void processed(std::uint32_t gaussian, bool blended) { processed_.push_back(processed_entry(gaussian, blended)); }
   void end_round(traces::Round round) {
     round.event_count = static_cast<std::uint32_t>(events_ - round_start_);
     rounds_.push_back(round);
