@@ -51,24 +51,42 @@ class ChildKinds {
 
 }  // namespace
 
-Machine::Target Machine::target_of(Number number, const Event& event, Sm& sm, const Call& call) {
-  RtScheduler::Counters& counters = sm.rt.scheduler;
+std::optional<Machine::Target> Machine::target_of(const Event& event, const Sm& sm, const Call& call) const {
   switch (event.kind()) {
     case EventKind::visit_internal: {
       const auto& nodes = sm.warps[call.slot].group->nodes;
-      if (event.node >= nodes.size()) refuse(number, "visits an internal node that the group does not define");
-      ++counters.visits_internal;
-      return {NodeKind::internal, std::uint64_t{nodes[event.node].address} * traces::kNodeUnit, false};
+      if (event.node >= nodes.size()) return std::nullopt;
+      return Target{NodeKind::internal, std::uint64_t{nodes[event.node].address} * traces::kNodeUnit, false};
     }
     case EventKind::visit_instance:
-      if (!traffic_.two_level()) refuse(number, "visits an instance leaf of a monolithic structure");
+      if (!traffic_.two_level()) return std::nullopt;
+      return Target{NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+                    event.detail == 0 && traffic_.header_read()};
+    case EventKind::visit_leaf:
+      return Target{traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false};
+    default:
+      return std::nullopt;
+  }
+}
+
+Machine::Target Machine::visit(Number number, const Event& event, Sm& sm, const Call& call) {
+  const std::optional<Target> target = target_of(event, sm, call);
+  if (!target) {
+    refuse(number, event.kind() == EventKind::visit_internal ? "visits an internal node that the group does not define"
+                                                             : "visits an instance leaf of a monolithic structure");
+  }
+  RtScheduler::Counters& counters = sm.rt.scheduler;
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+      ++counters.visits_internal;
+      break;
+    case EventKind::visit_instance:
       ++counters.visits_instance;
-      return {NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
-              event.detail == 0 && traffic_.header_read()};
+      break;
     default:
       ++counters.visits_leaf;
-      return {traffic_.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false};
   }
+  return *target;
 }
 
 void Machine::fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const Target& target) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "modules/memory_map.h"
@@ -145,7 +146,10 @@ class Machine {
     std::uint64_t address = 0;
     bool header = false;  ///< and the BLAS header
   };
-  Target target_of(Number number, const traces::Event& event, Sm& sm, const Call& call);
+  /// Nothing: the event visits no node, or one that is not there.
+  std::optional<Target> target_of(const traces::Event& event, const Sm& sm, const Call& call) const;
+  /// Counts the event, which visits a node, and refuses one that is not there.
+  Target visit(Number number, const traces::Event& event, Sm& sm, const Call& call);
   void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const Target& target);
   void push_node(Sm& sm, Client client, Number owner, std::uint64_t address, unsigned sectors, modules::Region region,
                  bool last);

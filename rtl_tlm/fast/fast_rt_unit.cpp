@@ -192,10 +192,10 @@ void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   const Event event = *lane.next;
   switch (event.kind()) {
     case EventKind::visit_internal:
-      return fetch(now, number, lane, sm, call, target_of(number, event, sm, call));
+      return fetch(now, number, lane, sm, call, visit(number, event, sm, call));
     case EventKind::visit_instance:
     case EventKind::visit_leaf:
-      fetch(now, number, lane, sm, call, target_of(number, event, sm, call));
+      fetch(now, number, lane, sm, call, visit(number, event, sm, call));
       if (records_.empty()) return;
       if (const Record* record = take_record(number, event.node)) {
         prefetch_siblings(now, lane, sm, *record, event.node);

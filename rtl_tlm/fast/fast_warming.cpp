@@ -25,7 +25,7 @@ void Machine::warm(Number number, Lane& lane, Sm& sm, Call& call, unsigned count
       case EventKind::visit_internal:
       case EventKind::visit_instance:
       case EventKind::visit_leaf: {
-        const Target target = target_of(number, event, sm, call);
+        const Target target = visit(number, event, sm, call);
         ++sm.rt.memory.visits[static_cast<std::size_t>(traffic_.region(target.kind, target.address))];
         warm_node(s, sm, kNode, target.kind, target.address);
         if (target.header) {
@@ -95,19 +95,11 @@ bool Machine::warm_up_to_next(Cycle now, Number number, Lane& lane, Sm& sm, Call
 // Not of a shared BLAS: its nodes are under way all the time, and lanes meet there that are not on one path.
 bool Machine::is_under_way(const Event& event, const Sm& sm, const Call& call, Cycle now, Cycle then) const {
   if (!config_.rt.memory.merge_in_flight) return false;  // nobody joins
-  std::uint64_t node = event.node;
-  if (event.kind() == EventKind::visit_internal) {
-    const auto& nodes = sm.warps[call.slot].group->nodes;
-    if (event.node >= nodes.size()) return false;
-    node = nodes[event.node].address;
-  } else if (event.kind() != EventKind::visit_leaf && event.kind() != EventKind::visit_instance) {
-    return false;
-  }
-  const std::uint64_t address = node * traces::kNodeUnit;
-  if (traffic_.region(NodeKind::internal, address) == Region::blas) return false;
-  const bool header = event.kind() == EventKind::visit_instance && event.detail == 0 && traffic_.header_read();
+  const std::optional<Target> target = target_of(event, sm, call);
+  if (!target || traffic_.region(target->kind, target->address) == Region::blas) return false;
   const Fetches& fetches = call.fetches;
-  for (std::uint32_t same = fetches.of_node(Fetches::key_of(address, header)); same != 0; same &= same - 1) {
+  for (std::uint32_t same = fetches.of_node(Fetches::key_of(target->address, target->header)); same != 0;
+       same &= same - 1) {
     const auto leader = static_cast<unsigned>(std::countr_zero(same));
     if (fetches.lanes[leader] != 0 ? then == now : fetches.ready[leader].at(now) > then) return true;
   }
