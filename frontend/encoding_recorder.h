@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bit>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -105,7 +106,8 @@ class EncodingRecorder {
         out_.forward(checkpoints);
         if (checkpoints != 0) destination_.push_back(at_);
         break;
-      case EventKind::visit_internal:  // internal()
+      case EventKind::visit_internal:
+        assert(false);  // that is what internal() is for
         break;
     }
   }

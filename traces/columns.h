@@ -86,7 +86,6 @@ class ColumnWriter {
   void clear() {
     for (Buffer& buffer : buffers_) buffer.end = buffer.bytes.data();
   }
-  void clear(Column column) { end(column) = buffers_[static_cast<std::size_t>(column)].bytes.data(); }
   /// Room for `more` bytes. Nothing else checks.
   void reserve(Column column, std::size_t more) {
     Buffer& buffer = buffers_[static_cast<std::size_t>(column)];

@@ -38,7 +38,6 @@ struct GroupEncoder::Impl {
   bool nearest_ = false;
   bool lifo_ = false;
   bool slot_order_ = false;
-  std::uint64_t pops_ = 0;
   const Event* round_events_ = nullptr;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
@@ -57,13 +56,10 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
   nearest_ = header.checkpoint_order == "nearest";
   lifo_ = header.checkpoint_order == "lifo";
   slot_order_ = header.child_order == "slot";
-  pops_ = 0;
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {
   out_.begin_ray();
-  require(ray.events.size() <= kMaxPops - pops_, "a group has at most 2^30 events");
-  pops_ += ray.events.size();
   out_.reserve(ray.events.size());
   destination_.clear();
   std::size_t next_event = 0;

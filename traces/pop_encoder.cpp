@@ -19,7 +19,7 @@ void PopEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, 
   reached_ = false;
   last_pixel_ = 0;
   rays_ = 0;
-  pops_ = 0;
+  events_ = 0;
   totals_ = Totals{};
   columns_.clear();
   inner_run_ = leaf_run_ = 0;
@@ -51,6 +51,9 @@ void PopEncoder::reserve(std::size_t pops) {
 }
 
 void PopEncoder::end_round(const Round& round) {
+  events_ += counts_.internal + counts_.instances + counts_.culls + counts_.read;
+  for (const std::uint64_t leaves : counts_.leaves) events_ += leaves;
+  place_.require(events_ <= kMaxPops, "a group has at most 2^30 events");
   columns_.reserve(Column::round_flags, 1);
   columns_.put(Column::round_flags, (round.replay ? kRoundReplay : 0) | (round.overflow ? kRoundOverflow : 0) |
                                         (round.terminated ? kRoundTerminated : 0));
@@ -83,8 +86,6 @@ void PopEncoder::end_ray(std::uint32_t pixel, std::size_t rounds, std::span<cons
 void PopEncoder::put_pops(Column gaps, Column symbols, Symbols& pops, unsigned& run) {
   const std::uint8_t* const begin = pops.bytes.data();
   const auto count = static_cast<std::size_t>(pops.end - begin);
-  pops_ += count;
-  place_.require(pops_ <= kMaxPops, "a group has at most 2^30 pops");
   columns_.reserve(gaps, count + 2);
   columns_.reserve(symbols, count + 2);
   PopColumns out{columns_.end(gaps), columns_.end(symbols), run};
@@ -100,26 +101,12 @@ std::uint32_t PopEncoder::reach_first(ChildPlace at, std::uint32_t address) {
   return dictionary_.reach(at.parent(), at.slot(), address);
 }
 
-// As pop() one after the other. Who moves up goes before the others of the stack, which stay in their order: so the
-// bits of the first order tell all ranks.
 void PopEncoder::pop_all(std::span<ChildPlace> stack) {
-  const std::uint32_t parent = stack.front().parent();
-  NodeModel& node = model_[parent];
-  const unsigned inner = node.internal_mask | node.instance_mask;
   unsigned remaining = 0;
   for (const ChildPlace place : stack) remaining |= 1U << place.slot();
-  std::uint64_t left = node.ordered(remaining);
   for (std::size_t i = stack.size(); i-- > 0;) {
     const unsigned slot = stack[i].slot();
-    const unsigned first = NodeModel::first_of(left);
-    const std::uint64_t place = left & NodeModel::bits_of(slot);
-    if (first != slot) {
-      unsigned rank = 0;
-      for (std::uint64_t before = left & (place - 1); before != 0; before &= before - 1) ++rank;
-      stack[i] = ChildPlace(parent, slot, rank, (inner >> slot ^ inner >> first) & 1);
-      node.move_up(remaining, slot);
-    }
-    left ^= place;
+    stack[i] = pop(stack[i].parent(), remaining, slot);
     remaining ^= 1U << slot;
   }
 }

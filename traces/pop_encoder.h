@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "traces/byte_stream.h"
 #include "traces/columns.h"
@@ -119,8 +120,8 @@ class PopEncoder {
     if (checkpoints != 0) {
       op = InnerOp::visit_with_checkpoints;
       counts_.written += bits_of_byte(checkpoints);
-      if (!has_one_bit(hits))
-        columns_.put(Column::checkpoints, gather_bits(checkpoints, hits));  // of one: nothing to tell
+      // Of a single hit there is nothing to tell.
+      if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(checkpoints, hits));
     }
     put(at, static_cast<unsigned>(op), changed != 0 ? kPopHits : 0, kInner);
   }
@@ -150,7 +151,6 @@ class PopEncoder {
 
   const GroupModel& model() const { return model_; }
   GroupPlace& place() { return place_; }
-  const Header& header() const { return *header_; }
 
  private:
   static constexpr unsigned kLeaves = 0, kInner = 1;
@@ -182,7 +182,7 @@ class PopEncoder {
   bool reached_ = false;  ///< by the visit under way, for the first time
   std::int64_t last_pixel_ = 0;
   std::size_t rays_ = 0;
-  std::uint64_t pops_ = 0;
+  std::uint64_t events_ = 0;
   std::uint64_t in_eviction_buffer_ = 0;
   GroupPlace place_;
   Totals totals_;
