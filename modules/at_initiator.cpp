@@ -28,7 +28,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   ++outstanding_;
 
   ::tlm::tlm_phase phase = tlm::BEGIN_REQ;
-  sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+  sc_core::sc_time delay = clock_.ahead_of_kernel();
   switch (socket->nb_transport_fw(payload, phase, delay)) {
     case ::tlm::TLM_ACCEPTED:
       break;
@@ -70,7 +70,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
 void AtInitiator::end_request(const AtPayload& payload, const sc_core::sc_time& delay) {
   if (requesting_ != &payload) return;
   requesting_ = nullptr;
-  free_from_ = clock_.edge_after_now(delay.value());
+  free_from_ = clock_.edge_after(delay.value());
   make_visible(free_from_);
 }
 
@@ -78,7 +78,7 @@ void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
   assert(!payload.responded && outstanding_ > 0);
   payload.responded = true;
   --outstanding_;
-  Cycle visible = clock_.edge_after_now(delay.value());
+  Cycle visible = clock_.edge_after(delay.value());
   // Annotated delays may overtake; the queue hands completions over in the order of their calls.
   if (!completions_.empty() && visible < last_visible_) visible = last_visible_;
   last_visible_ = visible;

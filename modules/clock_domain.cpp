@@ -1,48 +1,121 @@
 #include "modules/clock_domain.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace grtx::modules {
 
 void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::SC_FS); }
 
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
-    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
+    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip), due_(kWheel), far_(1) {
   assert(mhz > 0.0);
-  SC_METHOD(on_tick);
+  SC_METHOD(on_wake);
   sensitive << wake_;
   dont_initialize();
 }
 
 std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint64_t>(std::llround(1e9 / mhz)); }
 
-Cycle ClockDomain::edge_at_or_after_now() const {
-  const std::uint64_t now = sc_core::sc_time_stamp().value();
-  return (now + period_fs_ - 1) / period_fs_;
+std::uint64_t ClockDomain::now_fs() const {
+  const std::uint64_t kernel = sc_core::sc_time_stamp().value();
+  return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
 }
 
-Cycle ClockDomain::earliest_booked() const {
-  if (booked_ == 0) return far_.empty() ? kNever : *far_.begin();
-  // Bits of the wheel in cycle order, beginning with the cycle after the present one and wrapping once around.
-  const Cycle start = cycle_ + 1;
-  for (Cycle checked = 0; checked < kWheel;) {
-    const Cycle cycle = start + checked;
-    const std::uint64_t word = wheel_[(cycle % kWheel) / 64] >> (cycle % 64);
-    if (word != 0) {
-      const Cycle found = cycle + static_cast<Cycle>(std::countr_zero(word));
-      return far_.empty() ? found : std::min(found, *far_.begin());
+void ClockDomain::allow_ahead(std::uint64_t until_fs) {
+  if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
+}
+
+std::size_t ClockDomain::add(const Registered& alarm) {
+  const std::size_t index = alarms_.size();
+  alarms_.push_back(alarm);
+  wanted_.push_back(kNever);
+  if (index == words_ * 64) {
+    std::vector<std::uint64_t> wider(kWheel * (words_ + 1));
+    for (std::size_t slot = 0; slot < kWheel; ++slot) {
+      for (std::size_t word = 0; word < words_; ++word) wider[slot * (words_ + 1) + word] = due_[slot * words_ + word];
     }
-    checked += 64 - cycle % 64;
+    due_ = std::move(wider);
+    far_.push_back(0);
+    ++words_;
   }
-  return far_.empty() ? kNever : *far_.begin();
+  return index;
+}
+
+void ClockDomain::place(std::size_t alarm, Cycle cycle) {
+  const std::size_t word = alarm / 64;
+  const std::uint64_t bit = std::uint64_t{1} << alarm % 64;
+  if (cycle - cycle_ < kWheel) {
+    due_[cycle % kWheel * words_ + word] |= bit;
+    busy_ |= slot_bit(cycle);
+  } else {
+    far_[word] |= bit;
+    far_from_ = std::min(far_from_, cycle);
+  }
+}
+
+void ClockDomain::forget(std::size_t alarm) {
+  const std::size_t word = alarm / 64;
+  const std::uint64_t bit = std::uint64_t{1} << alarm % 64;
+  if ((far_[word] & bit) != 0) {
+    far_[word] &= ~bit;
+    return;
+  }
+  const std::size_t slot = wanted_[alarm] % kWheel;
+  std::uint64_t left = due_[slot * words_ + word] &= ~bit;
+  for (std::size_t w = 0; w < words_ && left == 0; ++w) left = due_[slot * words_ + w];
+  if (left == 0) busy_ &= ~(std::uint64_t{1} << slot);
+}
+
+void ClockDomain::set(std::size_t alarm, Cycle cycle) {
+  if (cycle <= cycle_ && ticks_ > 0) cycle = cycle_ + 1;  // an edge fires once
+  if (wanted_[alarm] != kNever) forget(alarm);
+  wanted_[alarm] = cycle;
+  place(alarm, cycle);
+  if (cycle < next_) schedule(cycle);
+}
+
+// Alarms and bookings that have come within reach of the wheel enter it.
+void ClockDomain::bring_near() {
+  while (!far_booked_.empty() && *far_booked_.begin() - cycle_ < kWheel) {
+    booked_ |= slot_bit(*far_booked_.begin());
+    far_booked_.erase(far_booked_.begin());
+  }
+  if (far_from_ >= cycle_ + kWheel) return;
+  far_from_ = kNever;
+  for (std::size_t word = 0; word < words_; ++word) {
+    for (std::uint64_t rest = std::exchange(far_[word], 0); rest != 0; rest &= rest - 1) {
+      const std::size_t alarm = word * 64 + static_cast<std::size_t>(std::countr_zero(rest));
+      place(alarm, wanted_[alarm]);
+    }
+  }
+}
+
+// After the present cycle. Nothing beyond the wheel is earlier than what is in it.
+Cycle ClockDomain::earliest() {
+  const std::uint64_t near = busy_ | booked_;
+  if (near != 0) {
+    const int distance = std::countr_zero(std::rotr(near, static_cast<int>((cycle_ + 1) % kWheel)));
+    return cycle_ + 1 + static_cast<Cycle>(distance);
+  }
+  Cycle earliest = far_booked_.empty() ? kNever : *far_booked_.begin();
+  for (std::size_t word = 0; word < words_; ++word) {
+    for (std::uint64_t rest = far_[word]; rest != 0; rest &= rest - 1) {
+      earliest = std::min(earliest, wanted_[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))]);
+    }
+  }
+  return earliest;
 }
 
 void ClockDomain::schedule(Cycle cycle) {
   next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
-  wake_.notify(sc_core::sc_time::from_value(cycle * period_fs_) - sc_core::sc_time_stamp());
+  if (ahead_ == nullptr || !ahead_->running_) notify_kernel();
+}
+
+void ClockDomain::notify_kernel() {
+  wake_.notify(sc_core::sc_time::from_value(next_ * period_fs_) - sc_core::sc_time_stamp());
 }
 
 void ClockDomain::request_earlier(Cycle cycle) {
@@ -54,47 +127,87 @@ void ClockDomain::request_earlier(Cycle cycle) {
   if (target < next_) schedule(target);
 }
 
-void ClockDomain::on_tick() {
-  cycle_ = next_;
-  std::uint64_t& word = wheel_[(cycle_ % kWheel) / 64];
-  const std::uint64_t bit = std::uint64_t{1} << (cycle_ % 64);
-  if ((word & bit) != 0) {
-    word &= ~bit;
-    --booked_;
+void ClockDomain::on_wake() {
+  step();
+  if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
+}
+
+void ClockDomain::run_alarm(std::size_t index) {
+  wanted_[index] = kNever;
+  const Registered& due = alarms_[index];
+  if (due.run != nullptr) {
+    due.run(due.module);
+    next_wanted_ |= observed_;
+  } else {
+    due.alarm->event_.notify();
+    next_wanted_ = true;  // who has not run yet mostly wants the next cycle
   }
-  if (!far_.empty() && *far_.begin() == cycle_) far_.erase(far_.begin());
+}
+
+// One cycle. Modules run here, and by immediate notifications all other clocked processes in this evaluation phase.
+void ClockDomain::step() {
+  cycle_ = next_;
+  bring_near();
+  const std::size_t slot = cycle_ % kWheel;
+  busy_ &= ~slot_bit(cycle_);
+  booked_ &= ~slot_bit(cycle_);
   next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
   next_wanted_ = !idle_skip_;
   ++ticks_;
-  // Bundles run here, and by immediate notifications all other clocked processes in this evaluation phase.
-  for (std::size_t i = 0; i < alarms_.cycles.size(); ++i) {
-    if (alarms_.cycles[i] > cycle_ && idle_skip_) continue;
-    alarms_.cycles[i] = kNever;
-    if (alarms_.alarms[i]->called_) {
-      const auto [run, bundle] = alarms_.calls[i];
-      run(bundle);
-      next_wanted_ |= observed_;
-    } else {
-      alarms_.alarms[i]->event_.notify();
-      next_wanted_ = true;  // who has not run yet mostly wants the next cycle
+  if (!idle_skip_) {
+    for (std::size_t alarm = 0; alarm < alarms_.size(); ++alarm) {
+      if (wanted_[alarm] != kNever && wanted_[alarm] != cycle_) forget(alarm);
+      run_alarm(alarm);
+    }
+    std::fill_n(due_.begin() + static_cast<std::ptrdiff_t>(slot * words_), words_, 0);
+  } else {
+    for (std::size_t word = 0; word < words_; ++word) {
+      for (std::uint64_t rest = std::exchange(due_[slot * words_ + word], 0); rest != 0; rest &= rest - 1) {
+        run_alarm(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
+      }
     }
   }
   if (observed_) tick_.notify();
-  const Cycle next = next_wanted_ ? cycle_ + 1 : std::min(earliest(alarms_), earliest_booked());
-  next_ = kNever;
-  if (next != kNever) schedule(next);
+  next_ = next_wanted_ ? cycle_ + 1 : earliest();
 }
 
-void ProcessBundle::run() {
-  list_.running = true;
-  for (std::size_t i = 0; i < list_.cycles.size(); ++i) {
-    if (list_.cycles[i] > domain_.cycle_ && domain_.idle_skip_) continue;
-    list_.cycles[i] = kNever;
-    const auto [run, module] = list_.calls[i];
-    run(module);
+RunAhead::RunAhead(ClockDomain& first, ClockDomain& second, bool enabled)
+    : domains_{&first, &second}, enabled_(enabled) {
+  for (ClockDomain* domain : domains_) domain->ahead_ = this;
+}
+
+RunAhead::~RunAhead() {
+  for (ClockDomain* domain : domains_) domain->ahead_ = nullptr;
+}
+
+// Called by the process of a domain after its tick. Returns whether it ticked on, or has at least notified the kernel
+// of what comes next.
+bool RunAhead::run() {
+  const std::uint64_t kernel = sc_core::sc_time_stamp().value();
+  if (!enabled_ || until_fs_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
+  for (ClockDomain* domain : domains_) domain->wake_.cancel();
+  std::uint64_t until = until_fs_;
+  if (sc_core::sc_pending_activity()) {
+    until = std::min<std::uint64_t>(until, kernel + sc_core::sc_time_to_pending_activity().value());
   }
-  list_.running = false;
-  if (const Cycle due = ClockDomain::earliest(list_); due != kNever) whole_.request(due);
+  running_ = true;
+  do {
+    ClockDomain* earliest = nullptr;
+    std::uint64_t at = until;
+    for (ClockDomain* domain : domains_) {
+      if (domain->next_ == kNever || domain->next_ * domain->period_fs_ >= at) continue;
+      earliest = domain;
+      at = domain->next_ * domain->period_fs_;
+    }
+    if (earliest == nullptr) break;
+    now_fs_ = at;
+    earliest->step();
+  } while (!sc_core::sc_pending_activity_at_current_time());
+  running_ = false;
+  for (ClockDomain* domain : domains_) {
+    if (domain->next_ != kNever) domain->notify_kernel();
+  }
+  return true;
 }
 
 }  // namespace grtx::modules

@@ -2,13 +2,12 @@
 // for, and in each of them wakes only the processes whose alarm is due.
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <set>
 #include <systemc>
-#include <utility>
 #include <vector>
 
 #include "base/strong.h"
@@ -18,11 +17,12 @@ namespace grtx::modules {
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
+class RunAhead;
 
 /// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
 /// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
-/// requested cycle to the next; while modules are busy that is one kernel notification a cycle. Times are integers of
-/// the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
+/// requested cycle to the next; while modules are busy that is one kernel notification a cycle, or none (RunAhead).
+/// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
 class ClockDomain final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(ClockDomain);
@@ -43,75 +43,82 @@ class ClockDomain final : public sc_core::sc_module {
   /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.
   /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
   void request(Cycle cycle) {
-    if (cycle >= next_) {
-      if (cycle != next_) {
-        book(cycle);
-      } else {
-        next_wanted_ = true;
-      }
-      return;
-    }
-    request_earlier(cycle);
+    if (cycle < next_) return request_earlier(cycle);
+    book(cycle);
   }
-  /// First edge at or after the present simulation time, for callers outside the domain.
-  Cycle edge_at_or_after_now() const;
-  /// First edge strictly after present time + delay_fs: what a call from outside the domain becomes visible at. Strict,
-  /// so that it does not matter whether the caller or this domain runs first when both have an edge now.
-  Cycle edge_after_now(std::uint64_t delay_fs = 0) const {
+  /// The present: the kernel's time, or that of the last tick where the domain runs ahead of the kernel.
+  std::uint64_t now_fs() const;
+  /// How far that is ahead of the kernel: the delay to annotate in a TLM call.
+  sc_core::sc_time ahead_of_kernel() const {
+    return sc_core::sc_time::from_value(now_fs() - sc_core::sc_time_stamp().value());
+  }
+  /// First edge at or after the present, for callers outside the domain.
+  Cycle edge_at_or_after_now() const { return (now_fs() + period_fs_ - 1) / period_fs_; }
+  /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible
+  /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
+  Cycle edge_after(std::uint64_t delay_fs = 0) const {
     return (sc_core::sc_time_stamp().value() + delay_fs) / period_fs_ + 1;
   }
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
+  /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
+  void allow_ahead(std::uint64_t until_fs);
 
  private:
-  // Booked cycles within kWheel of the present one are bits of a wheel; the few farther ones are in a set.
-  static constexpr Cycle kWheel = 1024;
-
   friend class Alarm;
-  friend class ProcessBundle;
+  friend class DirectCalls;
+  friend class RunAhead;
 
-  /// Alarms by index. Their cycles lie together: every tick looks at all cycles, but touches only what is due.
-  struct AlarmList {
-    std::vector<Cycle> cycles;
-    std::vector<Alarm*> alarms;
-    std::vector<std::pair<void (*)(void*), void*>> calls;  ///< what a bundle does for the alarm, and of which module
-    Alarm* whole = nullptr;  ///< alarm of the bundle that runs them; null for the domain's own list
-    bool running = false;    ///< the bundle runs them and will look at their cycles afterwards
+  // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
+  // farther away are looked at again when they come within reach.
+  static constexpr Cycle kWheel = 64;
+  static constexpr std::uint64_t slot_bit(Cycle cycle) { return std::uint64_t{1} << cycle % kWheel; }
+  struct Registered {
+    Alarm* alarm = nullptr;
+    void (*run)(void* module) = nullptr;  ///< null: a process waits for the alarm's event
+    void* module = nullptr;
   };
 
-  static Cycle earliest(const AlarmList& list) {
-    Cycle earliest = kNever;
-    for (const Cycle cycle : list.cycles) earliest = std::min(earliest, cycle);
-    return earliest;
-  }
+  std::size_t add(const Registered& alarm);
+  void set(std::size_t alarm, Cycle cycle);
+  void forget(std::size_t alarm);
+  void place(std::size_t alarm, Cycle cycle);
   void book(Cycle cycle) {
     if (cycle - cycle_ < kWheel) {
-      std::uint64_t& word = wheel_[(cycle % kWheel) / 64];
-      const std::uint64_t bit = std::uint64_t{1} << (cycle % 64);
-      booked_ += (word & bit) == 0 ? 1 : 0;
-      word |= bit;
+      booked_ |= slot_bit(cycle);
     } else if (cycle != kNever) {
-      far_.insert(cycle);
+      far_booked_.insert(cycle);
     }
   }
-  Cycle earliest_booked() const;
+  void bring_near();
+  Cycle earliest();
   void schedule(Cycle cycle);
+  void notify_kernel();
   void request_earlier(Cycle cycle);
-  void on_tick();
+  void run_alarm(std::size_t alarm);
+  void on_wake();
+  void step();
 
   std::uint64_t period_fs_;
   bool idle_skip_;
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;
   mutable bool observed_ = false;  ///< somebody has asked for tick_
+  bool direct_ = false;            ///< modules built now are called by the domain's process
+  RunAhead* ahead_ = nullptr;
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
-  bool next_wanted_ = false;  ///< somebody asked for next_ since the present tick began
+  bool next_wanted_ = false;  ///< something needs the cycle after the present one
   std::uint64_t ticks_ = 0;
-  unsigned booked_ = 0;  ///< cycles in the wheel
-  std::array<std::uint64_t, kWheel / 64> wheel_{};
-  std::set<Cycle> far_;
-  AlarmList alarms_;
-  AlarmList* building_ = &alarms_;  ///< where new alarms go
+
+  std::vector<Registered> alarms_;
+  std::vector<Cycle> wanted_;       ///< by alarm; kNever: not set
+  std::size_t words_ = 1;           ///< of 64 alarms each
+  std::vector<std::uint64_t> due_;  ///< [cycle modulo kWheel][word]: alarms
+  std::uint64_t busy_ = 0;          ///< cycles of the wheel with an alarm
+  std::uint64_t booked_ = 0;        ///< cycles of the wheel that were asked for by request()
+  std::vector<std::uint64_t> far_;  ///< [word]: alarms beyond the wheel when they were set
+  Cycle far_from_ = kNever;         ///< none of them is due before
+  std::set<Cycle> far_booked_;
 };
 
 /// The wake-up call of one clocked process. It keeps the earliest request only: a process that runs asks again for what
@@ -120,12 +127,12 @@ class Alarm {
  public:
   using Call = void (*)(void* module);
 
-  explicit Alarm(ClockDomain& domain) : Alarm(domain, domain.alarms_, nullptr, nullptr) {}
-  /// The same for a process that a bundle may run: run(module) does what the process does.
-  Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, *domain.building_, module, run) {}
+  explicit Alarm(ClockDomain& domain) : Alarm(domain, {this, nullptr, nullptr}) {}
+  /// The same for a process that may be called directly (DirectCalls): run(module) does what the process does.
+  Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, {this, domain.direct_ ? run : nullptr, module}) {}
   /// The same for a module that needs no process: that of the domain calls run(module).
   static Alarm without_process(ClockDomain& domain, void* module, Call run) {
-    return Alarm(domain, domain.alarms_, module, run, true);
+    return Alarm(domain, {nullptr, run, module});
   }
   Alarm(const Alarm&) = delete;
   Alarm& operator=(const Alarm&) = delete;
@@ -133,59 +140,57 @@ class Alarm {
   const sc_core::sc_event& event() const { return event_; }
   /// The process runs at `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
   void request(Cycle cycle) {
-    if (cycle < list_.cycles[index_]) set(cycle);
+    if (cycle < domain_.wanted_[index_]) domain_.set(index_, cycle);
   }
 
  private:
   friend class ClockDomain;
-  friend class ProcessBundle;
 
-  Alarm(ClockDomain& domain, ClockDomain::AlarmList& list, void* module, Call run, bool called = false)
-      : domain_(domain), list_(list), index_(list.cycles.size()), called_(called) {
-    list.cycles.push_back(kNever);
-    list.alarms.push_back(this);
-    list.calls.emplace_back(run, module);
-  }
-  void set(Cycle cycle) {
-    if (cycle <= domain_.cycle_ && domain_.ticks_ > 0) cycle = domain_.cycle_ + 1;  // an edge fires once
-    list_.cycles[index_] = cycle;
-    if (list_.running) return;
-    if (list_.whole != nullptr) return list_.whole->request(cycle);
-    if (cycle < domain_.next_) domain_.schedule(cycle);
-  }
+  Alarm(ClockDomain& domain, const ClockDomain::Registered& registered)
+      : domain_(domain), index_(domain.add(registered)) {}
 
   ClockDomain& domain_;
-  ClockDomain::AlarmList& list_;
   std::size_t index_;
-  bool called_;  ///< the domain calls it, no process waits for the event
   sc_core::sc_event event_;
 };
 
-/// Runs the processes of several modules in that of the clock domain: an activation by the kernel costs as much as the
-/// work of a small module in a cycle. A member of the module that assembles them. Modules built between begin() and
-/// end() join; their own processes then sleep. Results do not depend on it, since modules meet through registered links
-/// only.
-class ProcessBundle {
+/// While one of these lives, modules that are built are called by the process of the clock domain; their own processes
+/// then sleep. An activation by the kernel costs as much as the work of a small module in a cycle. Results do not
+/// depend on it, since modules meet through registered links only.
+class DirectCalls {
  public:
-  explicit ProcessBundle(ClockDomain& domain)
-      : domain_(domain),
-        whole_(
-            domain, domain.alarms_, this, [](void* bundle) { static_cast<ProcessBundle*>(bundle)->run(); }, true) {
-    list_.whole = &whole_;
-  }
-  ProcessBundle(const ProcessBundle&) = delete;
-  ProcessBundle& operator=(const ProcessBundle&) = delete;
-
-  void begin() { domain_.building_ = &list_; }
-  void end() { domain_.building_ = &domain_.alarms_; }
+  explicit DirectCalls(ClockDomain& domain) : domain_(domain) { domain_.direct_ = true; }
+  ~DirectCalls() { domain_.direct_ = false; }
+  DirectCalls(const DirectCalls&) = delete;
+  DirectCalls& operator=(const DirectCalls&) = delete;
 
  private:
-  /// Runs the modules whose alarm is due.
-  void run();
-
   ClockDomain& domain_;
-  Alarm whole_;
-  ClockDomain::AlarmList list_;
+};
+
+/// Clock domains whose ticks follow each other without the kernel in between, as long as it has nothing else to do: a
+/// notification, a time step and an activation cost as much as half of what a cycle has to do. All ticks still happen
+/// in the order of their times, so this is not the temporal decoupling that changes who comes first; merely the
+/// kernel's time stays behind, and TLM calls annotate by how much. Only for domains that meet nobody else at finer
+/// steps than the kernel's: not with a foreign DRAM, which may disregard annotated delays.
+class RunAhead {
+ public:
+  /// enabled false leaves every tick to the kernel (for tests).
+  RunAhead(ClockDomain& first, ClockDomain& second, bool enabled = true);
+  ~RunAhead();
+  RunAhead(const RunAhead&) = delete;
+  RunAhead& operator=(const RunAhead&) = delete;
+
+ private:
+  friend class ClockDomain;
+
+  bool run();
+
+  std::array<ClockDomain*, 2> domains_;
+  bool enabled_;
+  std::uint64_t until_fs_ = 0;
+  std::uint64_t now_fs_ = 0;
+  bool running_ = false;
 };
 
 /// Call first in sc_main and in every test fixture.

@@ -41,7 +41,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
 ::tlm::tlm_sync_enum Dram::nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                            sc_core::sc_time& delay) {
   Port& port = ports_[static_cast<std::size_t>(id)];
-  const Cycle edge = clock_.edge_after_now(delay.value());
+  const Cycle edge = clock_.edge_after(delay.value());
   if (phase == tlm::BEGIN_REQ) {
     if (port.arriving != nullptr) SC_REPORT_ERROR("/grtx/dram", "BEGIN_REQ before END_REQ of the previous request");
     payload.acquire();
@@ -102,7 +102,7 @@ void Dram::take_arrival(unsigned id, Port& port, Cycle now) {
   payload.set_response_status(status);
   port.arriving = nullptr;
   ::tlm::tlm_phase phase = tlm::END_REQ;
-  sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+  sc_core::sc_time delay = clock_.ahead_of_kernel();
   sockets[id]->nb_transport_bw(payload, phase, delay);
 }
 
@@ -122,14 +122,14 @@ void Dram::begin_response(unsigned id, Port& port, Cycle now) {
   port.responses.pop();
   port.responding = &payload;
   ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
-  sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+  sc_core::sc_time delay = clock_.ahead_of_kernel();
   const ::tlm::tlm_sync_enum status = sockets[id]->nb_transport_bw(payload, phase, delay);
   ++responses_;
   --port.outstanding;
   const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
   if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
   port.responding = nullptr;
-  port.response_free = clock_.edge_after_now(delay.value());
+  port.response_free = clock_.edge_after(delay.value());
   payload.release();
 }
 
@@ -160,7 +160,7 @@ DramCounters Dram::counters() const {
   sum.responses = responses_;
   sum.refused = refused_;
   sum.full_clocks = full_clocks_;
-  sum.clocks = sc_core::sc_time_stamp().value() / clock_.period_fs();
+  sum.clocks = clock_.now_fs() / clock_.period_fs();
   const double peak = static_cast<double>(ports_.size()) * config_.channel.burst_bytes / config_.channel.timing.ccd;
   if (sum.clocks > 0) {
     sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(sum.clocks));

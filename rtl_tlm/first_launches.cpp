@@ -30,7 +30,7 @@ std::string simulate_front(const traces::Reader& reader, const std::vector<std::
   Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});
   const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, {});
   gpu.distributor().observe(&launches);
-  sc_core::sc_start(sc_core::sc_time::from_value(kCycles * gpu.core().period_fs()), sc_core::SC_RUN_TO_TIME);
+  run_for(gpu, kCycles);
   return launches.list.dump();
 }
 

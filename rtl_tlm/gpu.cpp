@@ -64,7 +64,6 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       config_(config),
       map_(header, memory_map_config(config, header, eviction_entries)),
       core_("core_clock", config.core_mhz, build.idle_skip),
-      memory_side_(core_),
       sms_(config.sms),
       slices_(config.interleave.slices) {
   const unsigned slices = config.interleave.slices;
@@ -88,15 +87,13 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     });
   }
   builders.push_back([&] {
-    memory_side_.begin();
+    const modules::DirectCalls direct(core_);
     crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_);
-    memory_side_.end();
   });
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
-      memory_side_.begin();
+      const modules::DirectCalls direct(core_);
       slices_[i] = std::make_unique<modules::L2Slice>(fmt::format("l2_slice{}", i).c_str(), config.l2_slice(i), core_);
-      memory_side_.end();
     });
   }
   construct(std::move(builders), build.construction_order);
@@ -173,10 +170,25 @@ void Gpu::dump_state(std::ostream& out) const {
   for (const auto& slice : slices_) slice->dump_state(out);
 }
 
+BuiltInDram::BuiltInDram(Gpu& gpu, const BuildOptions& build)
+    : clock("memory_clock", gpu.config().memory_mhz, build.idle_skip),
+      dram("dram", gpu.config().dram_config(gpu.map().bytes()), clock),
+      ahead(gpu.core(), clock, build.run_ahead) {}
+
 std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build) {
-  auto memory = std::make_unique<BuiltInDram>(gpu.config(), gpu.map().bytes(), build.idle_skip);
+  auto memory = std::make_unique<BuiltInDram>(gpu, build);
   for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(memory->dram.sockets[i]);
   return memory;
+}
+
+void run_for(Gpu& gpu, Cycle cycles) {
+  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
+  gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
+  sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
+  // Paused with the clocks ahead: the kernel follows.
+  gpu.core().allow_ahead(0);
+  const sc_core::sc_time ahead = gpu.core().ahead_of_kernel();
+  if (ahead != sc_core::SC_ZERO_TIME) sc_core::sc_start(ahead, sc_core::SC_RUN_TO_TIME);
 }
 
 }  // namespace grtx::tlm

@@ -26,6 +26,7 @@ namespace grtx::tlm {
 struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
+  bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
 };
 
 /// The address map of a run. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
@@ -84,7 +85,6 @@ class Gpu final : public sc_core::sc_module {
   GpuConfig config_;
   modules::MemoryMap map_;
   modules::ClockDomain core_;
-  modules::ProcessBundle memory_side_;                              ///< the processes of the crossbar and the L2 slices
   std::vector<LinkPointer<modules::LaunchWarp>> launches_;          ///< by SM
   std::vector<LinkPointer<modules::WarpEnded>> ends_;               ///< by SM
   std::vector<LinkPointer<modules::MemoryRequest>> sm_requests_;    ///< by SM
@@ -101,12 +101,15 @@ class Gpu final : public sc_core::sc_module {
 struct BuiltInDram {
   modules::ClockDomain clock;
   modules::Dram dram;
-  BuiltInDram(const GpuConfig& config, std::uint64_t bytes, bool idle_skip)
-      : clock("memory_clock", config.memory_mhz, idle_skip), dram("dram", config.dram_config(bytes), clock) {}
+  modules::RunAhead ahead;  ///< of both clocks
+  BuiltInDram(Gpu& gpu, const BuildOptions& build);
 };
 
 /// Builds the built-in DRAM and binds it to all sockets of the GPU. Bind other targets to gpu.dram instead to use an
 /// external DRAM simulator.
 std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build);
+
+/// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.
+void run_for(Gpu& gpu, Cycle cycles);
 
 }  // namespace grtx::tlm

@@ -57,10 +57,6 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
-void start_for(const Gpu& gpu, Cycle cycles) {
-  sc_core::sc_start(sc_core::sc_time::from_value(cycles * gpu.core().period_fs()), sc_core::SC_RUN_TO_TIME);
-}
-
 [[noreturn]] void stand_still(const Gpu& gpu, const modules::Dram& dram, const std::string& why) {
   gpu.dump_state(std::cerr);
   dram.dump_state(std::cerr);
@@ -102,7 +98,7 @@ void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const
   Cycle at = 0;
   while (!gpu.finished()) {
     const Cycle length = std::min(step, series.next() - at);
-    start_for(gpu, length);
+    run_for(gpu, length);
     at += length;
     if (at == series.next() && !gpu.finished()) series.sample();
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
@@ -116,7 +112,7 @@ void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const
 void drain(Gpu& gpu, const modules::Dram& dram, const SimulationOptions& options) {
   Watchdog watchdog(gpu, dram, options.watchdog_cycles);
   while (!(gpu.idle() && dram.idle())) {
-    start_for(gpu, kDrainStepCycles);
+    run_for(gpu, kDrainStepCycles);
     if (!(gpu.idle() && dram.idle())) watchdog.look("requests are under way after the last warp");
   }
 }

@@ -41,7 +41,7 @@ std::string numbered(const std::string& name, unsigned unit) { return unit == 0 
 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
        const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order)
-    : sc_module(name), processes_(clock) {
+    : sc_module(name) {
   const std::string prefix = std::string(this->name()) + '.';
   const SmLinks& links = config.links;
   const unsigned units = config.rt_units;
@@ -87,7 +87,6 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   l1.sm = static_cast<std::uint8_t>(config.index);
   l1.clients = static_cast<unsigned>(clients.size());
   rt_.resize(units);
-  processes_.begin();
   std::vector<std::function<void()>> builders;
   builders.push_back([&] { simt_ = std::make_unique<modules::SimtCore>("simt", clock, simt, header, map); });
   for (unsigned u = 0; u < units; ++u) {
@@ -96,8 +95,10 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
     });
   }
   builders.push_back([&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); });
-  construct(std::move(builders), order);
-  processes_.end();
+  {
+    const modules::DirectCalls direct(clock);
+    construct(std::move(builders), order);
+  }
 
   simt_->launch.bind(launch);
   simt_->ended.bind(ended);

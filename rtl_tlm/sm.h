@@ -85,7 +85,6 @@ class Sm final : public sc_core::sc_module {
   /// clients: names of the L1's ports.
   void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
 
-  modules::ProcessBundle processes_;  ///< of the three parts
   /// Between the SIMT core and one RT unit; the last two exist when the shader cores fetch the nodes.
   struct RtLinks {
     LinkPointer<modules::TraceCall> trace_call;

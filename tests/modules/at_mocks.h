@@ -131,7 +131,7 @@ class MockAtTarget final : public sc_core::sc_module {
   };
 
   ::tlm::tlm_sync_enum nb_transport_fw(Payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay) {
-    const Cycle edge = clock_.edge_after_now(delay.value());
+    const Cycle edge = clock_.edge_after(delay.value());
     if (phase == tlm::END_RESP) {
       responding_ = false;
       release(payload);
@@ -200,7 +200,7 @@ class MockAtTarget final : public sc_core::sc_module {
     const ::tlm::tlm_sync_enum status = socket->nb_transport_bw(payload, phase, delay);
     if (status == ::tlm::TLM_ACCEPTED) return;
     if (habit_ != AtHabit::two_responses) release(payload);
-    const Cycle end = clock_.edge_after_now(delay.value());
+    const Cycle end = clock_.edge_after(delay.value());
     later(end, [this] { responding_ = false; });
   }
 

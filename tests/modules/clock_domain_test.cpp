@@ -79,7 +79,7 @@ TEST_F(ClockDomainTest, ACallFromOutsideIsVisibleStrictlyLater) {
   ClockDomain memory("memory", 2000.0);  // every second edge coincides
   std::vector<Cycle> seen;
   TickProcess outside("outside", memory, [&](Cycle now) {
-    const Cycle edge = core.edge_after_now();
+    const Cycle edge = core.edge_after();
     EXPECT_EQ(edge, now / 2 + 1);
     core.request(edge);
   });
