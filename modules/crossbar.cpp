@@ -22,45 +22,62 @@ template <typename Destination>
 Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
   // Requests for the outputs, from the heads of the inputs.
   const unsigned n = static_cast<unsigned>(inputs_.size());
+  Cycle due = kNever;
   waiting_.for_each([&](unsigned i) {
     const Packet* head = inputs_[i]->front(now);
-    if (head == nullptr) return;
-    Output& output = outputs_[destination(*head)];
+    if (head == nullptr) {
+      due = std::min(due, inputs_[i]->next_visible());
+      return;
+    }
+    const unsigned to = destination(*head);
+    Output& output = outputs_[to];
     if (output.buffer.size() >= output.capacity) {
       ++counters_.blocked_cycles;
+      due = now + 1;
       return;
     }
     // Distance from the round-robin pointer: the nearest input wins.
-    const auto distance = [&](unsigned k) {
-      return k >= output.next_input ? k - output.next_input : k + n - output.next_input;
-    };
-    if (output.contenders++ == 0 || distance(i) < distance(output.winner)) output.winner = i;
+    const unsigned distance = i >= output.next_input ? i - output.next_input : i + n - output.next_input;
+    if (output.contenders++ != 0) {
+      ++counters_.conflict_cycles;
+      due = now + 1;
+      if (distance > output.distance) return;
+    }
+    output.winner = i;
+    output.distance = distance;
+    busy_.insert(to);
   });
 
-  Cycle due = kNever;
-  for (Output& output : outputs_) {
+  busy_.for_each([&](unsigned i) {
+    Output& output = outputs_[i];
     if (output.contenders > 0) {
-      counters_.conflict_cycles += output.contenders - 1;
       output.contenders = 0;
-      Link<Packet>* input = inputs_[output.winner];
-      output.buffer.push({*input->front(now), now + output.hold});
-      input->pop(now);
-      waiting_.popped(output.winner, *input);
+      Link<Packet>& input = *inputs_[output.winner];
+      output.buffer.push({*input.front(now), now + output.hold});
+      input.pop(now);
+      waiting_.popped(output.winner, input);
+      due = std::min(due, input.next_visible());
       output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
     }
-    if (output.buffer.empty()) continue;
-    if (output.buffer.front().due <= now && output.link->can_push(now)) {
-      output.link->push(now, output.buffer.front().packet);
-      clock.request(now + output.link->latency());
-      output.buffer.pop();
-      ++counters_.packets_out;
-      if (output.buffer.empty()) continue;
+    if (output.buffer.front().due <= now && deliver(now, clock, output)) {
+      busy_.erase(i);
+    } else {
+      due = std::min(due, output.buffer.front().due);
     }
-    due = std::min(due, std::max(now + 1, output.buffer.front().due));
-  }
-  waiting_.for_each([&](unsigned i) { due = std::min(due, inputs_[i]->next_visible()); });
+  });
   return std::max(due, now + 1);
+}
+
+// Hands the oldest packet over, if there is room; returns whether it was the last.
+template <typename Packet>
+bool CrossbarNetwork<Packet>::deliver(Cycle now, ClockDomain& clock, Output& output) {
+  if (!output.link->can_push(now)) return false;
+  output.link->push(now, output.buffer.front().packet);
+  clock.request(now + output.link->latency());
+  output.buffer.pop();
+  ++counters_.packets_out;
+  return output.buffer.empty();
 }
 
 template <typename Packet>

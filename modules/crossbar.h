@@ -11,6 +11,7 @@
 
 #include "modules/address_interleave.h"
 #include "modules/clock_domain.h"
+#include "modules/index_set.h"
 #include "modules/inventory.h"
 #include "modules/link.h"
 #include "modules/memory_request.h"
@@ -40,7 +41,7 @@ template <typename Packet>
 class CrossbarNetwork {
  public:
   CrossbarNetwork(unsigned inputs, unsigned outputs, unsigned latency, unsigned buffer)
-      : latency_(latency), inputs_(inputs), waiting_(inputs), outputs_(outputs) {
+      : latency_(latency), inputs_(inputs), waiting_(inputs), outputs_(outputs), busy_(outputs) {
     for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
   }
   void bind_input(unsigned i, Link<Packet>* link) {
@@ -72,12 +73,16 @@ class CrossbarNetwork {
     unsigned next_input = 0;  ///< first in the round-robin order
     unsigned contenders = 0;  ///< in the present cycle
     unsigned winner = 0;
+    unsigned distance = 0;  ///< of the winner from next_input, in the round-robin order
   };
+
+  bool deliver(Cycle now, ClockDomain& clock, Output& output);
 
   unsigned latency_;
   std::vector<Link<Packet>*> inputs_;
   WaitingLinks waiting_;  ///< of inputs_
   std::vector<Output> outputs_;
+  IndexSet busy_;  ///< outputs with contenders or with packets in their buffers
   CrossbarCounters::Network counters_;
 };
 

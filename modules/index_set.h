@@ -1,0 +1,48 @@
+// A set of small numbers, one bit each: which of a module's ports have something to do.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace grtx::modules {
+
+class IndexSet {
+ public:
+  /// Of numbers below `size`.
+  explicit IndexSet(unsigned size) : words_((size + 63) / 64) {}
+
+  void insert(unsigned i) { words_[i / 64] |= std::uint64_t{1} << i % 64; }
+  void erase(unsigned i) { words_[i / 64] &= ~(std::uint64_t{1} << i % 64); }
+  /// The word that holds number `i`, in its bit i % 64. It does not move.
+  std::uint64_t* word_of(unsigned i) { return &words_[i / 64]; }
+
+  /// f(number) for each, lowest first. f may insert and erase; that counts from the next call on.
+  template <typename F>
+  void for_each(F&& f) const {
+    for (std::size_t word = 0; word < words_.size(); ++word) for_each_bit_of(word, words_[word], f);
+  }
+  /// The same, beginning with number `first` and going once around.
+  template <typename F>
+  void for_each_from(unsigned first, F&& f) const {
+    const std::size_t split = first / 64;
+    const std::uint64_t before = (std::uint64_t{1} << first % 64) - 1;
+    const std::uint64_t split_word = words_[split];
+    for_each_bit_of(split, split_word & ~before, f);
+    for (std::size_t word = split + 1; word < words_.size(); ++word) for_each_bit_of(word, words_[word], f);
+    for (std::size_t word = 0; word < split; ++word) for_each_bit_of(word, words_[word], f);
+    for_each_bit_of(split, split_word & before, f);
+  }
+
+ private:
+  template <typename F>
+  static void for_each_bit_of(std::size_t word, std::uint64_t bits, F&& f) {
+    for (; bits != 0; bits &= bits - 1)
+      f(static_cast<unsigned>(word * 64 + static_cast<unsigned>(std::countr_zero(bits))));
+  }
+
+  std::vector<std::uint64_t> words_;
+};
+
+}  // namespace grtx::modules
