@@ -64,22 +64,13 @@ void L1Cache::end_of_elaboration() {
   }
 }
 
-bool L1Cache::work_at(Cycle now) const {
-  if (due_ <= now || up_->front(now) != nullptr) return true;
-  bool work = false;
-  waiting_.for_each([&](unsigned i) { work = work || clients_[i].request->front(now) != nullptr; });
-  return work;
-}
-
 void L1Cache::tick() {
   const Cycle now = clock_.cycle();
-  if (!work_at(now)) return alarm_.request(next_due(now));
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
   send_responses(now);
-  due_ = next_due(now);
-  alarm_.request(due_);
+  alarm_.request(next_due(now));
   prefetch_host(now + 1);
 }
 
@@ -108,7 +99,7 @@ void L1Cache::take_response(Cycle now) {
     assert(writes_pending_ > 0 && arrived->client < clients_.size());
     --writes_pending_;
     clients_[arrived->client].fills.push({*arrived, now});
-    response_due_[arrived->client] = std::min(response_due_[arrived->client], now);
+    respond_at(now, arrived->client);
   } else {
     fill(now, arrived->tag, arrived->address);
   }
@@ -131,7 +122,7 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
     clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
-    response_due_[w.client] = std::min(response_due_[w.client], now);
+    respond_at(now, w.client);
   }
   ++version_;
   count_mshr_cycles(now);
@@ -141,17 +132,25 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 // One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
 void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
+  next_request_ = kNever;
   bool won = false;
   const auto take = [&](unsigned i) {
     Client& client = clients_[i];
     const MemoryRequest* head = client.request->front(now);
-    if (head == nullptr) return;
+    if (head == nullptr) {
+      next_request_ = std::min(next_request_, client.request->next_visible());
+      return;
+    }
     MemoryRequest accepted = *head;
     accepted.client = static_cast<std::uint8_t>(i);
     accepted.sm = config_.sm;
-    if (!accept(now, client, accepted)) return;
+    if (!accept(now, client, accepted)) {
+      next_request_ = now;
+      return;
+    }
     client.request->pop(now);
     waiting_.popped(i, *client.request);
+    next_request_ = std::min(next_request_, client.request->next_visible());
     if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
     won = true;
   };
@@ -253,7 +252,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
 
 void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
   client.hits.push({answer(access), now + client.hit_latency});
-  response_due_[access.client] = std::min(response_due_[access.client], now + client.hit_latency);
+  respond_at(now + client.hit_latency, access.client);
 }
 
 void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
@@ -274,27 +273,31 @@ void L1Cache::send_miss(Cycle now) {
 
 // One response per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
 void L1Cache::send_responses(Cycle now) {
+  if (next_response_ > now) return;
+  next_response_ = kNever;
   for (std::size_t i = 0; i < clients_.size(); ++i) {
-    if (response_due_[i] > now) continue;
-    Client& client = clients_[i];
-    if (!client.response->can_push(now)) continue;
-    const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
-    const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
-    RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
-    client.response->push(now, queue.front().response);
-    clock_.request(now + client.response->latency());
-    queue.pop();
-    ++counters_.responses;
-    const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
-    response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
+    if (response_due_[i] <= now) send_response(now, i);
+    next_response_ = std::min(next_response_, response_due_[i]);
   }
 }
 
+void L1Cache::send_response(Cycle now, std::size_t i) {
+  Client& client = clients_[i];
+  if (!client.response->can_push(now)) return;
+  const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
+  const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
+  RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
+  client.response->push(now, queue.front().response);
+  clock_.request(now + client.response->latency());
+  queue.pop();
+  ++counters_.responses;
+  const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
+  response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
+}
+
 Cycle L1Cache::next_due(Cycle now) const {
-  Cycle due = up_->next_visible();
+  Cycle due = std::min({up_->next_visible(), next_request_, next_response_});
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
-  waiting_.for_each([&](unsigned i) { due = std::min(due, clients_[i].request->next_visible()); });
-  for (const Cycle ready : response_due_) due = std::min(due, ready);
   return std::max(now + 1, due);
 }
 

@@ -3,6 +3,7 @@
 // Costs one tag probe per accepted request; sleeps when nothing is in flight.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <iosfwd>
@@ -123,7 +124,6 @@ class L1Cache final : public sc_core::sc_module {
 
   void end_of_elaboration() override;
   void tick();
-  bool work_at(Cycle now) const;
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
@@ -137,6 +137,12 @@ class L1Cache final : public sc_core::sc_module {
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
   void send_responses(Cycle now);
+  void send_response(Cycle now, std::size_t client);
+  /// A response of the client has joined its queue, to be sent at `due` or later.
+  void respond_at(Cycle due, std::size_t client) {
+    response_due_[client] = std::min(response_due_[client], due);
+    next_response_ = std::min(next_response_, due);
+  }
   Cycle next_due(Cycle now) const;
   void count_mshr_cycles(Cycle now);
 
@@ -156,7 +162,8 @@ class L1Cache final : public sc_core::sc_module {
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;
   std::uint64_t version_ = 0;  ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
-  Cycle due_ = kNever;         ///< next cycle with work, as far as was known after the last one
+  Cycle next_request_ = kNever;   ///< next cycle in which a client's head wants to be looked at
+  Cycle next_response_ = kNever;  ///< the earliest of response_due_
   Cycle mshr_counted_ = 0;
   L1Counters counters_;
 };
