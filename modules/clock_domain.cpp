@@ -10,7 +10,7 @@ namespace grtx::modules {
 void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::SC_FS); }
 
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
-    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip), due_(kWheel), far_(1) {
+    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
   assert(mhz > 0.0);
   SC_METHOD(on_wake);
   sensitive << wake_;
@@ -18,11 +18,6 @@ ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool i
 }
 
 std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint64_t>(std::llround(1e9 / mhz)); }
-
-std::uint64_t ClockDomain::now_fs() const {
-  const std::uint64_t kernel = sc_core::sc_time_stamp().value();
-  return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
-}
 
 void ClockDomain::allow_ahead(std::uint64_t until_fs) {
   if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
@@ -32,45 +27,33 @@ std::size_t ClockDomain::add(const Registered& alarm) {
   const std::size_t index = alarms_.size();
   alarms_.push_back(alarm);
   wanted_.push_back(kNever);
-  if (index == words_ * 64) {
-    std::vector<std::uint64_t> wider(kWheel * (words_ + 1));
-    for (std::size_t slot = 0; slot < kWheel; ++slot) {
-      for (std::size_t word = 0; word < words_; ++word) wider[slot * (words_ + 1) + word] = due_[slot * words_ + word];
-    }
-    due_ = std::move(wider);
+  if (index / 64 == due_.size()) {
+    due_.emplace_back();
     far_.push_back(0);
-    ++words_;
   }
   return index;
 }
 
-void ClockDomain::place(std::size_t alarm, Cycle cycle) {
-  const std::size_t word = alarm / 64;
-  const std::uint64_t bit = std::uint64_t{1} << alarm % 64;
-  if (cycle - cycle_ < kWheel) {
-    due_[cycle % kWheel * words_ + word] |= bit;
-    busy_ |= slot_bit(cycle);
-  } else {
-    far_[word] |= bit;
-    far_from_ = std::min(far_from_, cycle);
-  }
+void ClockDomain::place_far(std::size_t alarm, Cycle cycle) {
+  far_[alarm / 64] |= bit_of(alarm);
+  far_from_ = std::min(far_from_, cycle);
 }
 
 void ClockDomain::forget(std::size_t alarm) {
-  const std::size_t word = alarm / 64;
-  const std::uint64_t bit = std::uint64_t{1} << alarm % 64;
-  if ((far_[word] & bit) != 0) {
-    far_[word] &= ~bit;
+  std::uint64_t& far = far_[alarm / 64];
+  if ((far & bit_of(alarm)) != 0) {
+    far &= ~bit_of(alarm);
     return;
   }
-  const std::size_t slot = wanted_[alarm] % kWheel;
-  std::uint64_t left = due_[slot * words_ + word] &= ~bit;
-  for (std::size_t w = 0; w < words_ && left == 0; ++w) left = due_[slot * words_ + w];
-  if (left == 0) busy_ &= ~(std::uint64_t{1} << slot);
+  const Cycle cycle = wanted_[alarm];
+  due_[alarm / 64].at[cycle % kWheel] &= ~bit_of(alarm);
+  std::uint64_t left = 0;
+  for (const Wheel& wheel : due_) left |= wheel.at[cycle % kWheel];
+  if (left == 0) busy_ &= ~bit_of(cycle);
 }
 
 void ClockDomain::set(std::size_t alarm, Cycle cycle) {
-  if (cycle <= cycle_ && ticks_ > 0) cycle = cycle_ + 1;  // an edge fires once
+  cycle = std::max(cycle, soonest_);
   if (wanted_[alarm] != kNever) forget(alarm);
   wanted_[alarm] = cycle;
   place(alarm, cycle);
@@ -80,12 +63,12 @@ void ClockDomain::set(std::size_t alarm, Cycle cycle) {
 // Alarms and bookings that have come within reach of the wheel enter it.
 void ClockDomain::bring_near() {
   while (!far_booked_.empty() && *far_booked_.begin() - cycle_ < kWheel) {
-    booked_ |= slot_bit(*far_booked_.begin());
+    booked_ |= bit_of(*far_booked_.begin());
     far_booked_.erase(far_booked_.begin());
   }
   if (far_from_ >= cycle_ + kWheel) return;
   far_from_ = kNever;
-  for (std::size_t word = 0; word < words_; ++word) {
+  for (std::size_t word = 0; word < far_.size(); ++word) {
     for (std::uint64_t rest = std::exchange(far_[word], 0); rest != 0; rest &= rest - 1) {
       const std::size_t alarm = word * 64 + static_cast<std::size_t>(std::countr_zero(rest));
       place(alarm, wanted_[alarm]);
@@ -101,7 +84,7 @@ Cycle ClockDomain::earliest() {
     return cycle_ + 1 + static_cast<Cycle>(distance);
   }
   Cycle earliest = far_booked_.empty() ? kNever : *far_booked_.begin();
-  for (std::size_t word = 0; word < words_; ++word) {
+  for (std::size_t word = 0; word < far_.size(); ++word) {
     for (std::uint64_t rest = far_[word]; rest != 0; rest &= rest - 1) {
       earliest = std::min(earliest, wanted_[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))]);
     }
@@ -120,9 +103,8 @@ void ClockDomain::notify_kernel() {
 
 void ClockDomain::request_earlier(Cycle cycle) {
   // An edge that has already fired cannot fire again; a past edge is the next one not before now.
-  Cycle earliest = edge_at_or_after_now();
-  if (ticks_ > 0 && earliest <= cycle_) earliest = cycle_ + 1;
-  const Cycle target = std::max(cycle, earliest);
+  const Cycle earliest = edge_at_or_after_now();
+  const Cycle target = std::max({cycle, earliest, soonest_});
   book(target);
   if (target < next_) schedule(target);
 }
@@ -147,22 +129,22 @@ void ClockDomain::run_alarm(std::size_t index) {
 // One cycle. Modules run here, and by immediate notifications all other clocked processes in this evaluation phase.
 void ClockDomain::step() {
   cycle_ = next_;
+  soonest_ = cycle_ + 1;
   bring_near();
   const std::size_t slot = cycle_ % kWheel;
-  busy_ &= ~slot_bit(cycle_);
-  booked_ &= ~slot_bit(cycle_);
+  busy_ &= ~bit_of(slot);
+  booked_ &= ~bit_of(slot);
   next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
   next_wanted_ = !idle_skip_;
   ++ticks_;
   if (!idle_skip_) {
     for (std::size_t alarm = 0; alarm < alarms_.size(); ++alarm) {
-      if (wanted_[alarm] != kNever && wanted_[alarm] != cycle_) forget(alarm);
+      if (wanted_[alarm] != kNever) forget(alarm);
       run_alarm(alarm);
     }
-    std::fill_n(due_.begin() + static_cast<std::ptrdiff_t>(slot * words_), words_, 0);
   } else {
-    for (std::size_t word = 0; word < words_; ++word) {
-      for (std::uint64_t rest = std::exchange(due_[slot * words_ + word], 0); rest != 0; rest &= rest - 1) {
+    for (std::size_t word = 0; word < due_.size(); ++word) {
+      for (std::uint64_t rest = std::exchange(due_[word].at[slot], 0); rest != 0; rest &= rest - 1) {
         run_alarm(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
       }
     }
@@ -191,6 +173,7 @@ bool RunAhead::run() {
     until = std::min<std::uint64_t>(until, kernel + sc_core::sc_time_to_pending_activity().value());
   }
   running_ = true;
+  kernel_fs_ = kernel;
   do {
     ClockDomain* earliest = nullptr;
     std::uint64_t at = until;

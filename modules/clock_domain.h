@@ -2,6 +2,7 @@
 // for, and in each of them wakes only the processes whose alarm is due.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -17,7 +18,33 @@ namespace grtx::modules {
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
-class RunAhead;
+class ClockDomain;
+
+/// Clock domains whose ticks follow each other without the kernel in between, as long as it has nothing else to do: a
+/// notification, a time step and an activation cost as much as half of what a cycle has to do. All ticks still happen
+/// in the order of their times, so this is not the temporal decoupling that changes who comes first; merely the
+/// kernel's time stays behind, and TLM calls annotate by how much. Only for domains that meet nobody else at finer
+/// steps than the kernel's: not with a foreign DRAM, which may disregard annotated delays.
+class RunAhead {
+ public:
+  /// enabled false leaves every tick to the kernel (for tests).
+  RunAhead(ClockDomain& first, ClockDomain& second, bool enabled = true);
+  ~RunAhead();
+  RunAhead(const RunAhead&) = delete;
+  RunAhead& operator=(const RunAhead&) = delete;
+
+ private:
+  friend class ClockDomain;
+
+  bool run();
+
+  std::array<ClockDomain*, 2> domains_;
+  bool enabled_;
+  std::uint64_t until_fs_ = 0;
+  std::uint64_t now_fs_ = 0;
+  std::uint64_t kernel_fs_ = 0;  ///< the kernel's time, while running
+  bool running_ = false;
+};
 
 /// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
 /// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
@@ -47,18 +74,17 @@ class ClockDomain final : public sc_core::sc_module {
     book(cycle);
   }
   /// The present: the kernel's time, or that of the last tick where the domain runs ahead of the kernel.
-  std::uint64_t now_fs() const;
-  /// How far that is ahead of the kernel: the delay to annotate in a TLM call.
-  sc_core::sc_time ahead_of_kernel() const {
-    return sc_core::sc_time::from_value(now_fs() - sc_core::sc_time_stamp().value());
+  std::uint64_t now_fs() const {
+    const std::uint64_t kernel = kernel_fs();
+    return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
   }
+  /// How far that is ahead of the kernel: the delay to annotate in a TLM call.
+  sc_core::sc_time ahead_of_kernel() const { return sc_core::sc_time::from_value(now_fs() - kernel_fs()); }
   /// First edge at or after the present, for callers outside the domain.
   Cycle edge_at_or_after_now() const { return (now_fs() + period_fs_ - 1) / period_fs_; }
   /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible
   /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
-  Cycle edge_after(std::uint64_t delay_fs = 0) const {
-    return (sc_core::sc_time_stamp().value() + delay_fs) / period_fs_ + 1;
-  }
+  Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() + delay_fs) / period_fs_ + 1; }
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
   /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
   void allow_ahead(std::uint64_t until_fs);
@@ -71,20 +97,31 @@ class ClockDomain final : public sc_core::sc_module {
   // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
   // farther away are looked at again when they come within reach.
   static constexpr Cycle kWheel = 64;
-  static constexpr std::uint64_t slot_bit(Cycle cycle) { return std::uint64_t{1} << cycle % kWheel; }
+  static constexpr std::uint64_t bit_of(std::uint64_t i) { return std::uint64_t{1} << i % 64; }
+  struct Wheel {
+    std::array<std::uint64_t, kWheel> at{};  ///< [cycle modulo kWheel]: alarms that are due
+  };
   struct Registered {
     Alarm* alarm = nullptr;
     void (*run)(void* module) = nullptr;  ///< null: a process waits for the alarm's event
     void* module = nullptr;
   };
 
+  std::uint64_t kernel_fs() const {
+    return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_fs_ : sc_core::sc_time_stamp().value();
+  }
   std::size_t add(const Registered& alarm);
   void set(std::size_t alarm, Cycle cycle);
   void forget(std::size_t alarm);
-  void place(std::size_t alarm, Cycle cycle);
+  void place(std::size_t alarm, Cycle cycle) {
+    if (cycle - cycle_ >= kWheel) return place_far(alarm, cycle);
+    due_[alarm / 64].at[cycle % kWheel] |= bit_of(alarm);
+    busy_ |= bit_of(cycle);
+  }
+  void place_far(std::size_t alarm, Cycle cycle);
   void book(Cycle cycle) {
     if (cycle - cycle_ < kWheel) {
-      booked_ |= slot_bit(cycle);
+      booked_ |= bit_of(cycle);
     } else if (cycle != kNever) {
       far_booked_.insert(cycle);
     }
@@ -112,11 +149,11 @@ class ClockDomain final : public sc_core::sc_module {
 
   std::vector<Registered> alarms_;
   std::vector<Cycle> wanted_;       ///< by alarm; kNever: not set
-  std::size_t words_ = 1;           ///< of 64 alarms each
-  std::vector<std::uint64_t> due_;  ///< [cycle modulo kWheel][word]: alarms
+  Cycle soonest_ = 0;               ///< the first cycle that has not ticked: no alarm can be set for an earlier one
+  std::vector<Wheel> due_;          ///< by 64 alarms
   std::uint64_t busy_ = 0;          ///< cycles of the wheel with an alarm
   std::uint64_t booked_ = 0;        ///< cycles of the wheel that were asked for by request()
-  std::vector<std::uint64_t> far_;  ///< [word]: alarms beyond the wheel when they were set
+  std::vector<std::uint64_t> far_;  ///< by 64 alarms: those beyond the wheel when they were set
   Cycle far_from_ = kNever;         ///< none of them is due before
   std::set<Cycle> far_booked_;
 };
@@ -166,31 +203,6 @@ class DirectCalls {
 
  private:
   ClockDomain& domain_;
-};
-
-/// Clock domains whose ticks follow each other without the kernel in between, as long as it has nothing else to do: a
-/// notification, a time step and an activation cost as much as half of what a cycle has to do. All ticks still happen
-/// in the order of their times, so this is not the temporal decoupling that changes who comes first; merely the
-/// kernel's time stays behind, and TLM calls annotate by how much. Only for domains that meet nobody else at finer
-/// steps than the kernel's: not with a foreign DRAM, which may disregard annotated delays.
-class RunAhead {
- public:
-  /// enabled false leaves every tick to the kernel (for tests).
-  RunAhead(ClockDomain& first, ClockDomain& second, bool enabled = true);
-  ~RunAhead();
-  RunAhead(const RunAhead&) = delete;
-  RunAhead& operator=(const RunAhead&) = delete;
-
- private:
-  friend class ClockDomain;
-
-  bool run();
-
-  std::array<ClockDomain*, 2> domains_;
-  bool enabled_;
-  std::uint64_t until_fs_ = 0;
-  std::uint64_t now_fs_ = 0;
-  bool running_ = false;
 };
 
 /// Call first in sc_main and in every test fixture.

@@ -161,7 +161,7 @@ class L1Cache final : public sc_core::sc_module {
   unsigned first_client_ = 0;
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;
-  std::uint64_t version_ = 0;  ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
+  std::uint64_t version_ = 0;     ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
   Cycle next_request_ = kNever;   ///< next cycle in which a client's head wants to be looked at
   Cycle next_response_ = kNever;  ///< the earliest of response_due_
   Cycle mshr_counted_ = 0;

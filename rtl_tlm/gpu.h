@@ -85,10 +85,10 @@ class Gpu final : public sc_core::sc_module {
   GpuConfig config_;
   modules::MemoryMap map_;
   modules::ClockDomain core_;
-  std::vector<LinkPointer<modules::LaunchWarp>> launches_;          ///< by SM
-  std::vector<LinkPointer<modules::WarpEnded>> ends_;               ///< by SM
-  std::vector<LinkPointer<modules::MemoryRequest>> sm_requests_;    ///< by SM
-  std::vector<LinkPointer<modules::MemoryResponse>> sm_responses_;  ///< by SM
+  std::vector<LinkPointer<modules::LaunchWarp>> launches_;             ///< by SM
+  std::vector<LinkPointer<modules::WarpEnded>> ends_;                  ///< by SM
+  std::vector<LinkPointer<modules::MemoryRequest>> sm_requests_;       ///< by SM
+  std::vector<LinkPointer<modules::MemoryResponse>> sm_responses_;     ///< by SM
   std::vector<LinkPointer<modules::MemoryRequest>> slice_requests_;    ///< by slice
   std::vector<LinkPointer<modules::MemoryResponse>> slice_responses_;  ///< by slice
   std::unique_ptr<modules::WorkDistributor> distributor_;
