@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <deque>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "systemc_fixture.h"
@@ -113,6 +116,19 @@ TEST_F(ClockDomainTest, TicksOnlyInTheCyclesOfACalledAlarm) {
   EXPECT_EQ(clock.ticks(), 5u);
 }
 
+TEST_F(ClockDomainTest, AnAlarmThatWasMovedNearerDoesNotHideOthersBeyondTheWheel) {
+  ClockDomain clock("clock", 1365.0);
+  Sleeper moved(clock), far(clock);
+  moved.alarm.request(100);
+  moved.alarm.request(10);
+  far.wishes = {200, 300};
+  far.alarm.request(200);
+  run(clock, 3000);
+  EXPECT_THAT(moved.seen, ElementsAre(10));
+  EXPECT_EQ(far.seen, far.wishes);
+  EXPECT_EQ(clock.ticks(), 3u);
+}
+
 TEST_F(ClockDomainTest, ABookingOfTheNextCycleFromInsideATickIsKept) {
   ClockDomain clock("clock", 1365.0);
   Alarm alarm = Alarm::without_process(clock, &clock, [](void* module) {
@@ -133,6 +149,123 @@ TEST_F(ClockDomainTest, WithoutIdleSkipEveryCycleTicks) {
   run(clock, 100);
   EXPECT_GE(last, 99u);
   EXPECT_EQ(clock.ticks(), last + 1);
+}
+
+// Alarms of more than one word, near and beyond the wheel, moved nearer before they are due: each fires in the earliest
+// cycle asked for since it last fired, lowest number first.
+TEST_F(ClockDomainTest, ManyAlarmsFireWhenAskedFor) {
+  constexpr std::size_t kAlarms = 150;
+  struct Model {
+    ClockDomain clock{"clock", 1365.0};
+    struct Module {
+      Module(Model& all, std::size_t i)
+          : model(all), number(i), alarm(Alarm::without_process(all.clock, this, [](void* module) {
+              auto& self = *static_cast<Module*>(module);
+              self.model.run(self);
+            })) {}
+      Model& model;
+      std::size_t number;
+      Cycle wanted = kNever;
+      Alarm alarm;
+    };
+    std::deque<Module> modules;
+    std::uint64_t state = 3;
+    std::uint64_t runs = 0;
+    Cycle last_cycle = 0;
+    std::size_t last_number = 0;
+
+    std::uint64_t random(std::uint64_t bound) {
+      state = state * 6364136223846793005u + 1442695040888963407u;
+      return (state >> 33) % bound;
+    }
+    void ask(std::size_t number, Cycle cycle) {
+      modules[number].wanted = std::min(modules[number].wanted, cycle);
+      modules[number].alarm.request(cycle);
+    }
+    void run(Module& module) {
+      const Cycle now = clock.cycle();
+      EXPECT_EQ(module.wanted, now) << module.number;
+      for (const Module& other : modules) EXPECT_GE(other.wanted, now) << other.number;
+      EXPECT_TRUE(now > last_cycle || runs == 0 || module.number > last_number);
+      last_cycle = now;
+      last_number = module.number;
+      module.wanted = kNever;
+      if (++runs > 20000) return;
+      for (int i = 0; i < 2; ++i) ask(random(kAlarms), now + 1 + random(random(20) == 0 ? 3000 : 90));
+    }
+  } model;
+  for (std::size_t i = 0; i < kAlarms; ++i) model.modules.emplace_back(model, i);
+  model.ask(149, 70);
+  EXPECT_TRUE(run_until_quiet(model.clock, 10'000'000));
+  EXPECT_GT(model.runs, 20000u);
+  for (const auto& module : model.modules) EXPECT_EQ(module.wanted, kNever);
+}
+
+// Two clocks that wake each other by calls with annotated delays, and a process of the kernel's own in between.
+struct TwoClocks {
+  using Log = std::vector<std::pair<char, Cycle>>;
+  TwoClocks(bool enabled, Cycle cycles) {
+    ClockDomain core("core", 1365.0), memory("memory", 3500.0);
+    RunAhead ahead(core, memory, enabled);
+    Side a{this, 'c', core, memory}, b{this, 'm', memory, core};
+    a.other_side = &b;
+    b.other_side = &a;
+    a.alarm.request(1);
+    struct Outsider : sc_core::sc_module {
+      SC_HAS_PROCESS(Outsider);
+      Outsider(const sc_core::sc_module_name& name, TwoClocks& owner, Side& side)
+          : sc_module(name), owner_(owner), side_(side) {
+        SC_METHOD(wake);
+      }
+      void wake() {
+        EXPECT_EQ(side_.clock.now_fs(), sc_core::sc_time_stamp().value());  // nobody is ahead of it
+        owner_.log.emplace_back('o', sc_core::sc_time_stamp().value());
+        next_trigger(sc_core::sc_time::from_value(5'000'001));
+      }
+      TwoClocks& owner_;
+      Side& side_;
+    } outsider("outsider", *this, a);
+    core.allow_ahead(cycles * core.period_fs());
+    sc_core::sc_start(sc_core::sc_time::from_value(cycles * core.period_fs()));
+    EXPECT_LE(a.furthest, cycles * core.period_fs());
+    most_ahead = std::max(a.most_ahead, b.most_ahead);
+  }
+  struct Side {
+    Side(TwoClocks* owner_of, char letter, ClockDomain& own, ClockDomain& others)
+        : owner(owner_of),
+          name(letter),
+          clock(own),
+          other(others),
+          alarm(Alarm::without_process(own, this, [](void* side) { static_cast<Side*>(side)->tick(); })) {}
+    void tick() {
+      owner->log.emplace_back(name, clock.cycle());
+      furthest = std::max(furthest, clock.now_fs());
+      EXPECT_EQ(clock.now_fs(), clock.cycle() * clock.period_fs());
+      most_ahead = std::max<std::uint64_t>(most_ahead, clock.ahead_of_kernel().value());
+      other_side->alarm.request(other.edge_after(clock.ahead_of_kernel().value()) + clock.cycle() % 3);
+      if (clock.cycle() % 5 == 0) alarm.request(clock.cycle() + 1);
+    }
+    TwoClocks* owner;
+    char name;
+    ClockDomain& clock;
+    ClockDomain& other;
+    Alarm alarm;
+    Side* other_side = nullptr;
+    std::uint64_t furthest = 0;
+    std::uint64_t most_ahead = 0;
+  };
+  Log log;
+  std::uint64_t most_ahead = 0;
+};
+
+TEST_F(ClockDomainTest, RunningAheadOfTheKernelKeepsTheOrderOfAllTicks) {
+  const TwoClocks in_step(false, 2000);
+  fresh_context();
+  const TwoClocks ahead(true, 2000);
+  EXPECT_GT(in_step.log.size(), 2000u);
+  EXPECT_EQ(ahead.log, in_step.log);
+  EXPECT_EQ(in_step.most_ahead, 0u);
+  EXPECT_GT(ahead.most_ahead, 1'000'000u);
 }
 
 }  // namespace
