@@ -71,24 +71,6 @@ void L1Cache::tick() {
   send_miss(now);
   send_responses(now);
   alarm_.request(next_due(now));
-  prefetch_host(now + 1);
-}
-
-// The accesses of a cycle read scattered tables: asks the host for them a cycle before.
-void L1Cache::prefetch_host(Cycle now) const {
-  if (config_.perfect) return;
-  if (const MemoryResponse* arrived = up_->front(now); arrived != nullptr && !arrived->write) {
-    mshrs_.prefetch_entry(arrived->tag);
-    mshrs_.prefetch_find(arrived->address);
-    tags_.prefetch(arrived->address);
-  }
-  waiting_.for_each([&](unsigned i) {
-    const Client& client = clients_[i];
-    if (const MemoryRequest* head = client.request->front(now); head != nullptr && client.refused_at != version_) {
-      tags_.prefetch(head->address);
-      mshrs_.prefetch_find(head->address);
-    }
-  });
 }
 
 // The fill port: one sector or acknowledgement a cycle.

@@ -132,7 +132,6 @@ class L1Cache final : public sc_core::sc_module {
   bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
   bool stall(L1Stall reason);
   bool refuse(Client& client, L1Stall reason);
-  void prefetch_host(Cycle now) const;
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
