@@ -12,39 +12,13 @@
 #include <vector>
 
 #include "base/strong.h"
+#include "modules/run_ahead.h"
 
 namespace grtx::modules {
 
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
-class ClockDomain;
-
-/// Clock domains whose ticks follow each other without the kernel in between, as long as it has nothing else to do: a
-/// notification, a time step and an activation cost as much as half of what a cycle has to do. All ticks still happen
-/// in the order of their times, so this is not the temporal decoupling that changes who comes first; merely the
-/// kernel's time stays behind, and TLM calls annotate by how much. Only for domains that meet nobody else at finer
-/// steps than the kernel's: not with a foreign DRAM, which may disregard annotated delays.
-class RunAhead {
- public:
-  /// enabled false leaves every tick to the kernel (for tests).
-  RunAhead(ClockDomain& first, ClockDomain& second, bool enabled = true);
-  ~RunAhead();
-  RunAhead(const RunAhead&) = delete;
-  RunAhead& operator=(const RunAhead&) = delete;
-
- private:
-  friend class ClockDomain;
-
-  bool run();
-
-  std::array<ClockDomain*, 2> domains_;
-  bool enabled_;
-  std::uint64_t until_fs_ = 0;
-  std::uint64_t now_fs_ = 0;
-  std::uint64_t kernel_fs_ = 0;  ///< the kernel's time, while running
-  bool running_ = false;
-};
 
 /// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
 /// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
