@@ -77,7 +77,7 @@ void ClockDomain::bring_near() {
 }
 
 // After the present cycle. Nothing beyond the wheel is earlier than what is in it.
-Cycle ClockDomain::earliest() {
+Cycle ClockDomain::earliest() const {
   const std::uint64_t near = busy_ | booked_;
   if (near != 0) {
     const int distance = std::countr_zero(std::rotr(near, static_cast<int>((cycle_ + 1) % kWheel)));

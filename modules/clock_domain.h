@@ -101,7 +101,7 @@ class ClockDomain final : public sc_core::sc_module {
     }
   }
   void bring_near();
-  Cycle earliest();
+  Cycle earliest() const;
   void schedule(Cycle cycle);
   void notify_kernel();
   void request_earlier(Cycle cycle);
