@@ -148,9 +148,7 @@ Cycle RtUnit::next_arrival() const {
 
 void RtUnit::tick() {
   const Cycle now = domain_.cycle();
-  if (now < due_) {
-    if (const Cycle next = std::min(due_, next_arrival()); now < next) return alarm_.request(next);
-  }
+  if (const Cycle next = std::min(due_, next_arrival()); now < next) return alarm_.request(next);
   // Nothing changed in the cycles between: they all had the reason of the present state.
   if (now > accounted_) scheduler_.count_idle(now - accounted_);
   accounted_ = now + 1;
