@@ -1,4 +1,4 @@
-#include "base/atomic_file.h"
+#include "grtx/base/atomic_file.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 
 namespace grtx {
 

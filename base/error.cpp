@@ -1,4 +1,4 @@
-#include "base/error.h"
+#include "grtx/base/error.h"
 
 namespace grtx {
 namespace {

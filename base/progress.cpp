@@ -1,4 +1,4 @@
-#include "base/progress.h"
+#include "grtx/base/progress.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

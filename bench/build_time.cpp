@@ -14,9 +14,9 @@
 #include <memory>
 #include <vector>
 
-#include "base/error.h"
-#include "frontend/acceleration_structure.h"
-#include "frontend/scene_io.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/scene/scene_io.h"
 
 namespace grtx::bench {
 namespace {

@@ -15,14 +15,14 @@
 #include <string>
 #include <vector>
 
-#include "frontend/camera.h"
-#include "frontend/canonical_hit.h"
-#include "frontend/gaussian_math.h"
-#include "frontend/image.h"
-#include "frontend/prepared_gaussians.h"
-#include "frontend/proxy.h"
-#include "frontend/scene.h"
-#include "frontend/tracer.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/tracer.h"
 
 namespace grtx::bench {
 

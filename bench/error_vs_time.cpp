@@ -17,12 +17,12 @@
 #include <memory>
 #include <tuple>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
 #include "bench/scatter_svg.h"
-#include "frontend/reference/reference.h"
-#include "frontend/scene_io.h"
-#include "frontend/tracer.h"
+#include "grtx/frontend/reference/reference.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/tracer.h"
 
 namespace grtx::bench {
 namespace {

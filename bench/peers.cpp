@@ -14,11 +14,11 @@
 #include <map>
 #include <memory>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 #include "bench/embree_peers.h"
-#include "frontend/scene_io.h"
-#include "frontend/tile_tracer.h"
-#include "frontend/tracer.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tiles/tile_tracer.h"
+#include "grtx/frontend/tracer/tracer.h"
 
 namespace grtx::bench {
 namespace {

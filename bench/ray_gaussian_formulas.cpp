@@ -12,14 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 #include "bench/formulas.h"
-#include "frontend/camera.h"
-#include "frontend/canonical_hit.h"
-#include "frontend/gaussian_math.h"
-#include "frontend/scene_io.h"
-#include "frontend/synth.h"
-#include "frontend/synth_random.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/synth/synth_random.h"
 
 namespace grtx::bench {
 namespace {

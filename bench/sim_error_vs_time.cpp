@@ -20,11 +20,11 @@
 #include <systemc>
 #include <vector>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
 #include "bench/scatter_svg.h"
-#include "rtl_tlm/sampled/estimate.h"
-#include "rtl_tlm/statistics_json.h"
+#include "grtx/rtl_tlm/estimate/sampled/estimate.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace {
 

@@ -20,11 +20,11 @@
 #include <systemc>
 #include <vector>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
-#include "rtl_tlm/child_process.h"
-#include "rtl_tlm/gpu_config.h"
-#include "rtl_tlm/simulation.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/simulation.h"
 
 namespace {
 

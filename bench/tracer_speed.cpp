@@ -16,15 +16,15 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
-#include "base/hash.h"
-#include "frontend/camera.h"
-#include "frontend/encoding_recorder.h"
-#include "frontend/ray_recorder.h"
-#include "frontend/ray_tracer.h"
-#include "frontend/scene_io.h"
-#include "frontend/tracer.h"
-#include "traces/io.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/frontend/tracer/ray_tracer.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/traces/io.h"
 
 namespace {
 

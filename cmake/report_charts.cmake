@@ -3,7 +3,7 @@
 # network.
 option(GRTX_REPORT_CHARTS "Charts in the reports of grtx (needs npm when building); OFF leaves their tables" ON)
 
-set(web ${PROJECT_SOURCE_DIR}/rtl_tlm/report/web)
+set(web ${PROJECT_SOURCE_DIR}/explore/report/web)
 set(GRTX_CHARTS_FOLDER ${PROJECT_BINARY_DIR}/charts)
 set(bundle ${GRTX_CHARTS_FOLDER}/charts.js)
 file(MAKE_DIRECTORY ${GRTX_CHARTS_FOLDER})
@@ -28,7 +28,7 @@ endif()
 set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
 set(GRTX_ASSETS "")
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
-              "paper=${PROJECT_SOURCE_DIR}/rtl_tlm/report/paper_targets.toml")
+              "paper=${PROJECT_SOURCE_DIR}/explore/report/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})
   string(APPEND GRTX_ASSETS
          ".global grtx_asset_${CMAKE_MATCH_1}\n.global grtx_asset_${CMAKE_MATCH_1}_end\n"

@@ -14,11 +14,11 @@
 #include <tlm>
 #include <vector>
 
-#include "base/error.h"
-#include "rtl_tlm/gpu.h"
-#include "rtl_tlm/gpu_config.h"
-#include "rtl_tlm/trace_source.h"
-#include "traces/io.h"
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/traces/io.h"
 
 namespace {
 

@@ -9,9 +9,11 @@
 #include <filesystem>
 #include <string>
 
+#include "paths.h"
+
 namespace grtx::test {
 
-inline std::string shared_scenes() { return std::string(GRTX_SOURCE_DIR) + "/../shared/scenes"; }
+inline std::string shared_scenes() { return grtx::paths::source_dir() + "/../shared/scenes"; }
 
 /// Path of an unpacked .ply; unpacks NAME.ply.xz into the temporary folder with xz. "" when the scene is missing.
 inline std::string real_scene_path(const std::string& name) {

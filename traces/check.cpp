@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "base/error.h"
-#include "base/progress.h"
-#include "traces/check_group.h"
-#include "traces/count_totals.h"
-#include "traces/io.h"
+#include "grtx/base/error.h"
+#include "grtx/base/progress.h"
+#include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/io.h"
 
 namespace grtx::traces {
 namespace {

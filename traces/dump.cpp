@@ -1,12 +1,12 @@
-#include "traces/dump.h"
+#include "grtx/traces/dump.h"
 
 #include <fmt/format.h>
 
 #include <iterator>
 #include <ostream>
 
-#include "base/error.h"
-#include "traces/header_json.h"
+#include "grtx/base/error.h"
+#include "grtx/traces/codec/header_json.h"
 
 namespace grtx::traces {
 namespace {

@@ -5,7 +5,7 @@
 #include <iosfwd>
 #include <optional>
 
-#include "traces/io.h"
+#include "grtx/traces/io.h"
 
 namespace grtx::traces {
 

@@ -25,7 +25,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "traces/node_layout.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::traces {
 

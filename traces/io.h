@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "traces/encoded_group.h"
-#include "traces/event.h"
-#include "traces/header.h"
+#include "grtx/traces/codec/encoded_group.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::traces {
 

@@ -7,13 +7,13 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "base/error.h"
-#include "base/hash.h"
-#include "traces/file_layout.h"
-#include "traces/group_codec.h"
-#include "traces/header_json.h"
-#include "traces/io.h"
-#include "traces/stream_hash.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/traces/codec/file_layout.h"
+#include "grtx/traces/codec/group_codec.h"
+#include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/io.h"
+#include "grtx/traces/codec/stream_hash.h"
 
 namespace grtx::traces {
 namespace {

@@ -5,15 +5,15 @@
 #include <optional>
 #include <stdexcept>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
-#include "base/hash.h"
-#include "traces/count_totals.h"
-#include "traces/file_layout.h"
-#include "traces/group_encoder.h"
-#include "traces/header_json.h"
-#include "traces/io.h"
-#include "traces/stream_hash.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/codec/file_layout.h"
+#include "grtx/traces/codec/group_encoder.h"
+#include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/io.h"
+#include "grtx/traces/codec/stream_hash.h"
 
 namespace grtx::traces {
 namespace {

@@ -1,6 +1,6 @@
 // Brute force: every Gaussian is considered for every ray. Two cheap tests only skip what provably cannot be hit: a
 // bounding ball against the cone around a tile of rays, then against the ray itself.
-#include "frontend/reference/reference.h"
+#include "grtx/frontend/reference/reference.h"
 
 #include <algorithm>
 #include <atomic>
@@ -11,12 +11,12 @@
 #include <numeric>
 #include <thread>
 
-#include "base/error.h"
-#include "base/progress.h"
-#include "frontend/float_rounding.h"
-#include "frontend/reference/reference_optics.h"
-#include "frontend/reference/reference_sh.h"
-#include "frontend/reference/reference_solid.h"
+#include "grtx/base/error.h"
+#include "grtx/base/progress.h"
+#include "grtx/frontend/scene/float_rounding.h"
+#include "grtx/frontend/reference/reference_optics.h"
+#include "grtx/frontend/reference/reference_sh.h"
+#include "grtx/frontend/reference/reference_solid.h"
 
 namespace grtx::frontend {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "frontend/camera.h"
-#include "frontend/image.h"
-#include "frontend/optical_objects.h"
-#include "frontend/scene.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/frontend/scene/scene.h"
 
 namespace grtx::frontend {
 

@@ -1,4 +1,4 @@
-#include "frontend/reference/reference_optics.h"
+#include "grtx/frontend/reference/reference_optics.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>

@@ -1,4 +1,4 @@
-#include "frontend/reference/reference_sh.h"
+#include "grtx/frontend/reference/reference_sh.h"
 
 #include <algorithm>
 

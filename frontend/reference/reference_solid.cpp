@@ -1,4 +1,4 @@
-#include "frontend/reference/reference_solid.h"
+#include "grtx/frontend/reference/reference_solid.h"
 
 #include <algorithm>
 #include <array>

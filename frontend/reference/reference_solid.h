@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "frontend/reference/reference.h"
+#include "grtx/frontend/reference/reference.h"
 
 namespace grtx::frontend {
 

@@ -1,5 +1,5 @@
 // A file appears under its final name only when it was committed.
-#include "base/atomic_file.h"
+#include "grtx/base/atomic_file.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Error messages are one line, whatever the input contained.
-#include "base/error.h"
+#include "grtx/base/error.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Suggestions pick the smallest edit distance.
-#include "base/nearest_name.h"
+#include "grtx/base/nearest_name.h"
 
 #include <gtest/gtest.h>
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "modules/clock_domain.h"
-#include "modules/link.h"
-#include "modules/memory_request.h"
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_request.h"
 #include "systemc_fixture.h"
 
 namespace grtx::modules {

@@ -9,7 +9,7 @@
 #include <systemc>
 #include <utility>
 
-#include "modules/clock_domain.h"
+#include "grtx/modules/kernel/clock_domain.h"
 
 namespace grtx::modules {
 

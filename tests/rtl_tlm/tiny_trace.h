@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "traces/event.h"
-#include "traces/header.h"
-#include "traces/io.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/io.h"
 
 namespace grtx::tlm::test {
 

@@ -1,5 +1,5 @@
 // check() catches each rule that a trace can break: one mutation of a sound trace for each.
-#include "traces/check_group.h"
+#include "grtx/traces/codec/check_group.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 #include "random_group.h"
 #include "temporary_file.h"
 

@@ -4,14 +4,14 @@
 
 #include <functional>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
-#include "base/hash.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 #include "random_group.h"
 #include "temporary_file.h"
-#include "traces/byte_stream.h"
-#include "traces/columns.h"
-#include "traces/file_layout.h"
+#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/file_layout.h"
 
 namespace grtx::traces {
 namespace {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "random_group.h"
-#include "traces/columns.h"
-#include "traces/file_layout.h"
-#include "traces/group_codec.h"
+#include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/file_layout.h"
+#include "grtx/traces/codec/group_codec.h"
 
 namespace grtx::traces {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <sstream>
 
-#include "base/error.h"
+#include "grtx/base/error.h"
 #include "temporary_file.h"
-#include "traces/dump.h"
+#include "grtx/traces/dump.h"
 
 namespace grtx::traces {
 namespace {

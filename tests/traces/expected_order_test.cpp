@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "traces/group_model.h"
+#include "grtx/traces/codec/group_model.h"
 
 namespace grtx::traces {
 namespace {

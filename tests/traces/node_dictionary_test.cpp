@@ -4,9 +4,9 @@
 #include <random>
 
 #include "random_group.h"
-#include "traces/columns.h"
-#include "traces/group_codec.h"
-#include "traces/node_shape.h"
+#include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/group_codec.h"
+#include "grtx/traces/codec/node_shape.h"
 
 namespace grtx::traces {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "random_group.h"
-#include "traces/columns.h"
-#include "traces/group_codec.h"
+#include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/group_codec.h"
 
 namespace grtx::traces {
 namespace {

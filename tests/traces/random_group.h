@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "traces/event.h"
-#include "traces/header.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::traces::testing {
 

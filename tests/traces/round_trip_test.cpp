@@ -3,7 +3,7 @@
 
 #include "random_group.h"
 #include "temporary_file.h"
-#include "traces/header_json.h"
+#include "grtx/traces/codec/header_json.h"
 
 namespace grtx::traces {
 namespace {

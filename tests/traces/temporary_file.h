@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "traces/io.h"
+#include "grtx/traces/io.h"
 
 namespace grtx::traces::testing {
 

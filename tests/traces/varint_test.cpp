@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "traces/byte_stream.h"
+#include "grtx/traces/codec/byte_stream.h"
 
 namespace grtx::traces {
 namespace {

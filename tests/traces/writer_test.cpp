@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "base/atomic_file.h"
-#include "base/error.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
 #include "random_group.h"
 #include "temporary_file.h"
 

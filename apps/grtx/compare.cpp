@@ -1,0 +1,63 @@
+// grtx compare: how far two images are apart.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "grtx/frontend/image/image.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct CompareOptions {
+  std::string a, b;
+  bool json = false;
+  double min_psnr = 0.0;
+};
+
+int compare_images(const CompareOptions& options) {
+  const frontend::Image a = frontend::read_image(options.a);
+  const frontend::Image b = frontend::read_image(options.b);
+  const frontend::Comparison result = frontend::compare(a, b);
+  const bool holds = !(result.psnr < options.min_psnr);  // infinity passes every limit
+  if (options.json) {
+    nlohmann::ordered_json json;
+    json["schema"] = "grtx.compare/1";
+    json["a"] = options.a;
+    json["b"] = options.b;
+    // JSON has no infinity: identical images have psnr null.
+    json["psnr"] = std::isfinite(result.psnr) ? nlohmann::ordered_json(result.psnr) : nlohmann::ordered_json(nullptr);
+    json["max_error"] = result.max_error;
+    json["mean_error"] = result.mean_error;
+    json["different_pixels"] = result.different_pixels;
+    json["pixels"] = a.pixels.size();
+    json["identical"] = result.identical();
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("PSNR {:.4f} dB, max error {:.6g}, mean error {:.6g}, {} of {} pixels differ{}\n", result.psnr,
+               result.max_error, result.mean_error, result.different_pixels, a.pixels.size(),
+               result.identical() ? " (identical)" : "");
+  }
+  if (!holds) {
+    fmt::print(stderr, "grtx: compare: PSNR {:.4f} dB is below the required {} dB\n", result.psnr, options.min_psnr);
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<CompareOptions>();
+  CLI::App* command = make_command(app, common, "compare", "Compares two images of equal size",
+                                   [options] { return compare_images(*options); });
+  command->add_option("A", options->a, "First image: .png, .exr or .pfm")->required();
+  command->add_option("B", options->b, "Second image")->required();
+  command->add_flag("--json", options->json, "Print JSON (default: off)");
+  command->add_option("--min-psnr", options->min_psnr, "Exit 1 when the PSNR in dB is below this");
+}
+
+}  // namespace grtx::tlm

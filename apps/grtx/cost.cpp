@@ -1,0 +1,132 @@
+// grtx cost: storage, area, timing and leakage of the machine that a configuration describes.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/explore/cost/cost_report.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/cost/technology.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string config;
+  std::vector<std::string> settings;
+  MachineUse use;
+  CostOptions cost;
+  BufferSizes buffers;
+  unsigned depth = 3;
+  bool items = false;
+  bool json = false;
+  std::string csv;
+  std::string statistics;
+  EnergyOptions energy;
+  bool coefficients = false;
+};
+
+// The units that a run had: those that its trace needs.
+MachineUse machine_of(const std::string& statistics) {
+  const nlohmann::ordered_json inputs = read_statistics(statistics).at("inputs");
+  const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
+  if (accel.empty() || checkpoint.empty()) throw Error(statistics, "inputs", "must name accel and checkpoint");
+  const bool two_level = accel.starts_with("tlas-");
+  MachineUse use;
+  use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+  return use;
+}
+
+// The energy of a run of the configured machine.
+void print_energy(const Options& options, const GpuConfig& config, const std::vector<modules::Inventory>& inventories) {
+  const nlohmann::ordered_json document = read_statistics(options.statistics);
+  if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
+    throw Error(options.statistics, "inputs.config_hash", "is of another configuration than --config and --set give");
+  }
+  const nlohmann::ordered_json& stats = document.at("stats");
+  const auto value = [&](const std::string& name) {
+    return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
+  };
+  const std::vector<EnergyPart> parts = run_energy(value, config, inventories, options.cost, options.energy);
+  const Range sum = total(parts);
+  fmt::print("{:<20}{:>16}{:>12}{:>12}{:>12}{:>8}  {}\n", "part", "actions", "uJ low", "central", "high", "share",
+             "action");
+  for (const EnergyPart& part : parts) {
+    if (part.actions == 0.0) continue;
+    fmt::print("{:<20}{:>16.0f}{:>12.2f}{:>12.2f}{:>12.2f}{:>7.1f}%  {}\n", part.name, part.actions,
+               part.nanojoules.low * 1e-3, part.nanojoules.central * 1e-3, part.nanojoules.high * 1e-3,
+               100.0 * part.nanojoules.central / sum.central, part.basis);
+  }
+  fmt::print("{:<20}{:>16}{:>12.2f}{:>12.2f}{:>12.2f}\n", "frame", "", sum.low * 1e-3, sum.central * 1e-3,
+             sum.high * 1e-3);
+}
+
+int cost(const Options& options) {
+  if (options.coefficients) {
+    fmt::print("{}", coefficient_reference());
+    return 0;
+  }
+  technology(options.cost.nm);  // before anything is built
+  const GpuConfig config = load_config(options.config, options.settings);
+  const MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
+  const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
+  MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
+  cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
+  cost.buffers.eviction_entries = options.buffers.eviction_entries;
+  cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;
+  if (!options.statistics.empty()) {
+    print_energy(options, config, inventories);
+    return 0;
+  }
+  if (!options.csv.empty()) write_file(options.csv, cost_csv(cost));
+  if (options.json) {
+    fmt::print("{}\n", cost_json(cost).dump(2));
+  } else {
+    fmt::print("{}", cost_text(cost, options.depth, options.items));
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_cost(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
+                                   [options] { return cost(*options); });
+  command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)");
+  command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
+      ->allow_extra_args(false);
+  command->add_option("--design", options->use.design, "Which units the machine has")
+      ->check(one_of({"baseline", "sw", "hw", "grtx"}));
+  command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
+  command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
+  command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
+      ->check(CLI::Range(0.1, 1.0));
+  command->add_option("--control", options->cost.control, "Factor on logic for control and interconnect")
+      ->check(CLI::Range(1.0, 10.0));
+  command->add_option("--checkpoint-entries", options->buffers.checkpoint_entries,
+                      "Entries of a ray's checkpoint buffer in global memory");
+  command->add_option("--eviction-entries", options->buffers.eviction_entries, "Entries of a ray's eviction buffer");
+  command
+      ->add_option("--checkpoint-copies", options->buffers.checkpoint_copies,
+                   "Checkpoint buffers a ray: source and destination")
+      ->check(CLI::Range(1u, 2u));
+  command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
+  command->add_flag("--items", options->items, "Also what each module is made of (default: off)");
+  command->add_flag("--json", options->json, "Print JSON (default: off)");
+  command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)");
+  command->add_option("--stats", options->statistics,
+                      "Statistics of a run on this machine: prints its energy by part (default: none)");
+  command->add_option("--dram-pj-per-bit", options->energy.dram_pj_per_bit, "Energy of the DRAM: GDDR6 7.5, HBM2E 6")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--coefficients", options->coefficients,
+                    "Print every coefficient with source and confidence as Markdown (default: off)");
+}
+
+}  // namespace grtx::tlm

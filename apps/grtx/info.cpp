@@ -1,0 +1,32 @@
+// grtx info: what a scene file holds.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "grtx/frontend/scene/scene_info.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::tlm {
+
+void add_info(CLI::App& app, CommonOptions& common) {
+  struct Options {
+    std::string scene;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      make_command(app, common, "info", "Describes a scene: counts, boxes, percentiles, dropped rows", [options] {
+        const frontend::SceneInfo info = frontend::describe(frontend::load_scene(options->scene));
+        std::string text = options->json ? frontend::to_json(info) : frontend::to_text(info);
+        if (!text.ends_with('\n')) text += '\n';
+        fmt::print("{}", text);
+        return 0;
+      });
+  command->add_option("SCENE", options->scene, "Scene file: .ply, compressed .ply, .splat or .spz (no default)")
+      ->required();
+  command->add_flag("--json", options->json, "Print JSON (default: off)");
+}
+
+}  // namespace grtx::tlm

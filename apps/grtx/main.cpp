@@ -1,0 +1,107 @@
+// The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
+#include "grtx/apps/grtx/commands.h"
+
+namespace {
+
+using grtx::tlm::CommonOptions;
+
+constexpr int kBadInput = 2;
+constexpr int kInternalError = 3;
+
+void print_error(const grtx::Error& error) { std::fprintf(stderr, "grtx: %s\n", error.what()); }
+
+/// A one-line reason for a command line that was not accepted, naming the nearest known command or option.
+grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  if (const auto chosen = app.get_subcommands(); !chosen.empty()) command = chosen.front();
+  const std::string name = command == &app ? "" : command->get_name();
+  std::vector<std::string> unknown = command->remaining();
+  if (unknown.empty()) unknown = app.remaining();
+  for (const std::string& word : unknown) {
+    std::vector<std::string> known;
+    if (word.starts_with("-")) {
+      for (const CLI::Option* option : command->get_options()) {
+        for (const std::string& flag : option->get_lnames()) known.push_back("--" + flag);
+        for (const std::string& flag : option->get_snames()) known.push_back("-" + flag);
+      }
+      const std::string flag = word.substr(0, word.find('='));
+      return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
+    }
+    if (command == &app) {
+      for (const CLI::App* sub : app.get_subcommands(nullptr)) known.push_back(sub->get_name());
+      return {name, "unknown command " + word, "the nearest is " + grtx::nearest_name(word, known)};
+    }
+    return {name, "unexpected argument " + word, "see grtx " + name + " --help"};
+  }
+  return {name, "", error.what()};
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
+  app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
+  CommonOptions common;
+  grtx::tlm::add_synth(app, common);
+  grtx::tlm::add_info(app, common);
+  grtx::tlm::add_trace(app, common);
+  grtx::tlm::add_reference(app, common);
+  grtx::tlm::add_compare(app, common);
+  grtx::tlm::add_trace_check(app, common);
+  grtx::tlm::add_trace_dump(app, common);
+  grtx::tlm::add_sim(app, common);
+  grtx::tlm::add_cost(app, common);
+  grtx::tlm::add_run(app, common);
+  grtx::tlm::add_stalls(app, common);
+  grtx::tlm::add_report(app, common);
+  grtx::tlm::add_sweep(app, common);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    print_error(usage_error(app, error));
+    return kBadInput;
+  }
+  if (!common.action) {
+    std::fputs(app.help().c_str(), stderr);
+    return kBadInput;
+  }
+  const int code = common.action();
+  if (std::fflush(stdout) != 0) throw grtx::Error("standard output", "", "cannot be written");
+  return code;
+}
+
+}  // namespace
+
+int sc_main(int argc, char** argv) {
+  // A SystemC warning is a fault of the model: it stops the program instead of scrolling by.
+  sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
+  sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
+  try {
+    return run(argc, argv);
+  } catch (const grtx::Error& error) {
+    print_error(error);
+    return kBadInput;
+  } catch (const std::bad_alloc&) {
+    print_error({"internal error", "", "out of memory"});
+    return kInternalError;
+  } catch (const std::exception& error) {
+    print_error({"internal error", "", error.what()});
+    return kInternalError;
+  }
+}
+
+int main(int argc, char** argv) {
+  setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1);  // read by the kernel before it calls sc_main
+  return sc_core::sc_elab_and_sim(argc, argv);
+}

@@ -1,0 +1,38 @@
+// Pieces that several commands' command lines share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/apps/grtx/commands.h"
+
+namespace grtx::tlm {
+
+/// A subcommand with --quiet, --help, and defaults shown for every option. `body` runs after parsing and returns the
+/// exit code (0 or 1); it may throw grtx::Error for bad input.
+CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
+                       std::function<int()> body);
+
+/// Accepts only `names`; the message for any other value names the nearest one.
+CLI::Validator one_of(std::vector<std::string> names);
+
+/// Which picture of which camera file.
+struct ViewOptions {
+  std::string cameras;     ///< file or COLMAP folder
+  unsigned view = 0;       ///< index in the file
+  unsigned width = 0;      ///< pixels; 0: the file's
+  unsigned height = 0;     ///< pixels; 0: the file's
+  double fov_scale = 1.0;  ///< factor on the tangent of half the field of view
+};
+/// --cameras (required), --view, --width, --height, --fov-scale.
+void add_view_options(CLI::App* command, ViewOptions& view);
+/// Loads the cameras and applies the options. Throws Error when the view does not exist.
+frontend::Camera select_camera(const ViewOptions& view);
+
+/// The accepted values of --accel.
+const std::vector<std::string>& accel_names();
+
+}  // namespace grtx::tlm

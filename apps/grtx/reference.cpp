@@ -1,0 +1,96 @@
+// grtx reference: the double-precision brute-force renderer.
+#include <memory>
+
+#include "grtx/base/error.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/reference/reference.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/object_scene.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/secondary_cli.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string scene;
+  ViewOptions view;
+  std::string proxy = "icosahedron20";
+  std::string accel;
+  std::string sort_key = "entry";
+  std::string kernel_radius = "adaptive";
+  std::string inside = "skip";
+  std::string sh_dir = "ray";
+  SecondaryCli secondary;
+  frontend::ReferenceOptions render;
+  std::string output;
+};
+
+frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& accel) {
+  using frontend::ReferenceProxy;
+  if (!accel.empty()) {
+    if (accel == "ellipsoid" || accel == "tlas-sphere") return ReferenceProxy::sphere;
+    return accel.ends_with("tri80") ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
+  }
+  if (proxy == "sphere") return ReferenceProxy::sphere;
+  return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
+}
+
+/// A scene, or the objects of a list in one scene.
+frontend::Scene load(const std::string& path) {
+  if (!frontend::is_object_list(path)) return frontend::load_scene(path);
+  LoadedObjects loaded = load_objects(path);
+  const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
+                                         {frontend::AccelKind::tlas_sphere, 6, false}, true);
+  return frontend::flatten(world, loaded.placements);
+}
+
+int render(Options options, bool quiet) {
+  frontend::ReferenceOptions& render = options.render;
+  render.proxy = proxy_of(options.proxy, options.accel);
+  render.sort_by_peak = options.sort_key == "peak";
+  render.adaptive_radius = options.kernel_radius == "adaptive";
+  render.count_inside = options.inside == "count";
+  render.sh_from_centre = options.sh_dir == "centre";
+  render.quiet = quiet;
+  if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
+    throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
+  }
+  const frontend::Camera camera = select_camera(options.view);
+  const frontend::Scene scene = load(options.scene);
+  render.objects = optical_objects(options.secondary, scene, camera);
+  frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
+  return 0;
+}
+
+}  // namespace
+
+void add_reference(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "reference", "Renders by brute force in double precision",
+                                   [options, &common] { return render(*options, common.quiet); });
+  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  add_view_options(command, options->view);
+  CLI::Option* proxy = command->add_option("--proxy", options->proxy, "Bounding geometry of a Gaussian")
+                           ->check(one_of({"icosahedron20", "icosphere80", "sphere"}));
+  command->add_option("--accel", options->accel, "Takes the proxy of this acceleration structure (default: none)")
+      ->check(one_of(accel_names()))
+      ->excludes(proxy);
+  command->add_option("--sort-key", options->sort_key, "Distance that orders a ray's hits")
+      ->check(one_of({"entry", "peak"}));
+  command->add_option("--kernel-radius", options->kernel_radius, "Where a Gaussian ends")
+      ->check(one_of({"adaptive", "3sigma"}));
+  command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--inside", options->inside, "Gaussians whose proxy holds the ray origin")
+      ->check(one_of({"skip", "count"}));
+  command->add_option("--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated")
+      ->check(one_of({"ray", "centre"}));
+  add_secondary_options(command, options->secondary);
+  command->add_option("--threads", options->render.threads, "Threads; 0 takes all");
+  command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();
+}
+
+}  // namespace grtx::tlm

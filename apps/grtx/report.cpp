@@ -1,0 +1,39 @@
+// grtx report: tables and charts of sweeps and runs in one HTML file.
+#include "grtx/explore/report/report.h"
+
+#include <memory>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  ReportOptions report;
+  std::string output;
+};
+
+}  // namespace
+
+void add_report(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options] {
+        write_file(options->output, report_page(options->report));
+        return 0;
+      });
+  command
+      ->add_option("INPUT", options->report.inputs,
+                   "Sweep databases, results.json of grtx run, statistics of grtx sim (no default)")
+      ->required();
+  command->add_option("-o,--output", options->output, "HTML file to write (no default)")->required();
+  command
+      ->add_option("--image", options->report.images,
+                   "Picture to show, e.g. a heat map; PNG, JPEG, GIF or WebP; may be repeated (default: none)")
+      ->allow_extra_args(false);
+  command->add_option("--title", options->report.title, "Title of the page");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,292 @@
+// grtx run: the main job. Traces one view with the four designs, simulates each, and compares.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/base/child_process.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/object_scene.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/apps/grtx/tracer_statistics.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/explore/report/report.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Design {
+  const char* name;
+  frontend::AccelKind accel;
+  bool checkpoint;
+};
+// The named designs of the paper's comparison, ordered so that two share one acceleration structure.
+constexpr std::array<Design, 4> kDesigns = {{{"baseline", frontend::AccelKind::tri20, false},
+                                             {"hw", frontend::AccelKind::tri20, true},
+                                             {"sw", frontend::AccelKind::tlas_tri20, false},
+                                             {"grtx", frontend::AccelKind::tlas_tri20, true}}};
+constexpr std::array<const char*, 4> kTableOrder = {"baseline", "sw", "hw", "grtx"};
+
+struct Options {
+  std::string scene;
+  ViewOptions view;
+  TracerCli tracer;
+  std::string config;
+  std::vector<std::string> settings;
+  std::string output;
+  unsigned jobs = 0;
+  std::string mode = "cycle";
+  SampledCli sampled;
+};
+
+struct Traced {
+  std::string path;
+  ordered_json statistics;  ///< tracer.*, accel.*, trace.*
+};
+
+/// Traces all designs; the image of the first goes to `image`. Returns whether all images are bit-identical.
+bool trace_designs(const Options& options, bool quiet, std::map<std::string, Traced>& traced, frontend::Image& image) {
+  const frontend::Camera camera = select_camera(options.view);
+  const frontend::Scene scene = frontend::load_scene(options.scene);
+  const frontend::PreparedGaussians gaussians(scene, options.tracer.kernel_radius == "adaptive");
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
+  std::unique_ptr<frontend::AccelerationStructure> accel;
+  bool identical = true;
+  for (const Design& design : kDesigns) {
+    if (!accel || accel->options().kind != design.accel) {
+      accel.reset();  // the monolithic structure is large: free it before the next is built
+      accel = std::make_unique<frontend::AccelerationStructure>(gaussians, accel_options(options.tracer, design.accel));
+    }
+    const frontend::TracerOptions tracer = tracer_options(options.tracer, design.checkpoint, design.accel);
+    frontend::RenderOptions render = render_options(options.tracer, quiet);
+    render.count_unique = true;
+    // Planned anew for each design: that the plans agree is part of the proof that the images do.
+    const frontend::SecondaryPlan plan = frontend::plan_secondary(
+        scene, gaussians, *accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
+    render.secondary = &plan;
+    traces::Header header = trace_header(scene, camera, *accel, tracer, render);
+    for (const auto& [name, value] : option_inputs(options.tracer, design.checkpoint, design.accel)) {
+      header.inputs[name] = value;
+    }
+    header.inputs.merge(object_inputs(objects));
+    Traced& result = traced[design.name];
+    result.path = options.output + "/" + design.name + ".grtx";
+    traces::Writer writer(result.path, header);
+    const frontend::RenderResult rendered = frontend::render(scene, gaussians, *accel, camera, tracer, render, &writer);
+    writer.finish();
+    modules::StatisticList statistics = tracer_statistics(scene, *accel, rendered);
+    add_secondary_statistics(statistics, plan, rendered);
+    add_trace_statistics(statistics, writer);
+    result.statistics = statistics_object(statistics);
+    result.statistics.update(statistics_object(tracer_host_statistics(*accel, rendered)));
+    if (image.pixels.empty()) {
+      image = rendered.image;
+    } else {
+      identical = identical && frontend::compare(image, rendered.image).identical();
+    }
+  }
+  return identical;
+}
+
+constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
+
+/// As many simulations at a time as there are cores, and as fit into the memory that is free now.
+unsigned default_jobs() {
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  std::ifstream file("/proc/meminfo");  // Linux; elsewhere the cores alone decide
+  std::string name;
+  std::uint64_t kib = 0;
+  while (file >> name >> kib) {
+    if (name == "MemAvailable:") {
+      return static_cast<unsigned>(std::clamp<std::uint64_t>(kib * 1024 / kSimulationBytes, 1, cores));
+    }
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return cores;
+}
+
+/// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
+std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
+                                                     const GpuConfig& config, const Options& options,
+                                                     const SampledOptions& sampled, bool quiet) {
+  const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
+  std::map<std::string, ordered_json> documents;
+  std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
+  const auto collect_first = [&] {
+    documents[running.front().first] = ordered_json::parse(running.front().second->result());
+    running.erase(running.begin());
+  };
+  for (const Design& design : kDesigns) {
+    if (running.size() >= jobs) collect_first();
+    if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
+    running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
+                           const std::string& trace = traced.at(name).path;
+                           SimulationOptions simulation;
+                           simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+                           const SimulationResult result = options.mode == "sampled"
+                                                               ? simulate_sampled(trace, config, sampled).result
+                                                               : simulate(trace, config, simulation);
+                           ordered_json document = result.document;
+                           document["violations"] = result.violations;
+                           document["binding_bound"] = result.binding_bound;
+                           return document.dump();
+                         }));
+  }
+  while (!running.empty()) collect_first();
+  return documents;
+}
+
+double value(const ordered_json& statistics, const std::string& name) {
+  return statistics.at(name).at("value").get<double>();
+}
+
+void print_table(const ordered_json& designs) {
+  fmt::print("{:<9} {:>12} {:>8} {:>12} {:>12} {:>10} {:>7} {:>12} {:>10}\n", "design", "cycles", "speed-up",
+             "node visits", "node fetches", "latency", "L1 hit", "L2 accesses", "DRAM MB");
+  const double baseline = value(designs.at("baseline"), "gpu.cycles");
+  for (const char* name : kTableOrder) {
+    const ordered_json& s = designs.at(name);
+    fmt::print("{:<9} {:>12.0f} {:>8.2f} {:>12.0f} {:>12.0f} {:>10.1f} {:>6.1f}% {:>12.0f} {:>10.1f}\n", name,
+               value(s, "gpu.cycles"), baseline / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits"),
+               value(s, "gpu.rt.node_fetches"), value(s, "gpu.rt.node_fetch_latency"),
+               100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses"),
+               value(s, "gpu.dram.bytes") * 1e-6);
+  }
+}
+
+/// Speed-ups of primary and of secondary rays alone, as in the paper's figure on secondary rays.
+void add_speedups_by_kind(ordered_json& results) {
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string cycles = fmt::format("gpu.rays.{}_cycles", kind);
+    const double baseline = value(results["designs"]["baseline"], cycles);
+    for (const char* name : {"sw", "hw", "grtx"}) {
+      const double own = value(results["designs"][name], cycles);
+      if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = baseline / own;
+    }
+  }
+}
+
+/// Of cycles and of speed-ups, whose designs simulated the same groups.
+void add_intervals(const std::map<std::string, ordered_json>& documents, ordered_json& results) {
+  const auto json = [](const ConfidenceInterval& interval) {
+    return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", kConfidence}};
+  };
+  const SampledEstimate baseline = estimate_from_json(documents.at("baseline").at("sampled"));
+  for (const char* name : kTableOrder) {
+    const SampledEstimate estimate = estimate_from_json(documents.at(name).at("sampled"));
+    results["cycles_interval"][name] = json(cycles_interval(estimate));
+    if (name != kTableOrder.front()) results["speedup_interval"][name] = json(ratio_interval(baseline, estimate));
+  }
+}
+
+void print_intervals(const ordered_json& results) {
+  fmt::print("95 % intervals of the speed-ups:");
+  for (const auto& [name, interval] : results.at("speedup_interval").items()) {
+    fmt::print(" {} {:.2f} to {:.2f}", name, interval.at("low").get<double>(), interval.at("high").get<double>());
+  }
+  fmt::print("\n");
+}
+
+int run(const Options& options, bool quiet) {
+  refuse_objects(options.scene, "run");
+  const GpuConfig config = load_config(options.config, options.settings);
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
+  for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
+  if (options.tracer.triangle_test == "world") {
+    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
+  }
+  std::error_code failed;
+  std::filesystem::create_directories(options.output, failed);
+  if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
+
+  std::map<std::string, Traced> traced;
+  frontend::Image image;
+  const bool identical = trace_designs(options, quiet, traced, image);
+  frontend::write_image(options.output + "/image.png", image);
+  const std::map<std::string, ordered_json> documents = simulate_designs(traced, config, options, sampled, quiet);
+
+  ordered_json results;
+  results["schema"] = "grtx.run/1";
+  results["version"] = GRTX_VERSION;
+  results["config"] = config_json(config);
+  std::vector<std::string> violations;
+  for (const char* name : kTableOrder) {
+    ordered_json& design = results["designs"][name];
+    design = traced.at(name).statistics;
+    design.update(documents.at(name).at("stats"));
+    results["inputs"][name] = documents.at(name).at("inputs");
+    results["binding_bound"][name] = documents.at(name).at("binding_bound");
+    for (const auto& violation : documents.at(name).at("violations")) {
+      violations.push_back(fmt::format("{}: {}", name, violation.get<std::string>()));
+    }
+  }
+  const double baseline = value(results["designs"]["baseline"], "gpu.cycles");
+  for (const char* name : {"sw", "hw", "grtx"}) {
+    results["speedup"][name] = baseline / value(results["designs"][name], "gpu.cycles");
+  }
+  if (options.mode == "sampled") {
+    add_intervals(documents, results);
+  } else if (options.tracer.secondary.what != "none") {
+    add_speedups_by_kind(results);
+  }
+  results["images_identical"] = identical;
+  results["violations"] = violations;
+  write_file(options.output + "/results.json", results.dump(1) + "\n");
+  ReportOptions report;
+  report.inputs = {options.output + "/results.json"};
+  write_file(options.output + "/report.html", report_page(report));
+
+  print_table(results["designs"]);
+  if (options.mode == "sampled") print_intervals(results);
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string key = fmt::format("speedup_{}", kind);
+    if (!results.contains(key)) continue;
+    fmt::print("speed-up on {} rays alone:", kind);
+    for (const auto& [name, speedup] : results[key].items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
+    fmt::print("\n");
+  }
+  fmt::print("images of the four designs: {}\n", identical ? "bit-identical" : "DIFFERENT");
+  for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
+  return identical && violations.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
+                                   [options, &common] { return run(*options, common.quiet); });
+  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  add_view_options(command, options->view);
+  add_tracer_options(command, options->tracer);
+  command->add_option("--config", options->config, "Configuration file (default: the built-in values of paper.toml)");
+  command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
+  command->add_option("--mode", options->mode, "How time is modelled, as in grtx sim")
+      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_sampled_options(command, options->sampled);
+  command->add_option(
+      "--jobs", options->jobs,
+      "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder for results.json, report.html, image.png and the traces (no default)")
+      ->required();
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,75 @@
+#include "grtx/apps/grtx/sampled_cli.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "grtx/base/error.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::tlm {
+namespace {
+
+/// "2%" or "0.02".
+double parse_error(const std::string& text) {
+  const bool percent = text.ends_with('%');
+  const char* const end = text.data() + text.size() - (percent ? 1 : 0);
+  double value = 0.0;
+  const auto [stop, failed] = std::from_chars(text.data(), end, value);
+  if (failed != std::errc() || stop != end || !(value > 0.0)) {
+    throw Error("--target-error", text, "must be a share above 0 and below 1, like 2% or 0.02");
+  }
+  return percent ? value / 100.0 : value;
+}
+
+}  // namespace
+
+void add_sampled_options(CLI::App* command, SampledCli& cli) {
+  command->add_option("--share", cli.share, "Sampled mode: share of the warps to simulate, above 0, at most 1");
+  command->add_option("--target-error", cli.target_error,
+                      "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
+  command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");
+  command
+      ->add_option("--sample-model", cli.model,
+                   "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
+                   "less exact)")
+      ->check(one_of({"visits", "calls"}));
+  command->add_option("--sample-engine", cli.engine, "Sampled mode: what simulates the samples")
+      ->check(one_of({"cycle", "fast"}));
+}
+
+SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, unsigned jobs) {
+  const SampledCli defaults;
+  if (mode != "sampled") {
+    const auto refuse = [](const char* option) { throw Error(option, "", "needs --mode sampled"); };
+    if (cli.share != defaults.share) refuse("--share");
+    if (!cli.target_error.empty()) refuse("--target-error");
+    if (cli.seed != defaults.seed) refuse("--seed");
+    if (cli.model != defaults.model) refuse("--sample-model");
+    if (cli.engine != defaults.engine) refuse("--sample-engine");
+  }
+  SampledOptions options;
+  options.share = cli.share;
+  if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
+  options.seed = cli.seed;
+  options.model = cli.model == "calls" ? SampleModel::calls : SampleModel::visits;
+  options.engine = cli.engine == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+  options.jobs = jobs;
+  check_sampled(options);
+  return options;
+}
+
+void print_sampled(const SampledResult& r) {
+  const auto& stats = r.result.document.at("stats");
+  const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
+  if (r.estimate.whole) {
+    fmt::print("sampled: {}\n", stats.at("gpu.sampled.share").at("description").get<std::string>());
+    return;
+  }
+  fmt::print(
+      "sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %\n",
+      number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.samples"),
+      100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
+}
+
+}  // namespace grtx::tlm

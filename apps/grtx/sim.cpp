@@ -1,0 +1,147 @@
+// grtx sim: runs a trace on the hardware model.
+#include "grtx/rtl_tlm/run/simulation.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string trace;
+  std::string config;
+  std::vector<std::string> settings;
+  std::string statistics;
+  std::string mode = "cycle";
+  std::string window;
+  std::string level = "signals";
+  std::string timeline_window;
+  std::vector<std::string> heatmaps;
+  bool list_config = false;
+  bool no_idle_skip = false;
+  SampledCli sampled;
+  unsigned jobs = 1;
+  SimulationOptions simulation;
+};
+
+double number(const nlohmann::ordered_json& document, const char* name) {
+  return document.at("stats").at(name).at("value").get<double>();
+}
+
+void print_summary(const SimulationResult& result) {
+  const nlohmann::ordered_json& d = result.document;
+  fmt::print("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)\n", result.cycles,
+             number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), result.binding_bound,
+             100.0 * number(d, "gpu.bound.fraction"));
+  fmt::print("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %\n",
+             number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),
+             100.0 * number(d, "gpu.l1.node.hit_rate"), 100.0 * number(d, "gpu.l2.hit_rate"));
+  fmt::print("host: {:.2f} s ({:.2f} s of CPU), {:.3g} cycles/s, {:.3g} node visits/s, {:.0f} MB\n",
+             number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.cycles_per_second"),
+             number(d, "host.node_visits_per_second"), number(d, "host.peak_rss_bytes") * 1e-6);
+}
+
+int report_violations(const SimulationResult& result) {
+  for (const std::string& violation : result.violations) {
+    fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
+  }
+  return result.violations.empty() ? 0 : 1;
+}
+
+int run_sampled(const Options& options, const SampledOptions& sampled, bool quiet) {
+  if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
+      !options.heatmaps.empty()) {
+    throw Error("sim", "--mode sampled", "has no waveforms, timelines or heat maps: use --mode cycle");
+  }
+  const SampledResult result = simulate_sampled(options.trace, load_config(options.config, options.settings), sampled);
+  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
+  if (!quiet) {
+    print_summary(result.result);
+    print_sampled(result);
+  }
+  return report_violations(result.result);
+}
+
+int run_simulation(Options options, bool quiet) {
+  if (options.list_config) {
+    fmt::print("{}", config_reference());
+    return 0;
+  }
+  if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
+  if (options.mode == "sampled") return run_sampled(options, sampled, quiet);
+  const GpuConfig config = load_config(options.config, options.settings);
+  if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
+  options.simulation.waveform.level = options.level == "units" ? WaveLevel::units : WaveLevel::signals;
+  if (!options.timeline_window.empty()) {
+    options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
+  }
+  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
+  options.simulation.pixel_cycles = !heatmaps.empty();
+  options.simulation.quiet = quiet;
+  options.simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+  options.simulation.build.idle_skip = !options.no_idle_skip;
+  const SimulationResult result = simulate(options.trace, config, options.simulation);
+  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
+  for (const HeatmapRequest& heatmap : heatmaps) {
+    write_heatmap(heatmap.path, {heatmap.name,
+                                 "of a ray's warp",
+                                 result.width,
+                                 result.height,
+                                 {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
+  }
+  if (!quiet) print_summary(result);
+  return report_violations(result);
+}
+
+}  // namespace
+
+void add_sim(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
+                                   [options, &common] { return run_simulation(*options, common.quiet); });
+  command->add_option("TRACE", options->trace, "Trace file (no default)");
+  command->add_option("--config", options->config,
+                      "Configuration file; without one all keys have their defaults "
+                      "(default: none)");
+  command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
+      ->allow_extra_args(false);
+  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  command
+      ->add_option("--mode", options->mode,
+                   "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps")
+      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_sampled_options(command, options->sampled);
+  command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)");
+  command->add_option(
+      "--vcd-scope", options->simulation.waveform.scope,
+      "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
+  command->add_option("--vcd-window", options->window, "Core cycles A:B in the waveform (default: all)");
+  command->add_option("--vcd-level", options->level, "units: their state and levels; signals: also warps, slots, links")
+      ->check(one_of({"units", "signals"}));
+  command->add_option("--timeline", options->simulation.timeline.path,
+                      "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)");
+  command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
+  add_heatmap_option(command, options->heatmaps, {"cycles"});
+  command
+      ->add_option("--watchdog", options->simulation.watchdog_cycles, "Cycles without progress that count as deadlock")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--construction-order", options->simulation.build.construction_order,
+                      "Seed that shuffles the construction of the modules; 0 keeps the order. Results never change");
+  command->add_flag("--no-idle-skip", options->no_idle_skip, "Tick every cycle. Results never change (default: off)");
+  command->add_flag("--list-config", options->list_config, "Print all configuration keys as Markdown (default: off)");
+}
+
+}  // namespace grtx::tlm

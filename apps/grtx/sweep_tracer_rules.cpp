@@ -1,0 +1,65 @@
+#include "grtx/apps/grtx/sweep_tracer_rules.h"
+
+#include <algorithm>
+
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/tracer_cli.h"
+
+namespace grtx::tlm {
+namespace {
+
+std::string flag_of(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return "--" + name;
+}
+
+/// Options that change no byte of a trace have no place in its key.
+bool is_swept(const std::string& flag) { return flag != "--threads" && flag != "--skip" && flag != "--help"; }
+
+/// Parses options as `grtx trace` would. Throws Error{"tracer", option, rule}.
+TracerCli parsed(const std::map<std::string, std::string>& options) {
+  CLI::App app;
+  TracerCli cli;
+  std::string accel, checkpoint;
+  add_tracer_options(&app, cli);
+  app.add_option("--accel", accel)->check(one_of(accel_names()));
+  app.add_option("--checkpoint", checkpoint)->check(one_of({"on", "off"}));
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      if (is_swept("--" + name)) known.push_back(name);
+    }
+  }
+  std::vector<std::string> arguments;
+  for (const auto& [name, value] : options) {
+    const std::string flag = flag_of(name);
+    if (std::find(known.begin(), known.end(), flag.substr(2)) == known.end()) {
+      throw Error("tracer", name,
+                  "unknown tracer option '" + name + "', the nearest is '" + nearest_name(flag.substr(2), known) + "'");
+    }
+    arguments.push_back(flag + "=" + value);
+  }
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw Error("tracer", "", error.what());
+  }
+  return cli;
+}
+
+}  // namespace
+
+void CliTracerRules::check(const std::string& option, const std::string& value) const { parsed({{option, value}}); }
+
+std::map<std::string, std::string> CliTracerRules::resolve(const std::map<std::string, std::string>& options,
+                                                           const std::string& accel, bool checkpoint) const {
+  const TracerCli cli = parsed(options);
+  const frontend::AccelKind kind = frontend::accel_from_name(accel);
+  tracer_options(cli, checkpoint, kind);
+  return option_inputs(cli, checkpoint, kind);
+}
+
+}  // namespace grtx::tlm

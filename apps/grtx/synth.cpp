@@ -1,0 +1,32 @@
+// grtx synth: makes a scene with the statistics of trained ones, and its cameras.
+#include <memory>
+
+#include "grtx/base/error.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::tlm {
+
+void add_synth(CLI::App& app, CommonOptions& common) {
+  struct Options {
+    frontend::SynthOptions synth;
+    std::string output;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      make_command(app, common, "synth", "Makes a scene with the statistics of trained ones", [options] {
+        frontend::synthesise(options->synth, options->output);
+        return 0;
+      });
+  command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
+  // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
+  command->add_option("--count", options->synth.count, "Number of Gaussians")->check(CLI::Range(1.0, 4294967294.0));
+  command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
+  command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(CLI::Range(0U, 3U));
+  command
+      ->add_option("-o,--output", options->output, "Scene to write, F.ply; cameras go to F.cameras.json (no default)")
+      ->required();
+}
+
+}  // namespace grtx::tlm

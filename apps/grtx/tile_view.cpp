@@ -1,0 +1,76 @@
+#include "grtx/apps/grtx/tile_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tiles/tile_tracer.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+/// Those of --tracing multi, whose image this is.
+frontend::TracerOptions tile_options(TracerCli cli, frontend::AccelKind accel) {
+  cli.tracing = "multi";
+  const frontend::TracerOptions options = tracer_options(cli, false, accel);
+  frontend::check_tile_options(options);
+  return options;
+}
+
+modules::StatisticList tile_statistics(const frontend::TileCounters& c) {
+  modules::StatisticList list;
+  list.add("tracer.rays", c.rays, "rays", "rays traced");
+  list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
+  list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
+  list.add("tracer.tiles.count", c.tiles, "tiles", "tiles of 8x8 rays");
+  list.add("tracer.tiles.nodes", c.nodes, "nodes", "internal nodes tested against a tile");
+  list.add("tracer.tiles.gaussians", c.gaussians, "Gaussians", "outlines tested against a tile");
+  list.add("tracer.tiles.candidates", c.candidates, "rays", "that the outlines left");
+  list.add("tracer.tiles.hit_tests", c.hit_tests, "tests", "of up to eight of them at once");
+  list.add("tracer.tiles.hits", c.hits, "hits", "found with an alpha of at least 1/255");
+  return list;
+}
+
+}  // namespace
+
+int render_tile_view(const std::string& scene_file, const frontend::Camera& camera, frontend::AccelKind accel,
+                     const TracerCli& cli, const std::string& image, const std::string& statistics, bool quiet) {
+  const frontend::TracerOptions options = tile_options(cli, accel);
+  const frontend::Scene scene = frontend::load_scene(scene_file);
+  if (!optical_objects(cli.secondary, scene, camera).empty()) {
+    throw Error("--tracing", "tiles", "traces camera rays only: glass and mirrors need --tracing multi");
+  }
+  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::TileStructure structure(scene, gaussians, frontend::proxy_of(accel));
+  const frontend::TileResult result =
+      frontend::render_tiles(scene, gaussians, structure, camera, options, render_options(cli, quiet));
+  if (!image.empty()) frontend::write_image(image, result.image);
+  const frontend::TileCounters& c = result.counters;
+  const double seconds = std::max(result.seconds, 1e-9);
+  if (!statistics.empty()) {
+    std::map<std::string, std::string> inputs = option_inputs(cli, false, accel);
+    nlohmann::ordered_json config;
+    for (const auto& [name, value] : inputs) config[name] = value;
+    inputs["scene"] = scene.name;
+    inputs["scene_hash"] = scene.hash;
+    inputs["camera"] = camera.name;
+    modules::StatisticList host;
+    host.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+    host.add("tracer.rays_per_second", static_cast<double>(c.rays) / seconds, "1/s", "rays / wall_seconds");
+    host.add("tracer.tiles.build_seconds", structure.total_seconds(), "s", "host time of building the tiles' BVH");
+    write_file(statistics, statistics_text(statistics_document(config, inputs, tile_statistics(c), host)));
+  }
+  if (!quiet) {
+    fmt::print("tiles of {}: {} rays, {} blended, {:.3g} Mrays/s\n", frontend::accel_name(accel), c.rays, c.blended,
+               static_cast<double>(c.rays) / seconds * 1e-6);
+  }
+  return 0;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,17 @@
+// grtx trace --no-trace --tracing tiles: the image of a view by tile tracing.
+#pragma once
+
+#include <string>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/apps/grtx/tracer_cli.h"
+
+namespace grtx::tlm {
+
+/// Renders, and writes image and statistics where a path is given. Throws Error for options whose image tile tracing
+/// cannot give.
+int render_tile_view(const std::string& scene_file, const frontend::Camera& camera, frontend::AccelKind accel,
+                     const TracerCli& cli, const std::string& image, const std::string& statistics, bool quiet);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,152 @@
+// grtx trace: the functional tracer. Image, counters and trace of one view.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/object_scene.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/tile_view.h"
+#include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/apps/grtx/tracer_statistics.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string scene;
+  ViewOptions view;
+  std::string accel = "tri20";
+  std::string checkpoint = "off";
+  TracerCli tracer;
+  std::string output;
+  std::string image;
+  std::string statistics;
+  std::vector<std::string> heatmaps;
+  bool no_trace = false;
+};
+
+const std::vector<std::string>& heatmap_names() {
+  static const std::vector<std::string> names = {"visits", "rounds", "blended", "checkpoint_entries"};
+  return names;
+}
+
+void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend::Camera& camera,
+                    const std::vector<frontend::PixelCost>& costs) {
+  for (const HeatmapRequest& heatmap : heatmaps) {
+    Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
+    for (const frontend::PixelCost& cost : costs) {
+      const std::uint32_t values[] = {cost.visits, cost.rounds, cost.blended, cost.checkpoints};
+      const auto index = std::find(heatmap_names().begin(), heatmap_names().end(), heatmap.name);
+      map.values.push_back(values[index - heatmap_names().begin()]);
+    }
+    write_heatmap(heatmap.path, map);
+  }
+}
+
+int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
+  const auto refuse = [](const char* why) -> Error { return Error("--tracing", "tiles", why); };
+  if (!options.no_trace) throw refuse("visits what it likes, so there is no trace of it: it needs --no-trace");
+  if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
+  if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
+  if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
+  return render_tile_view(options.scene, select_camera(options.view), kind, options.tracer, options.image,
+                          options.statistics, quiet);
+}
+
+int trace(const Options& options, bool quiet) {
+  if (options.output.empty() && !options.no_trace) {
+    throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
+  }
+  const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
+  const bool checkpoint = options.checkpoint == "on";
+  if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, quiet);
+  const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
+  if (!options.no_trace && !tracer.skips.faithful()) {
+    throw Error("--skip", options.tracer.skip, "leaves out visits that a trace must hold: it needs --no-trace");
+  }
+  frontend::RenderOptions render = render_options(options.tracer, quiet);
+  render.count_unique = !options.statistics.empty();
+  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
+  render.pixel_costs = !heatmaps.empty();
+  const frontend::Camera camera = select_camera(options.view);
+  if (frontend::is_object_list(options.scene)) {
+    if (!options.no_trace) refuse_objects(options.scene, "trace -o");
+    if (!heatmaps.empty()) refuse_objects(options.scene, "trace --heatmap");
+    return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
+                              options.statistics, quiet);
+  }
+  const frontend::Scene scene = frontend::load_scene(options.scene);
+  const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
+  const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
+  const frontend::SecondaryPlan plan = frontend::plan_secondary(
+      scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
+  render.secondary = &plan;
+
+  std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);
+  inputs.merge(object_inputs(objects));
+  std::optional<traces::Writer> writer;
+  traces::Header header = trace_header(scene, camera, accel, tracer, render);
+  for (const auto& [name, value] : header.inputs) inputs[name] = value;
+  header.inputs = inputs;
+  if (!options.no_trace) writer.emplace(options.output, header);
+  const frontend::RenderResult result =
+      frontend::render(scene, gaussians, accel, camera, tracer, render, writer ? &*writer : nullptr);
+  if (writer) writer->finish();
+  if (!options.image.empty()) frontend::write_image(options.image, result.image);
+  write_heatmaps(heatmaps, camera, result.pixel_costs);
+
+  modules::StatisticList statistics = tracer_statistics(scene, accel, result);
+  add_secondary_statistics(statistics, plan, result);
+  if (writer) add_trace_statistics(statistics, *writer);
+  const modules::StatisticList host = tracer_host_statistics(accel, result);
+  if (!options.statistics.empty()) {
+    nlohmann::ordered_json config;
+    for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
+    write_file(options.statistics, statistics_text(statistics_document(config, header.inputs, statistics, host)));
+  }
+  if (!quiet) {
+    const auto& c = result.counters;
+    fmt::print("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
+               options.accel, c.rays, c.rounds,
+               static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
+               static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, scene.size())),
+               static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+               writer ? fmt::format(", trace {:.3g} MB", static_cast<double>(writer->bytes()) * 1e-6) : "");
+    if (!objects.empty()) {
+      fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
+                 plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_trace(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
+                                   [options, &common] { return trace(*options, common.quiet); });
+  command->add_option("--scene", options->scene, "Scene file, or with --no-trace an object list .json (no default)")
+      ->required();
+  add_view_options(command, options->view);
+  command->add_option("--accel", options->accel, "Acceleration structure")->check(one_of(accel_names()));
+  command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
+  add_tracer_options(command, options->tracer);
+  command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
+  command->add_option("--image", options->image, "Image to write: .png, .exr or .pfm (default: none)");
+  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  add_heatmap_option(command, options->heatmaps, heatmap_names());
+  command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,50 @@
+// grtx trace-dump: prints a trace file as text.
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "grtx/base/error.h"
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/traces/dump.h"
+#include "grtx/traces/io.h"
+
+namespace grtx::tlm {
+namespace {
+
+struct Options {
+  std::string trace;
+  std::optional<std::uint64_t> warp;
+  std::optional<unsigned> lane;
+};
+
+int dump_trace(const Options& options) {
+  const traces::Reader reader(options.trace);
+  if (options.warp && *options.warp >= reader.group_count()) {
+    throw Error(options.trace, fmt::format("--warp {}", *options.warp),
+                fmt::format("the trace has {} warps, numbered from 0", reader.group_count()));
+  }
+  if (options.lane && *options.lane >= reader.header().warp_size) {
+    throw Error(options.trace, fmt::format("--lane {}", *options.lane),
+                fmt::format("a warp has {} lanes, numbered from 0", reader.header().warp_size));
+  }
+  traces::dump(reader, std::cout, options.warp, options.lane);
+  std::cout.flush();
+  if (!std::cout) throw Error("standard output", "", "cannot be written");
+  return 0;
+}
+
+}  // namespace
+
+void add_trace_dump(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      make_command(app, common, "trace-dump", "Prints a trace file", [options] { return dump_trace(*options); });
+  command->add_option("TRACE", options->trace, "Trace file")->required();
+  command->add_option("--warp", options->warp, "Only this warp (default: all)");
+  command->add_option("--lane", options->lane, "Only this lane (default: all)");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,116 @@
+#include "grtx/apps/grtx/tracer_statistics.h"
+
+#include <algorithm>
+
+namespace grtx::tlm {
+
+modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
+                                         const frontend::RenderResult& result) {
+  modules::StatisticList list;
+  const frontend::TracerCounters& c = result.counters;
+  list.add("tracer.rays", c.rays, "rays", "rays traced, secondary ones included");
+  list.add("tracer.rounds", c.rounds, "rounds", "traceRay calls, summed over rays");
+  list.add("tracer.visits.internal", c.visits_internal, "visits", "internal nodes processed by a ray");
+  list.add("tracer.visits.instance", c.visits_instance, "visits",
+           "instance leaves processed, replay transforms included");
+  list.add("tracer.visits.leaf", c.visits_leaf, "visits", "primitive leaves processed");
+  list.add("tracer.visits.total", c.visits(), "visits", "nodes processed, all kinds");
+  list.add("tracer.visits.unique", c.visits_unique, "visits", "distinct nodes a ray, summed over rays");
+  list.add("tracer.any_hit.calls", c.any_hit_calls(), "calls", "any-hit shader invocations");
+  list.add("tracer.any_hit.inserted", c.any_hit_inserted, "calls", "hits that entered the k-buffer");
+  list.add("tracer.any_hit.evicted", c.any_hit_evicted, "hits", "hits that left or did not enter a full k-buffer");
+  list.add("tracer.any_hit.rejected", c.any_hit_rejected, "calls", "hits that did not fit and were reported");
+  list.add("tracer.any_hit.ignored", c.any_hit_ignored, "calls", "ties at the resume point that were already blended");
+  list.add("tracer.checkpoint.written", c.checkpoints_written, "entries", "checkpoint entries written");
+  list.add("tracer.checkpoint.read", c.checkpoints_read, "entries", "checkpoint entries read");
+  list.add("tracer.checkpoint.max_per_ray", c.checkpoints_max_per_ray, "entries",
+           "most entries in one buffer of a ray");
+  list.add("tracer.checkpoint.overflows", c.checkpoint_overflows, "rounds", "rounds whose destination buffer ran full");
+  list.add("tracer.eviction.max_per_ray", c.evictions_max_per_ray, "entries", "most entries in one eviction buffer");
+  list.add("tracer.processed", c.processed, "hits", "k-buffer entries looked at when blending");
+  list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
+  list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
+  list.add("tracer.ties_lost", c.ties_lost, "hits", "ties at the resume point lost by --resume strict");
+  list.add("tracer.inside_skipped", c.inside_skipped, "hits", "Gaussians skipped because their proxy holds the origin");
+  list.add("tracer.single.overflows", c.single_overflows, "rounds", "single-round: a hit met a full buffer of k hits");
+  list.add("tracer.nearest_commits", c.nearest_commits, "hits", "closest-hit: hits that became the nearest so far");
+  list.add("tracer.doubled", c.doubled, "hits", "--triangle-test world: Gaussians processed by a ray once more");
+  list.add("tracer.skipped.retests", c.skipped_retests, "tests",
+           "--skip retests: nodes that the ray had tested before");
+  list.add("tracer.skipped.dead_colours", c.skipped_dead_colours, "colours",
+           "--skip dead-colours: of hits behind the one that ended a ray");
+  list.add("tracer.skipped.sh_bands", c.skipped_sh_bands, "coefficients", "--skip sh-bands: above the scene's degree");
+  list.add("tracer.skipped.scene_misses", c.skipped_scene_misses, "rays",
+           "--skip scene-miss: rays that miss all boxes of the root");
+  list.add("tracer.skipped.events", c.skipped_events, "visits", "--skip events: visits that no trace asked for");
+  list.add("tracer.skipped.never_accepted", c.skipped_never_accepted, "tests",
+           "--skip never-accepted: of Gaussians whose alpha stays below 1/255");
+  list.add("tracer.skipped.blas_walks", c.skipped_blas_walks, "walks",
+           "--skip blas: instances decided without a walk of the BLAS");
+  const double gaussians = static_cast<double>(std::max<std::size_t>(1, scene.size()));
+  const auto& nodes = accel.counts();
+  list.add("accel.bytes", accel.image().size(), "B", "size of the node image, headers and BLAS included");
+  list.add("accel.bytes_per_gaussian", static_cast<double>(accel.image().size()) / gaussians, "B",
+           "accel.bytes / Gaussians");
+  list.add("accel.height", std::uint64_t{accel.height()}, "levels",
+           "levels of the BVH or TLAS, root and leaves included");
+  list.add("accel.blas_height", std::uint64_t{accel.blas_height()}, "levels", "levels of the shared BLAS; 0: none");
+  list.add("accel.nodes.internal", nodes.internal, "nodes", "internal nodes of the BVH or TLAS");
+  list.add("accel.nodes.instance", nodes.instance, "nodes", "instance leaves");
+  list.add("accel.nodes.triangle", nodes.triangle, "nodes", "triangle leaves of a monolithic BVH");
+  list.add("accel.nodes.procedural", nodes.procedural, "nodes", "procedural leaves of a monolithic BVH");
+  list.add("accel.nodes.blas", nodes.blas_nodes, "nodes", "nodes of the shared BLAS");
+  list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
+  return list;
+}
+
+void add_secondary_statistics(modules::StatisticList& list, const frontend::SecondaryPlan& plan,
+                              const frontend::RenderResult& result) {
+  const frontend::TracerCounters& c = result.secondary;
+  std::uint64_t glass = 0;
+  for (const frontend::SecondaryGroup& group : plan.groups) {
+    if (group.kind == traces::RayKind::glass) glass += group.count;
+  }
+  list.add("tracer.secondary.rays", c.rays, "rays", "secondary rays traced");
+  list.add("tracer.secondary.glass_rays", glass, "rays", "of those, rays that come from the glass sphere's surface");
+  list.add("tracer.secondary.mirror_rays", plan.rays.size() - glass, "rays",
+           "of those, rays that come from the mirror");
+  list.add("tracer.secondary.groups", std::uint64_t{plan.groups.size()}, "groups", "warps of secondary rays");
+  list.add("tracer.secondary.truncated", plan.truncated, "paths", "paths cut off by --secondary-bounces");
+  list.add("tracer.secondary.rounds", c.rounds, "rounds", "traceRay calls of secondary rays");
+  list.add("tracer.secondary.visits.internal", c.visits_internal, "visits", "internal nodes processed by them");
+  list.add("tracer.secondary.visits.instance", c.visits_instance, "visits", "instance leaves processed by them");
+  list.add("tracer.secondary.visits.leaf", c.visits_leaf, "visits", "primitive leaves processed by them");
+  list.add("tracer.secondary.visits.total", c.visits(), "visits", "nodes processed by them");
+  list.add("tracer.secondary.visits.unique", c.visits_unique, "visits", "distinct nodes a secondary ray, summed");
+  list.add("tracer.secondary.any_hit.calls", c.any_hit_calls(), "calls", "any-hit shader invocations of theirs");
+  list.add("tracer.secondary.checkpoint.written", c.checkpoints_written, "entries", "checkpoint entries they wrote");
+  list.add("tracer.secondary.checkpoint.read", c.checkpoints_read, "entries", "checkpoint entries they read");
+  list.add("tracer.secondary.blended", c.blended, "hits", "hits they blended");
+  list.add("tracer.secondary.terminated", c.terminated, "rays", "of them ended by early ray termination");
+  list.add("tracer.secondary.inside_skipped", c.inside_skipped, "hits",
+           "Gaussians they skipped because the proxy holds their origin");
+}
+
+void add_trace_statistics(modules::StatisticList& list, const traces::Writer& writer) {
+  list.add("trace.bytes", writer.bytes(), "B", "size of the trace file");
+  list.add(
+      "trace.bytes_per_visit",
+      static_cast<double>(writer.bytes()) / static_cast<double>(std::max<std::uint64_t>(1, writer.totals().visits())),
+      "B", "trace.bytes / node visits");
+}
+
+modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
+                                              const frontend::RenderResult& result) {
+  modules::StatisticList list;
+  const double seconds = std::max(result.seconds, 1e-9);
+  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
+  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
+           "node visits / wall_seconds");
+  list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
+  list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
+  return list;
+}
+
+}  // namespace grtx::tlm

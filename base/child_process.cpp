@@ -1,0 +1,111 @@
+#include "grtx/base/child_process.h"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <csignal>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "grtx/base/error.h"
+
+namespace grtx::tlm {
+namespace {
+
+// First byte of what the child sends.
+constexpr char kResult = 'r';
+constexpr char kBadInput = 'e';  // followed by file \0 place \0 rule
+constexpr char kFailure = 'x';   // followed by the message
+
+[[noreturn]] void fail(const std::string& name, const char* what) {
+  throw std::runtime_error(name + ": " + what + ": " + std::strerror(errno));
+}
+
+std::string message_of(const std::function<std::string()>& body) {
+  try {
+    return kResult + body();
+  } catch (const Error& error) {
+    return kBadInput + error.file() + '\0' + error.place() + '\0' + error.rule();
+  } catch (const std::exception& error) {
+    return std::string(1, kFailure) + error.what();
+  }
+}
+
+[[noreturn]] void run_child(int pipe, pid_t parent, const std::function<std::string()>& body) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed parent must not leave simulations behind
+  if (::getppid() != parent) ::_exit(EXIT_FAILURE);
+  const std::string message = message_of(body);
+  std::fflush(nullptr);
+  for (std::size_t sent = 0; sent < message.size();) {
+    const ssize_t count = ::write(pipe, message.data() + sent, message.size() - sent);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) ::_exit(EXIT_FAILURE);
+    sent += static_cast<std::size_t>(count);
+  }
+  ::_exit(EXIT_SUCCESS);
+}
+
+}  // namespace
+
+ChildProcess::ChildProcess(std::string name, const std::function<std::string()>& body) : name_(std::move(name)) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) fail(name_, "cannot make a pipe");
+  std::fflush(nullptr);  // else the child would write this process's buffered text again
+  const pid_t parent = ::getpid();
+  pid_ = ::fork();
+  if (pid_ < 0) {
+    const int reason = errno;
+    ::close(ends[0]);
+    ::close(ends[1]);
+    errno = reason;
+    fail(name_, "cannot start a process");
+  }
+  if (pid_ == 0) {
+    ::close(ends[0]);
+    run_child(ends[1], parent, body);
+  }
+  ::close(ends[1]);
+  pipe_ = ends[0];
+}
+
+ChildProcess::~ChildProcess() {
+  if (pipe_ >= 0) ::close(pipe_);
+  if (pid_ > 0) {
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+}
+
+std::string ChildProcess::result() {
+  std::string message;
+  std::array<char, 65536> buffer{};
+  for (;;) {
+    const ssize_t count = ::read(pipe_, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(name_, "cannot read from the process");
+    if (count == 0) break;
+    message.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  int status = 0;
+  while (::waitpid(pid_, &status, 0) < 0) {
+    if (errno != EINTR) fail(name_, "cannot wait for the process");
+  }
+  pid_ = -1;
+  if (WIFSIGNALED(status)) throw std::runtime_error(name_ + ": ended by signal " + ::strsignal(WTERMSIG(status)));
+  if (status != 0 || message.empty()) throw std::runtime_error(name_ + ": the process ended without a result");
+  const std::string rest = message.substr(1);
+  if (message.front() == kResult) return rest;
+  if (message.front() == kFailure) throw std::runtime_error(name_ + ": " + rest);
+  const std::size_t place = rest.find('\0');
+  const std::size_t rule = rest.find('\0', place + 1);
+  throw Error(rest.substr(0, place), rest.substr(place + 1, rule - place - 1), rest.substr(rule + 1));
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,35 @@
+// Energy of a run: the actions that a simulation counted, each times its price, and leakage over the time.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/explore/cost/cost_tree.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::tlm {
+
+struct EnergyOptions {
+  double dram_pj_per_bit = 7.5;          ///< GDDR6 (Micron, average device power); GDDR6X 7.25, HBM2E 6.0
+  double wire_mm = 10.0;                 ///< way of a packet through the crossbar, a judgement: half a small die's edge
+  double wire_fj_per_bit_mm_40nm = 240;  ///< at 40 nm; 115 at 10 nm (Keckler 2011, Dally 2020): scaled in between
+};
+
+struct EnergyPart {
+  std::string name;    ///< e.g. rt.ray_box, l1, dram, leakage
+  double actions = 0;  ///< how many were counted
+  Range nanojoules;
+  std::string basis;  ///< what an action is
+};
+
+/// value: a statistic of the run by its name (docs of `grtx sim`), 0 when the machine has no such part. inventories: of
+/// the same machine. Order and names of the parts do not depend on the run.
+std::vector<EnergyPart> run_energy(const std::function<double(const std::string&)>& value, const GpuConfig& config,
+                                   const std::vector<modules::Inventory>& inventories, const CostOptions& options,
+                                   const EnergyOptions& energy);
+
+Range total(const std::vector<EnergyPart>& parts);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,170 @@
+#include "grtx/explore/report/charts.h"
+
+#include <algorithm>
+#include <set>
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+// As many colours as report.css defines; more values use them again.
+constexpr unsigned kColours = 12;
+constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; report.js knows it too
+
+ordered_json palette() {
+  ordered_json range = ordered_json::array();
+  for (unsigned i = 1; i <= kColours; ++i) range.push_back("var(--c" + std::to_string(i) + ")");
+  return range;
+}
+
+ordered_json base(const ordered_json& rows) {
+  return {
+      {"width", "container"}, {"autosize", {{"type", "fit-x"}, {"contains", "padding"}}}, {"data", {{"values", rows}}}};
+}
+
+ordered_json quantity(const std::string& field, const std::string& title) {
+  return {{"field", field}, {"type", "quantitative"}, {"title", title}};
+}
+
+ordered_json tooltips(const std::vector<ChartField>& fields) {
+  ordered_json list = ordered_json::array();
+  for (const ChartField& f : fields) {
+    list.push_back({{"field", f.field}, {"title", f.title}});
+    if (f.measured) list.back().update({{"type", "quantitative"}, {"format", ",.5~r"}});
+  }
+  return list;
+}
+
+}  // namespace
+
+ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, const ChartField& cost,
+                          const std::vector<ChartField>& tooltip, const std::string& colour_by) {
+  ordered_json x = quantity(time.field, time.title);
+  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  ordered_json y = quantity(cost.field, cost.title);
+  y["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+
+  ordered_json line;
+  line["transform"] = {{{"filter", "datum.front"}}};
+  line["mark"] = {{"type", "line"}, {"interpolate", "step-after"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
+  line["encoding"] = {{"x", x}, {"y", y}, {"detail", {{"field", "group"}}}, {"order", {{"field", time.field}}}};
+
+  ordered_json points;
+  points["name"] = "points";
+  points["params"] = {{{"name", "brush"}, {"select", {{"type", "interval"}}}}};
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"stroke", "var(--card)"}, {"strokeWidth", 0.5}};
+  points["encoding"] = {
+      {"x", x},
+      {"y", y},
+      {"color",
+       {{"field", "colour"},
+        {"type", "ordinal"},
+        {"scale", {{"range", palette()}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"size", {{"condition", {{"test", "datum.front"}, {"value", 130}}}, {"value", 50}}},
+      {"opacity",
+       {{"condition", {{"test", "picked === null || indexof(picked, datum.id) >= 0"}, {"value", 0.9}}},
+        {"value", 0.12}}},
+      {"tooltip", tooltips(tooltip)}};
+
+  ordered_json spec = base(rows);
+  spec["height"] = 300;
+  spec["params"] = {{{"name", "picked"}, {"value", nullptr}}, {{"name", "colour_by"}, {"value", colour_by}}};
+  spec["transform"] = {{{"calculate", "datum[colour_by]"}, {"as", "colour"}}};
+  spec["layer"] = ordered_json::array({line, points});
+  return spec;
+}
+
+ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::string>& parts,
+                          const std::string& value_title, const std::string& part_title, bool linked) {
+  ordered_json spec = base(rows);
+  std::set<std::string> bars;  // drawn at first
+  for (const ordered_json& row : rows) {
+    if (!linked || row.at("front").get<bool>()) bars.insert(row.at("label").get<std::string>());
+  }
+  spec["height"] = kBarPixels * std::max<std::size_t>(1, bars.size());
+  ordered_json transform = ordered_json::array();
+  if (linked) {
+    spec["params"] = {{{"name", "picked"}, {"value", nullptr}}};
+    transform.push_back({{"filter", "picked === null ? datum.front : indexof(picked, datum.id) >= 0"}});
+  }
+  transform.push_back({{"calculate", "indexof(" + ordered_json(parts).dump() + ", datum.part)"}, {"as", "place"}});
+  spec["transform"] = transform;
+  spec["mark"] = {{"type", "bar"}};
+  ordered_json x = quantity("value", value_title);
+  x["stack"] = "zero";
+  x["axis"] = {{"format", "~s"}};
+  spec["encoding"] = {
+      {"y",
+       {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
+      {"x", x},
+      {"color",
+       {{"field", "part"},
+        {"type", "nominal"},
+        {"scale", {{"domain", parts}, {"range", palette()}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"order", {{"field", "place"}}},
+      {"tooltip",
+       {{{"field", "label"}, {"title", "of"}},
+        {{"field", "part"}, {"title", part_title}},
+        {{"field", "value"}, {"type", "quantitative"}, {"title", value_title}, {"format", ",.4~g"}},
+        {{"field", "share"}, {"type", "quantitative"}, {"title", "share"}, {"format", ".1%"}}}}};
+  return spec;
+}
+
+ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, const std::vector<std::string>& labels,
+                        const std::vector<std::string>& series, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = labels.size() * (14 + 14 * series.size());
+  const ordered_json y = {{"field", "label"},
+                          {"type", "nominal"},
+                          {"title", nullptr},
+                          {"sort", labels},
+                          {"axis",
+                           {{"labelExpr", "width < 420 ? split(datum.label, ', ') : datum.label"},
+                            {"labelOffset", {{"expr", "width < 420 ? -7 : 0"}}}}}};
+  ordered_json bars;
+  bars["mark"] = {{"type", "bar"}};
+  bars["encoding"] = {{"y", y},
+                      {"x", quantity("value", value_title)},
+                      {"tooltip",
+                       {{{"field", "label"}, {"title", "figure"}},
+                        {{"field", "series"}, {"title", "run"}},
+                        {{"field", "value"}, {"type", "quantitative"}, {"title", "model"}, {"format", ".2f"}}}}};
+  bars["encoding"]["color"] = {
+      {"field", "series"},
+      {"type", "nominal"},
+      {"scale", {{"domain", series}, {"range", palette()}}},
+      {"legend", series.size() > 1 ? ordered_json{{"title", nullptr}, {"orient", "bottom"}} : ordered_json(nullptr)}};
+  if (series.size() > 1) bars["encoding"]["yOffset"] = {{"field", "series"}, {"sort", series}};
+  ordered_json ticks;
+  ticks["data"] = {{"values", paper}};
+  ticks["mark"] = {{"type", "tick"}, {"color", "var(--ink)"}, {"thickness", 3}};
+  ticks["encoding"] = {{"y", y},
+                       {"x", quantity("value", value_title)},
+                       {"tooltip",
+                        {{{"field", "label"}, {"title", "figure"}},
+                         {{"field", "value"}, {"type", "quantitative"}, {"title", "paper"}, {"format", ".2f"}}}}};
+  spec["layer"] = ordered_json::array({bars, ticks});
+  return spec;
+}
+
+ordered_json series_lines(const ordered_json& rows, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = 160;
+  spec["mark"] = {{"type", "line"}, {"interpolate", "step-before"}};
+  ordered_json x = quantity("cycle", "core cycle");
+  x["axis"] = {{"format", "~s"}};
+  spec["encoding"] = {
+      {"x", x},
+      {"y", quantity("value", value_title)},
+      {"color", {{"field", "series"}, {"type", "nominal"}, {"scale", {{"range", palette()}}}, {"legend", nullptr}}},
+      {"tooltip",
+       {{{"field", "series"}},
+        {{"field", "cycle"}, {"type", "quantitative"}},
+        {{"field", "value"}, {"type", "quantitative"}}}}};
+  return spec;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,71 @@
+#include "grtx/explore/report/machine_figures.h"
+
+#include <exception>
+#include <vector>
+
+#include "grtx/base/child_process.h"
+#include "grtx/explore/cost/cost_report.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/explore/cost/run_energy.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::vector<std::string> settings_of(const ordered_json& config) {
+  std::vector<std::string> settings;
+  for (const auto& [key, value] : config.items()) {
+    settings.push_back(key + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+  }
+  return settings;
+}
+
+ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
+                       const std::vector<modules::Inventory>& inventories) {
+  const auto value = [&](const std::string& name) {
+    const auto found = statistics.find(name);
+    return found != statistics.end() && found->at("value").is_number() ? found->at("value").get<double>() : 0.0;
+  };
+  ordered_json energy = ordered_json::array();
+  for (const EnergyPart& part : run_energy(value, config, inventories, CostOptions(), EnergyOptions())) {
+    if (part.actions == 0.0) continue;
+    energy.push_back(
+        {{"name", part.name},
+         {"actions", part.actions},
+         {"basis", part.basis},
+         {"nanojoules",
+          {{"low", part.nanojoules.low}, {"central", part.nanojoules.central}, {"high", part.nanojoules.high}}}});
+  }
+  return energy;
+}
+
+}  // namespace
+
+MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
+                               const ordered_json& statistics) {
+  MachineFigures figures;
+  figures.energy = ordered_json::array();
+  try {
+    const GpuConfig machine = load_config("", settings_of(config));
+    MachineUse use;
+    if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
+    use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+    ChildProcess child("cost of " + design, [&] {
+      const std::vector<modules::Inventory> inventories = machine_inventory(machine, use);
+      ordered_json result;
+      result["cost"] = cost_json(machine_cost(machine, use.design, inventories, CostOptions()));
+      result["energy"] = statistics.empty() ? ordered_json::array() : energy_of(statistics, machine, inventories);
+      return result.dump();
+    });
+    const ordered_json result = ordered_json::parse(child.result());
+    figures.cost = result.at("cost");
+    figures.energy = result.at("energy");
+  } catch (const std::exception& error) {  // a configuration of another version: the rest of the report still stands
+    figures.problem = error.what();
+  }
+  return figures;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,224 @@
+#include "grtx/explore/report/report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/explore/report/assets.h"
+#include "grtx/explore/report/html.h"
+#include "grtx/explore/report/sections.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Inputs {
+  std::vector<ReportRun> runs;
+  std::vector<ReportSweep> sweeps;
+};
+
+std::string input(const DesignResult& design, const char* name) {
+  const auto found = design.inputs.find(name);
+  return found != design.inputs.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// Statistics of another design on the same view and machine join a run: their ratios are speed-ups.
+bool joins(const RunResults& run, const RunResults& other) {
+  if (run.has_verdict || other.has_verdict || run.config != other.config || run.label != other.label) return false;
+  for (const DesignResult& own : run.designs) {
+    if (own.name == other.designs.front().name) return false;
+  }
+  const DesignResult& a = run.designs.front();
+  const DesignResult& b = other.designs.front();
+  const std::string scene = input(a, "trace.scene_hash");
+  return !scene.empty() && scene == input(b, "trace.scene_hash");
+}
+
+void price_machines(ReportSweep& sweep) {
+  const Fronts front = fronts(sweep.results);
+  const auto extreme = [&](const char* value) {
+    std::size_t best = sweep.results.points.size();
+    for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
+      const ReportedPoint& p = sweep.results.points[i];
+      if (!front.any(i) || !std::isfinite(p.value(value))) continue;
+      if (best == sweep.results.points.size() || p.value(value) < sweep.results.points[best].value(value)) best = i;
+    }
+    return best;
+  };
+  const auto add = [&](std::size_t at, const char* what) {
+    if (at == sweep.results.points.size()) return;
+    for (const ReportSweep::Machine& known : sweep.machines) {
+      if (known.point == at) return;
+    }
+    const ReportedPoint& point = sweep.results.points[at];
+    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", ordered_json())});
+  };
+  add(extreme("gpu.time_us"), "fastest of the front");
+  add(extreme("cost.mm2"), "smallest of the front");
+}
+
+Inputs read_inputs(const std::vector<std::string>& paths) {
+  Inputs inputs;
+  for (const std::string& path : paths) {
+    if (is_database(path)) {
+      ReportSweep& sweep = inputs.sweeps.emplace_back();
+      sweep.results = read_sweep_results(path);
+      sweep.id = fmt::format("sweep{}", inputs.sweeps.size());
+      price_machines(sweep);
+      continue;
+    }
+    RunResults results = read_run_results(path);
+    ReportRun* same = nullptr;
+    for (ReportRun& run : inputs.runs) {
+      if (joins(run.results, results)) same = &run;
+    }
+    if (same == nullptr) {
+      inputs.runs.emplace_back().results = std::move(results);
+    } else {
+      same->results.designs.push_back(std::move(results.designs.front()));
+      same->results.file += ", " + results.file;
+      same->results.hash += ", " + results.hash;
+      same->results.bytes += results.bytes;
+      same->results.over_time = ordered_json();  // of one design: the lines would not say which
+    }
+  }
+  for (std::size_t r = 0; r < inputs.runs.size(); ++r) {
+    ReportRun& run = inputs.runs[r];
+    run.name = inputs.runs.size() == 1 ? "Run"
+               : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
+                                       : fmt::format("Run {}", r + 1);
+    for (const DesignResult& design : run.results.designs) {
+      run.machines.push_back(
+          machine_figures(run.results.config, design.name, input(design, "accel"), design.statistics));
+    }
+  }
+  return inputs;
+}
+
+std::string machines_section(const Inputs& inputs) {
+  std::string out =
+      "<section id=\"cost\"><h2>Storage and area</h2>\n"
+      "<p>The paper gives no area and no energy: these figures are this model's own (docs/cost.md).</p>\n";
+  for (const ReportRun& run : inputs.runs) {
+    for (std::size_t i = 0; i < run.machines.size(); ++i) {
+      const std::string title = run.bar_label(i);
+      out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
+    }
+  }
+  for (const ReportSweep& sweep : inputs.sweeps) {
+    for (const ReportSweep::Machine& machine : sweep.machines) {
+      const std::string title =
+          fmt::format("{} #{}, {}", sweep.results.file, sweep.results.points[machine.point].id, machine.what);
+      out += details("Machine of " + escape(title), cost_section(machine.figures, title),
+                     &machine == &sweep.machines.front());
+    }
+  }
+  return out + "</section>\n";
+}
+
+std::string run_inputs(const ReportRun& run) {
+  std::vector<Table::Column> columns = {{"input", false}};
+  std::vector<std::string> names;
+  for (const DesignResult& design : run.results.designs) {
+    columns.push_back({design.name, false});
+    for (const auto& [name, value] : design.inputs.items()) {
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+  }
+  Table table(run.name + ": inputs of the simulations", columns);
+  for (const std::string& name : names) {
+    std::vector<std::string> cells = {escape(name)};
+    for (const DesignResult& design : run.results.designs) {
+      cells.push_back(design.inputs.contains(name) ? cell(design.inputs.at(name)) : "");
+    }
+    table.row(cells);
+  }
+  return table.rows() == 0 ? "" : details(escape(run.name) + ": inputs of the simulations", table.html());
+}
+
+std::string inputs_section(const Inputs& inputs, const std::vector<std::string>& images) {
+  Table files("What this page was made of", {{"file", false}, {"kind", false}, {"XXH3", false}, {"of program", false}});
+  std::string more;
+  for (const ReportRun& run : inputs.runs) {
+    files.row({escape(run.results.file), "run", escape(run.results.hash), escape(run.results.program)});
+    more += run_inputs(run);
+  }
+  for (const ReportSweep& sweep : inputs.sweeps) {
+    const auto meta = [&](const char* name) {
+      const auto found = sweep.results.meta.find(name);
+      return found == sweep.results.meta.end() ? std::string() : found->second;
+    };
+    files.row({escape(sweep.results.file), "sweep", escape(sweep.results.hash) + " (of its points)",
+               escape(meta("program"))});
+  }
+  for (const std::string& image : images) {
+    files.row({escape(std::filesystem::path(image).filename().string()), "picture", hex(xxh3(read_file(image))), ""});
+  }
+  return "<section id=\"inputs\"><h2>Inputs</h2>\n" + files.html() + more + "</section>\n";
+}
+
+std::string pictures_section(const std::vector<std::string>& images) {
+  if (images.empty()) return "";
+  std::string out = "<section id=\"pictures\"><h2>Pictures</h2>\n<div class=\"pictures\">\n";
+  for (const std::string& path : images) {
+    out += picture(picture_uri(path), std::filesystem::path(path).filename().string());
+  }
+  return out + "</div></section>\n";
+}
+
+std::string navigation(const std::string& body) {
+  // Every section with an id has a heading right behind it.
+  std::string links;
+  const std::string begin = "<section id=\"";
+  for (std::size_t at = body.find(begin); at != std::string::npos; at = body.find(begin, at + 1)) {
+    const std::size_t id = at + begin.size();
+    const std::size_t heading = body.find("<h2>", id) + 4;
+    links += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", body.substr(id, body.find('"', id) - id),
+                         body.substr(heading, body.find("</h2>", heading) - heading));
+  }
+  return "<nav aria-label=\"Contents\"><ul>\n" + links + "</ul></nav>\n";
+}
+
+}  // namespace
+
+std::string report_page(const ReportOptions& options) {
+  const Inputs inputs = read_inputs(options.inputs);
+  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n";
+  for (const ReportRun& run : inputs.runs) body += run_headline(run);
+  for (const ReportSweep& sweep : inputs.sweeps) body += sweep_headline(sweep);
+  body += "</section>\n";
+  for (const ReportSweep& sweep : inputs.sweeps) body += sweep_section(sweep);
+  if (!inputs.runs.empty()) body += paper_section(inputs.runs);
+  for (std::size_t r = 0; r < inputs.runs.size(); ++r) body += run_section(inputs.runs[r], r + 1);
+  if (!inputs.runs.empty()) body += bars_section(inputs.runs);
+  body += pictures_section(options.images) + machines_section(inputs) +
+          configuration_section(inputs.runs, inputs.sweeps) + inputs_section(inputs, options.images);
+
+  std::string page = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"grtx {}\">\n"
+      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n<style>\n",
+      GRTX_VERSION, escape(options.title));
+  page += page_style();
+  page += "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#content\">To the content</a>\n<header><h1>" +
+          escape(options.title) + "</h1>\n" + navigation(body) + "</header>\n<main id=\"content\">\n" + body +
+          "</main>\n<footer><p>Written by grtx " GRTX_VERSION
+          " report. This file holds everything it shows and loads nothing.</p></footer>\n";
+  if (!chart_library().empty()) {
+    page += "<script>\n";
+    page += chart_library();
+    page += "</script>\n";
+  }
+  page += "<script>\n";
+  page += page_script();
+  return page + "</script>\n</body>\n</html>\n";
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,224 @@
+#include "grtx/explore/sweep/database.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+
+#include "grtx/base/error.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kSchema = R"(
+CREATE TABLE IF NOT EXISTS meta(key TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE IF NOT EXISTS trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER,
+                                 status TEXT, reason TEXT, seconds REAL);
+CREATE TABLE IF NOT EXISTS point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT,
+                                 scene TEXT, design TEXT, coordinates TEXT, config TEXT, status TEXT, reason TEXT,
+                                 seconds REAL, document TEXT);
+CREATE TABLE IF NOT EXISTS value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL,
+                                 PRIMARY KEY(point_id, name)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT);
+)";
+constexpr const char* kSchemaName = "grtx.sweep/1";
+
+std::string now_text() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+/// Area and leakage go through logarithms, whose last bit differs between mathematical libraries.
+double stable(double value) { return std::stod(fmt::format("{:.9g}", value)); }
+
+/// The cost of one RT unit: sm0.rt, or the first of several.
+const ordered_json* rt_unit(const ordered_json& node) {
+  for (const ordered_json& sm : node.at("children")) {
+    if (!sm.at("name").get<std::string>().starts_with("sm")) continue;
+    for (const ordered_json& part : sm.at("children")) {
+      if (part.at("name").get<std::string>().starts_with("rt")) return &part;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<CostValue> cost_values(const ordered_json& cost) {
+  const ordered_json& tree = cost.at("tree");
+  const std::string at = fmt::format(" at {} nm", cost.at("technology").at("nm").get<int>());
+  const auto area = [&](const ordered_json& node, const char* end) {
+    return stable(node.at("area_mm2").at(end).get<double>());
+  };
+  const ordered_json* unit = rt_unit(tree);
+  const double bits = tree.at("flip_flop_bits").get<double>() + tree.at("memory_bits").get<double>();
+  return {
+      {"cost.mm2", "mm2", "area of the modelled part of the chip, central" + at, area(tree, "central")},
+      {"cost.mm2_low", "mm2", "the same, low end of the band", area(tree, "low")},
+      {"cost.mm2_high", "mm2", "the same, high end of the band", area(tree, "high")},
+      {"cost.rt_unit_mm2", "mm2", "area of one RT unit, central" + at, unit == nullptr ? 0.0 : area(*unit, "central")},
+      {"cost.storage_bits", "bits", "flip-flops and memories of the modelled part of the chip", bits},
+      {"cost.leakage_mw", "mW", "leakage of the modelled part of the chip, central" + at,
+       stable(tree.at("leakage_mw").at("central").get<double>())},
+      {"cost.checkpoint_bytes", "B", "storage that checkpointing adds to an RT unit (the paper's table)",
+       cost.at("checkpoint_storage").at("bytes").get<double>()}};
+}
+
+SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::Open::create) {
+  bool empty = true;
+  {
+    SqliteStatement tables(database_, "SELECT count(*) FROM sqlite_master");
+    tables.step();
+    empty = tables.integer(0) == 0;
+  }
+  if (empty) {
+    SqliteTransaction transaction(database_);
+    database_.execute(kSchema);
+    set_meta("schema", kSchemaName);
+    set_meta("created", now_text());
+    transaction.commit();
+  } else {
+    SqliteStatement table(database_, "SELECT count(*) FROM sqlite_master WHERE name = 'meta'");
+    table.step();
+    if (table.integer(0) == 0 || meta("schema") != kSchemaName) {
+      throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
+    }
+  }
+}
+
+std::string SweepDatabase::meta(const std::string& key) {
+  SqliteStatement select(database_, "SELECT value FROM meta WHERE key = ?1");
+  return select.bind(1, key).step() ? select.text(0) : "";
+}
+
+void SweepDatabase::set_meta(const std::string& key, const std::string& value) {
+  SqliteStatement insert(database_, "INSERT OR REPLACE INTO meta VALUES(?1, ?2)");
+  insert.bind(1, key).bind(2, value).run();
+}
+
+void SweepDatabase::begin(const SweepPlan& plan, const SweepPoints& points, const std::string& program,
+                          const std::string& build, bool retry) {
+  SqliteTransaction transaction(database_);
+  set_meta("plan", plan.text);
+  set_meta("program", program);
+  if (meta("build").empty()) set_meta("build", build);
+  SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
+  for (const SweepTrace& t : points.traces) {
+    trace.bind(1, t.key).bind(2, t.scene).bind(3, t.options.dump()).bind(4, "traces/" + trace_name(t.key)).run();
+  }
+  insert(points.points);
+  const std::string again = retry ? "status IN ('running', 'failed', 'killed', 'timeout')" : "status = 'running'";
+  for (const char* table : {"trace", "point"}) {
+    database_.execute(fmt::format("UPDATE {} SET status = 'pending', reason = NULL WHERE {}", table, again));
+  }
+  transaction.commit();
+}
+
+void SweepDatabase::add(const std::vector<SweepPoint>& points) {
+  SqliteTransaction transaction(database_);
+  insert(points);
+  transaction.commit();
+}
+
+void SweepDatabase::insert(const std::vector<SweepPoint>& points) {
+  SqliteStatement point(database_,
+                        "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, config, status, "
+                        "seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, 'pending', 0)");
+  for (const SweepPoint& p : points) {
+    point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
+    point.bind(6, p.coordinates.dump()).bind(7, p.config.dump()).run();
+  }
+}
+
+std::string SweepDatabase::status_of_point(const std::string& key) {
+  SqliteStatement select(database_, "SELECT status FROM point WHERE key = ?1");
+  return select.bind(1, key).step() ? select.text(0) : "";
+}
+
+std::string SweepDatabase::status_of_trace(const std::string& key) {
+  SqliteStatement select(database_, "SELECT status FROM trace WHERE key = ?1");
+  return select.bind(1, key).step() ? select.text(0) : "";
+}
+
+std::string SweepDatabase::reason_of_trace(const std::string& key) {
+  SqliteStatement select(database_, "SELECT reason FROM trace WHERE key = ?1");
+  return select.bind(1, key).step() ? select.text(0) : "";
+}
+
+double SweepDatabase::value(const std::string& key, const std::string& name) {
+  SqliteStatement select(
+      database_, "SELECT value.value FROM value JOIN point ON point.id = point_id WHERE key = ?1 AND name = ?2");
+  if (!select.bind(1, key).bind(2, name).step()) throw Error(database_.path(), key, "has no value " + name);
+  return select.real(0);
+}
+
+void SweepDatabase::set_running(const std::vector<Task>& tasks) {
+  SqliteTransaction transaction(database_);
+  SqliteStatement trace(database_, "UPDATE trace SET status = 'running' WHERE key = ?1");
+  SqliteStatement point(database_, "UPDATE point SET status = 'running' WHERE key = ?1");
+  for (const Task& task : tasks) (task.is_trace ? trace : point).bind(1, task.key).run();
+  transaction.commit();
+}
+
+void SweepDatabase::record(const TaskOutcome& o) {
+  SqliteTransaction transaction(database_);
+  const bool done = o.status == "done";
+  SqliteStatement update(database_, o.is_trace ? "UPDATE trace SET status = ?2, reason = nullif(?3, ''), seconds = ?4, "
+                                                 "bytes = ?5 WHERE key = ?1"
+                                               : "UPDATE point SET status = ?2, reason = nullif(?3, ''), seconds = ?4, "
+                                                 "document = nullif(?5, '') WHERE key = ?1");
+  update.bind(1, o.key).bind(2, o.status).bind(3, o.reason).bind(4, o.seconds);
+  if (o.is_trace) {
+    update.bind(5, static_cast<std::int64_t>(o.bytes));
+  } else {
+    update.bind(5, done ? o.document.dump() : std::string());
+  }
+  update.run();
+  if (done && !o.is_trace) record_values(o.key, o);
+  transaction.commit();
+}
+
+void SweepDatabase::record_values(const std::string& key, const TaskOutcome& o) {
+  SqliteStatement select(database_, "SELECT id FROM point WHERE key = ?1");
+  if (!select.bind(1, key).step()) return;
+  const std::int64_t id = select.integer(0);
+  select.reset();
+  SqliteStatement value(database_, "INSERT OR REPLACE INTO value VALUES(?1, ?2, ?3)");
+  SqliteStatement quantity(database_, "INSERT OR REPLACE INTO quantity VALUES(?1, ?2, ?3)");
+  const auto add = [&](const std::string& name, double number, const std::string& unit, const std::string& text) {
+    value.bind(1, id).bind(2, name).bind(3, number).run();
+    quantity.bind(1, name).bind(2, unit).bind(3, text).run();
+  };
+  for (const auto& [name, statistic] : o.document.at("stats").items()) {
+    if (!statistic.at("value").is_number()) continue;
+    add(name, statistic.at("value").get<double>(), statistic.value("unit", ""), statistic.value("description", ""));
+  }
+  for (const CostValue& cost : cost_values(o.cost)) add(cost.name, cost.value, cost.unit, cost.description);
+}
+
+void SweepDatabase::refuse(const std::string& key, const std::string& reason) {
+  TaskOutcome outcome;
+  outcome.key = key;
+  outcome.status = "failed";
+  outcome.reason = reason;
+  record(outcome);
+}
+
+void SweepDatabase::forget_trace(const std::string& key) {
+  SqliteStatement update(database_, "UPDATE trace SET status = 'pending' WHERE key = ?1");
+  update.bind(1, key).run();
+}
+
+std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<SweepPoint>& points) {
+  std::map<std::string, std::size_t> counts;
+  for (const SweepPoint& point : points) ++counts[status_of_point(point.key)];
+  return counts;
+}
+
+}  // namespace grtx::tlm

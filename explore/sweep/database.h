@@ -1,0 +1,64 @@
+// The results of sweeps: an SQLite file, schema "grtx.sweep/1" (docs/sweep.md). Every change is one transaction.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "grtx/explore/sweep/points.h"
+#include "grtx/explore/sweep/sqlite.h"
+#include "grtx/explore/sweep/task.h"
+
+namespace grtx::tlm {
+
+/// What `cost.*` values a point has, from the grtx.cost/1 document of its machine.
+struct CostValue {
+  std::string name, unit, description;
+  double value = 0.0;
+};
+std::vector<CostValue> cost_values(const nlohmann::ordered_json& cost);
+
+class SweepDatabase {
+ public:
+  /// Makes it when there is none. Throws Error when the file is no such database.
+  explicit SweepDatabase(const std::string& path);
+
+  /// Inserts what is new as pending and notes the plan. What was "running" when a sweep was killed is pending again;
+  /// with `retry`, so is what failed, was killed or took too long.
+  void begin(const SweepPlan& plan, const SweepPoints& points, const std::string& program, const std::string& build,
+             bool retry);
+  /// Adds points, as the confirmation of a front does.
+  void add(const std::vector<SweepPoint>& points);
+
+  std::string status_of_point(const std::string& key);
+  std::string status_of_trace(const std::string& key);
+  std::string reason_of_trace(const std::string& key);
+  /// A value of a finished point.
+  double value(const std::string& key, const std::string& name);
+  /// "" when there is none.
+  std::string meta(const std::string& key);
+
+  void set_running(const std::vector<Task>& tasks);
+  void record(const TaskOutcome& outcome);
+  /// A point that will not run.
+  void refuse(const std::string& key, const std::string& reason);
+  /// The trace is to be made again: its file is gone.
+  void forget_trace(const std::string& key);
+
+  /// How many of these points have each status.
+  std::map<std::string, std::size_t> summary(const std::vector<SweepPoint>& points);
+
+ private:
+  void insert(const std::vector<SweepPoint>& points);
+  void set_meta(const std::string& key, const std::string& value);
+  void record_values(const std::string& key, const TaskOutcome& outcome);
+
+  Sqlite database_;
+};
+
+/// What differs between two sweep databases, apart from what may (wall times, when they were made, where traces lie):
+/// lines for people, at most `limit`. Empty when they hold the same results.
+std::vector<std::string> compare_sweeps(const std::string& a, const std::string& b, std::size_t limit = 20);
+
+}  // namespace grtx::tlm

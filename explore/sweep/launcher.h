@@ -1,0 +1,100 @@
+// Where a sweep's tasks run: processes of this machine, or jobs of a Slurm cluster.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/explore/sweep/program_run.h"
+#include "grtx/explore/sweep/task.h"
+
+namespace grtx::tlm {
+
+/// The sweep's folder for what is under way: descriptions, results, scratch. All paths absolute.
+class WorkFolder {
+ public:
+  explicit WorkFolder(std::string path);
+  const std::string& path() const { return path_; }
+  std::string description(const std::string& key) const { return path_ + "/tasks/" + key + ".json"; }
+  std::string log(const std::string& key) const { return path_ + "/tasks/" + key + ".log"; }
+  std::string result(const std::string& key) const { return path_ + "/results/" + key + ".json"; }
+  std::string scratch(const std::string& key) const { return path_ + "/scratch/" + key; }
+  /// What ended completely in an earlier, killed sweep.
+  std::vector<TaskOutcome> left_over() const;
+  void make() const;
+  void remove() const;
+
+ private:
+  std::string path_;
+};
+
+class Launcher {
+ public:
+  virtual ~Launcher() = default;
+  /// How many tasks launch() takes now.
+  virtual std::size_t free() const = 0;
+  /// The tasks' descriptions are written already.
+  virtual void launch(const std::vector<Task>& tasks) = 0;
+  /// What has ended since; waits a little when nothing has. Each launched task is reported once.
+  virtual std::vector<TaskOutcome> collect() = 0;
+};
+
+/// At most `jobs` at a time, each a process of `program`.
+class LocalLauncher final : public Launcher {
+ public:
+  LocalLauncher(const WorkFolder& work, std::string program, unsigned jobs);
+  std::size_t free() const override { return jobs_ - running_.size(); }
+  void launch(const std::vector<Task>& tasks) override;
+  std::vector<TaskOutcome> collect() override;
+
+ private:
+  struct Running {
+    Task task;
+    std::unique_ptr<ProgramRun> program;
+  };
+  const WorkFolder& work_;
+  std::string program_;
+  std::size_t jobs_;
+  std::vector<Running> running_;
+};
+
+struct SlurmOptions {
+  unsigned jobs = 0;                 ///< at a time; 0: as many as the cluster grants
+  std::vector<std::string> options;  ///< further words for sbatch: partition, account
+  PlanLimits limits;
+};
+
+/// One job array at a time: all tasks that can run, then, when they have ended, the next. An array that a killed sweep
+/// left behind is cancelled.
+class SlurmLauncher final : public Launcher {
+ public:
+  /// identity: what tells this sweep's jobs from others', the same when it is resumed. Throws Error when there is no
+  /// Slurm.
+  SlurmLauncher(const WorkFolder& work, std::string program, const std::string& identity, SlurmOptions options);
+  std::size_t free() const override;
+  void launch(const std::vector<Task>& tasks) override;
+  std::vector<TaskOutcome> collect() override;
+
+ private:
+  struct Waiting {
+    Task task;
+    std::size_t index = 0;  ///< in the array
+    unsigned missing = 0;   ///< looks at the queue that did not show it
+  };
+  void cancel_left_over() const;
+  bool finished_task(Waiting& waiting, TaskOutcome& outcome) const;
+  void look_at_queue();
+  TaskOutcome lost(const Waiting& waiting) const;
+  std::string command(const std::vector<std::string>& arguments, int& code) const;
+
+  const WorkFolder& work_;
+  std::string program_;
+  std::string name_;  ///< of the jobs
+  SlurmOptions options_;
+  std::string job_;
+  std::vector<Waiting> waiting_;
+  std::chrono::steady_clock::time_point next_look_;
+};
+
+}  // namespace grtx::tlm

@@ -1,0 +1,61 @@
+// The plan of a sweep, as written in TOML: scenes, designs, tracer options, a base configuration and what is varied.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "grtx/explore/sweep/axis.h"
+
+namespace grtx::tlm {
+
+/// A scene file with its cameras, or a scene that `grtx synth` makes.
+struct PlanScene {
+  std::string name;
+  std::string place;             ///< "line N"
+  std::string file;              ///< "" for a generated scene
+  std::string cameras;           ///< "" for a generated scene: its own
+  std::string preset;            ///< of a generated scene
+  std::uint64_t count = 100000;  ///< Gaussians of a generated scene
+  std::uint64_t seed = 1;
+  unsigned sh_degree = 3;
+  std::vector<unsigned> views = {0};
+  unsigned width = 0, height = 0;  ///< pixels; 0: the camera's
+  double fov_scale = 1.0;
+};
+
+struct PlanLimits {
+  double seconds = 3600.0;    ///< wall time of one simulation or trace
+  double memory_mb = 4096.0;  ///< 10^6 bytes of its memory
+};
+
+struct SweepPlan {
+  std::string path;
+  std::string text;
+  std::vector<PlanScene> scenes;
+  std::vector<std::string> designs = {"grtx"};  ///< empty when tracer.accel or tracer.checkpoint decide
+  std::string mode = "cycle";
+  std::string confirm;   ///< mode in which the front is simulated again; "" for none
+  std::string base;      ///< configuration file; "" for the defaults
+  Coordinates settings;  ///< [set] and [tracer]: what every point has; tracer options as "tracer.NAME"
+  std::vector<Coordinates> points;
+  PlanLimits limits;
+};
+
+/// What the sweep asks the tracer, which it does not know itself.
+class TracerRules {
+ public:
+  virtual ~TracerRules() = default;
+  /// Throws Error when the option is unknown (naming the nearest) or does not take the value.
+  virtual void check(const std::string& option, const std::string& value) const = 0;
+  /// All options of a structure with these given: name -> text. Throws Error for what cannot go together.
+  virtual std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
+                                                     const std::string& accel, bool checkpoint) const = 0;
+};
+
+/// Paths in the plan are relative to the plan's own folder. Throws Error{path, "line N", rule} for whatever is unknown,
+/// missing, of the wrong type or out of range, and for configuration keys and tracer options that are.
+SweepPlan load_plan(const std::string& path, const TracerRules& tracer);
+
+}  // namespace grtx::tlm

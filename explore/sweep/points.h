@@ -1,0 +1,52 @@
+// From a plan to what must be run: the traces and the points, each with a key that is the hash of its inputs.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "grtx/explore/sweep/plan.h"
+
+namespace grtx::tlm {
+
+struct SweepTrace {
+  std::string key;
+  std::string scene;                   ///< its name in the plan
+  nlohmann::ordered_json options;      ///< everything the trace is made from: hashes, view, resolved tracer options
+  std::vector<std::string> arguments;  ///< of `grtx trace`, without -o, --scene and --cameras
+  std::string scene_file, cameras;     ///< absolute; of a generated scene relative to the traces' folder
+  std::vector<std::string> synth;      ///< arguments of `grtx synth` without -o; empty for a scene file
+};
+
+struct SweepPoint {
+  std::string key;
+  std::string trace_key;
+  std::string mode;
+  std::string scene;
+  std::string design;
+  nlohmann::ordered_json coordinates;
+  nlohmann::ordered_json config;
+  std::vector<std::string> cost_arguments;  ///< of `grtx cost`: which units the machine has
+  std::string broken;                       ///< why it cannot run at all; "" when it can
+};
+
+struct SweepPoints {
+  std::vector<SweepTrace> traces;
+  std::vector<SweepPoint> points;  ///< in the plan's order; scenes, views, designs, then what is varied
+};
+
+/// XXH3 of the bytes of a file, or of all files in a folder (a COLMAP reconstruction). Throws Error.
+std::string content_hash(const std::string& path);
+
+/// Points that resolve to the same inputs are one. A combination of values that no machine or tracer takes is a point
+/// with `broken` set. program: version, part of every key. Throws Error when a scene or camera file cannot be read.
+SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program);
+
+/// The same points in another mode.
+SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
+
+/// A configuration as a file that `--config` takes.
+std::string config_toml(const nlohmann::ordered_json& config);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,81 @@
+#include "grtx/explore/sweep/sqlite.h"
+
+#include <sqlite3.h>
+
+#include "grtx/base/error.h"
+
+namespace grtx::tlm {
+
+Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
+  const int flags = how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  if (sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
+    const std::string why = handle_ == nullptr ? "out of memory" : sqlite3_errmsg(handle_);
+    sqlite3_close(handle_);
+    throw Error(path, "", why);
+  }
+  sqlite3_busy_timeout(handle_, 10000);  // ms; a reader may hold it for a moment
+}
+
+Sqlite::~Sqlite() { sqlite3_close(handle_); }
+
+void Sqlite::fail() const { throw Error(path_, "", sqlite3_errmsg(handle_)); }
+
+void Sqlite::execute(const std::string& sql) {
+  if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
+}
+
+SqliteStatement::SqliteStatement(Sqlite& database, const std::string& sql) : database_(database) {
+  if (sqlite3_prepare_v2(database.handle_, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) database_.fail();
+}
+
+SqliteStatement::~SqliteStatement() { sqlite3_finalize(statement_); }
+
+SqliteStatement& SqliteStatement::bind(int index, const std::string& text) {
+  if (sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8) != SQLITE_OK) {
+    database_.fail();
+  }
+  return *this;
+}
+
+SqliteStatement& SqliteStatement::bind(int index, std::int64_t value) {
+  if (sqlite3_bind_int64(statement_, index, value) != SQLITE_OK) database_.fail();
+  return *this;
+}
+
+SqliteStatement& SqliteStatement::bind(int index, double value) {
+  if (sqlite3_bind_double(statement_, index, value) != SQLITE_OK) database_.fail();
+  return *this;
+}
+
+bool SqliteStatement::step() {
+  const int result = sqlite3_step(statement_);
+  if (result != SQLITE_ROW && result != SQLITE_DONE) database_.fail();
+  return result == SQLITE_ROW;
+}
+
+void SqliteStatement::run() {
+  while (step()) {
+  }
+  reset();
+}
+
+void SqliteStatement::reset() { sqlite3_reset(statement_); }
+
+std::string SqliteStatement::text(int column) const {
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  return bytes == nullptr ? "" : std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)));
+}
+
+std::int64_t SqliteStatement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+double SqliteStatement::real(int column) const { return sqlite3_column_double(statement_, column); }
+
+SqliteTransaction::~SqliteTransaction() {
+  if (committed_) return;
+  try {
+    database_.execute("ROLLBACK");
+  } catch (const Error&) {  // SQLite undoes it when the database is next opened
+  }
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,171 @@
+#include "grtx/explore/sweep/sweep.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <map>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/progress.h"
+
+namespace grtx::tlm {
+namespace {
+
+/// What waits for what: points for their trace, both for a free place.
+class Queue {
+ public:
+  Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting)
+      : database_(database), setting_(setting) {
+    for (const SweepTrace& trace : all.traces) traces_[trace.key] = &trace;
+    for (const SweepPoint& point : all.points) {
+      if (database.status_of_point(point.key) == "pending") pending_.push_back(&point);
+    }
+  }
+
+  std::size_t pending() const { return pending_.size(); }
+
+  /// Sorts the pending points; those that cannot run are recorded. Returns how many that were.
+  std::size_t begin() {
+    std::size_t refused = 0;
+    for (const SweepPoint* point : pending_) {
+      if (!point->broken.empty()) {
+        database_.refuse(point->key, point->broken);
+        ++refused;
+        continue;
+      }
+      const std::string& key = point->trace_key;
+      std::string status = database_.status_of_trace(key);
+      if (status == "done" && !std::filesystem::exists(setting_.traces + "/" + trace_name(key))) {
+        database_.forget_trace(key);
+        status = "pending";
+      }
+      if (status == "done") {
+        ready_.push_back(point);
+      } else if (status == "pending") {
+        if (waiting_[key].empty()) untraced_.push_back(traces_.at(key));
+        waiting_[key].push_back(point);
+      } else {
+        database_.refuse(point->key, "trace: " + database_.reason_of_trace(key));
+        ++refused;
+      }
+    }
+    return refused;
+  }
+
+  std::vector<Task> take(std::size_t places) {
+    std::vector<Task> tasks;
+    while (tasks.size() < places && !ready_.empty()) {
+      tasks.push_back(point_task(*ready_.front(), setting_.program, setting_.traces, setting_.limits));
+      ready_.pop_front();
+    }
+    while (tasks.size() < places && !untraced_.empty()) {
+      tasks.push_back(trace_task(*untraced_.front(), setting_.program, setting_.traces, setting_.limits));
+      untraced_.pop_front();
+    }
+    return tasks;
+  }
+
+  /// Records an outcome. Returns how many points it ended.
+  std::size_t end(const TaskOutcome& outcome) {
+    database_.record(outcome);
+    if (!outcome.is_trace) return 1;
+    const std::vector<const SweepPoint*> points = waiting_[outcome.key];
+    waiting_.erase(outcome.key);
+    if (outcome.status == "done") {
+      ready_.insert(ready_.end(), points.begin(), points.end());
+      return 0;
+    }
+    for (const SweepPoint* point : points) database_.refuse(point->key, "trace: " + outcome.reason);
+    return points.size();
+  }
+
+ private:
+  SweepDatabase& database_;
+  const SweepSetting& setting_;
+  std::map<std::string, const SweepTrace*> traces_;
+  std::vector<const SweepPoint*> pending_;
+  std::deque<const SweepPoint*> ready_;
+  std::deque<const SweepTrace*> untraced_;
+  std::map<std::string, std::vector<const SweepPoint*>> waiting_;  ///< by trace
+};
+
+}  // namespace
+
+SweepLock::SweepLock(const std::string& database) : path_(database + ".lock") {
+  for (;;) {
+    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (file_ < 0) throw Error(database, "", std::string("cannot be locked: ") + std::strerror(errno));
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(file_);
+      throw Error(database, "", "another sweep is filling it");
+    }
+    // The one before may have removed the file after it was opened here.
+    struct stat opened {
+    }, named{};
+    if (::fstat(file_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_ino == named.st_ino) return;
+    ::close(file_);
+  }
+}
+
+SweepLock::~SweepLock() {
+  ::unlink(path_.c_str());
+  ::close(file_);
+}
+
+void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
+                const SweepSetting& setting) {
+  Queue queue(all, database, setting);
+  Progress progress("sweep", queue.pending(), "points", setting.quiet || queue.pending() == 0);
+  progress.add(queue.begin());
+  std::size_t under_way = 0;
+  for (;;) {
+    if (const std::vector<Task> tasks = queue.take(launcher.free()); !tasks.empty()) {
+      for (const Task& task : tasks) write_file(work.description(task.key), task.description.dump());
+      database.set_running(tasks);
+      launcher.launch(tasks);
+      under_way += tasks.size();
+    }
+    if (under_way == 0) break;
+    for (const TaskOutcome& outcome : launcher.collect()) {
+      --under_way;
+      progress.add(queue.end(outcome));
+      std::error_code ignored;
+      std::filesystem::remove(work.result(outcome.key), ignored);
+    }
+  }
+  progress.finish();
+}
+
+std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database) {
+  struct Place {
+    const SweepPoint* point;
+    std::string group;
+    double time, area;
+  };
+  std::vector<Place> places;
+  for (const SweepPoint& point : points) {
+    if (database.status_of_point(point.key) != "done") continue;
+    const std::string view = point.coordinates.contains("view") ? point.coordinates.at("view").dump() : "";
+    places.push_back({&point, point.scene + " " + view, database.value(point.key, "gpu.time_us"),
+                      database.value(point.key, "cost.mm2")});
+  }
+  std::vector<SweepPoint> front;
+  for (const Place& a : places) {
+    bool beaten = false;
+    for (const Place& b : places) {
+      beaten = beaten ||
+               (a.group == b.group && b.time <= a.time && b.area <= a.area && (b.time < a.time || b.area < a.area));
+    }
+    if (!beaten) front.push_back(*a.point);
+  }
+  return front;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,40 @@
+// Runs what a sweep's database does not hold yet.
+#pragma once
+
+#include <string>
+
+#include "grtx/explore/sweep/database.h"
+#include "grtx/explore/sweep/launcher.h"
+
+namespace grtx::tlm {
+
+/// Keeps a second sweep off the same database. Throws Error when there is one. The lock ends with the process.
+class SweepLock {
+ public:
+  explicit SweepLock(const std::string& database);
+  ~SweepLock();
+  SweepLock(const SweepLock&) = delete;
+  SweepLock& operator=(const SweepLock&) = delete;
+
+ private:
+  std::string path_;
+  int file_ = -1;
+};
+
+struct SweepSetting {
+  std::string program;  ///< runs the tasks' commands
+  std::string traces;   ///< folder of the traces, absolute
+  PlanLimits limits;
+  bool quiet = false;
+};
+
+/// Makes the traces that pending points need and runs the points; every outcome is recorded as it comes. Points whose
+/// trace failed fail with its reason.
+void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
+                const SweepSetting& setting);
+
+/// Of the finished points: those that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
+/// the order given.
+std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
+
+}  // namespace grtx::tlm

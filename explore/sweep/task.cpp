@@ -1,0 +1,190 @@
+#include "grtx/explore/sweep/task.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/explore/sweep/program_run.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+/// A command of a task that did not end well.
+struct Failure {
+  std::string status, reason;
+};
+
+/// The last line that a command wrote to standard error: the reason it gave.
+std::string last_line(const std::string& path) {
+  std::string text = fs::exists(path) ? read_file(path) : "";
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::string line = text.substr(text.rfind('\n') + 1);
+  if (line.starts_with("grtx: ")) line = line.substr(6);
+  return line.substr(0, 1000);
+}
+
+/// The commands of one task, in its scratch folder.
+class Commands {
+ public:
+  Commands(const ordered_json& task, std::string scratch) : task_(task), scratch_(std::move(scratch)) {
+    limits_.seconds = task.at("limits").at("seconds").get<double>();
+    limits_.memory_bytes = static_cast<std::uint64_t>(task.at("limits").at("memory_mb").get<double>() * 1e6);
+  }
+
+  std::string file(const std::string& name) const { return scratch_ + "/" + name; }
+
+  /// Returns wall seconds; standard output goes to file(`name` + ".out"). Throws Failure.
+  double run(const std::string& name, const std::vector<std::string>& arguments) const {
+    std::vector<std::string> all = {task_.at("program").get<std::string>(), name};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const std::string errors = file(name + ".err");
+    ProgramRun program(all, file(name + ".out"), errors, limits_);
+    const ProgramEnd end = program.wait();
+    if (end.timeout) throw Failure{"timeout", fmt::format("{}: longer than {} s", name, limits_.seconds)};
+    if (end.signal != 0) throw Failure{"killed", fmt::format("{}: ended by {}", name, signal_name(end.signal))};
+    if (end.code != 0) {
+      const std::string line = last_line(errors);
+      throw Failure{"failed", fmt::format("{}: {}", name, line.empty() ? fmt::format("exit code {}", end.code) : line)};
+    }
+    return end.seconds;
+  }
+
+ private:
+  const ordered_json& task_;
+  std::string scratch_;
+  ProgramLimits limits_;
+};
+
+std::vector<std::string> texts(const ordered_json& list) { return list.get<std::vector<std::string>>(); }
+
+ordered_json do_trace(const ordered_json& task, const Commands& commands) {
+  const std::string scene = task.at("scene"), cameras = task.at("cameras"), target = task.at("target");
+  if (!task.at("synth").empty() && !fs::exists(scene)) {
+    std::vector<std::string> arguments = texts(task.at("synth"));
+    const std::string made = commands.file("scene.ply");
+    arguments.insert(arguments.end(), {"-o", made, "--quiet"});
+    commands.run("synth", arguments);
+    // The scene last: where it is, its cameras are. Another task may have made the same one: the same bytes.
+    fs::rename(commands.file("scene.cameras.json"), cameras);
+    fs::rename(made, scene);
+  }
+  ordered_json result;
+  if (!fs::exists(target)) {
+    std::vector<std::string> arguments = {"--scene", scene, "--cameras", cameras};
+    for (const std::string& argument : texts(task.at("arguments"))) arguments.push_back(argument);
+    const std::string made = commands.file("trace.grtx");
+    arguments.insert(arguments.end(), {"-o", made, "--quiet"});
+    result["seconds"] = commands.run("trace", arguments);
+    fs::rename(made, target);
+  }
+  result["bytes"] = fs::file_size(target);
+  return result;
+}
+
+ordered_json do_point(const ordered_json& task, const Commands& commands) {
+  const std::string config = commands.file("config.toml"), statistics = commands.file("stats.json");
+  write_file(config, config_toml(task.at("config")));
+  ordered_json result;
+  result["seconds"] = commands.run("sim", {task.at("trace").get<std::string>(), "--config", config, "--mode",
+                                           task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
+  ordered_json document = read_statistics(statistics);
+  ordered_json& stats = document.at("stats");
+  for (auto entry = stats.begin(); entry != stats.end();) {
+    entry = entry.key().starts_with("host.") ? stats.erase(entry) : std::next(entry);
+  }
+  result["document"] = std::move(document);
+  std::vector<std::string> arguments = {"--config", config, "--json"};
+  for (const std::string& argument : texts(task.at("cost"))) arguments.push_back(argument);
+  commands.run("cost", arguments);
+  result["cost"] = ordered_json::parse(read_file(commands.file("cost.out")));
+  return result;
+}
+
+ordered_json limits_json(const PlanLimits& limits) {
+  return {{"seconds", limits.seconds}, {"memory_mb", limits.memory_mb}};
+}
+
+}  // namespace
+
+std::string trace_name(const std::string& key) { return key + ".grtx"; }
+
+Task trace_task(const SweepTrace& trace, const std::string& program, const std::string& folder,
+                const PlanLimits& limits) {
+  const bool generated = !trace.synth.empty();
+  return {trace.key,
+          true,
+          {{"kind", "trace"},
+           {"key", trace.key},
+           {"program", program},
+           {"limits", limits_json(limits)},
+           {"synth", trace.synth},
+           {"scene", generated ? folder + "/" + trace.scene_file : trace.scene_file},
+           {"cameras", generated ? folder + "/" + trace.cameras : trace.cameras},
+           {"arguments", trace.arguments},
+           {"target", folder + "/" + trace_name(trace.key)}}};
+}
+
+Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
+                const PlanLimits& limits) {
+  return {point.key,
+          false,
+          {{"kind", "point"},
+           {"key", point.key},
+           {"program", program},
+           {"limits", limits_json(limits)},
+           {"trace", folder + "/" + trace_name(point.trace_key)},
+           {"config", point.config},
+           {"mode", point.mode},
+           {"cost", point.cost_arguments}}};
+}
+
+void run_task(const std::string& description, const std::string& result, const std::string& scratch) {
+  ordered_json task;
+  try {
+    task = ordered_json::parse(read_file(description));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(description, fmt::format("byte {}", error.byte), "is no JSON");
+  }
+  ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
+  try {
+    fs::remove_all(scratch);
+    fs::create_directories(scratch);
+    const Commands commands(task, scratch);
+    outcome.update(task.at("kind") == "trace" ? do_trace(task, commands) : do_point(task, commands));
+  } catch (const Failure& failure) {
+    outcome["status"] = failure.status;
+    outcome["reason"] = failure.reason;
+  } catch (const std::exception& error) {
+    outcome["status"] = "failed";
+    outcome["reason"] = error.what();
+  }
+  std::error_code ignored;
+  fs::remove_all(scratch, ignored);
+  write_file(result, outcome.dump());
+}
+
+TaskOutcome read_outcome(const std::string& result) {
+  try {
+    const ordered_json json = ordered_json::parse(read_file(result));
+    TaskOutcome outcome;
+    outcome.key = json.at("key");
+    outcome.is_trace = json.at("kind") == "trace";
+    outcome.status = json.at("status");
+    outcome.reason = json.value("reason", "");
+    outcome.seconds = json.value("seconds", 0.0);
+    outcome.bytes = json.value("bytes", std::uint64_t{0});
+    if (json.contains("document")) outcome.document = json.at("document");
+    if (json.contains("cost")) outcome.cost = json.at("cost");
+    return outcome;
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(result, "", std::string("is no result of a task: ") + error.what());
+  }
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,46 @@
+// One piece of a sweep's work, described in a file so that any process on any node can do it: `grtx sweep --task F`.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "grtx/explore/sweep/plan.h"
+#include "grtx/explore/sweep/points.h"
+
+namespace grtx::tlm {
+
+struct Task {
+  std::string key;  ///< of the trace or the point
+  bool is_trace = false;
+  nlohmann::ordered_json description;  ///< what the file holds
+};
+
+/// How a task ended: `status` of the database, the reason when it is not "done", and what it made.
+struct TaskOutcome {
+  std::string key;
+  bool is_trace = false;
+  std::string status;
+  std::string reason;
+  double seconds = 0.0;             ///< wall time of the simulation or the tracer
+  std::uint64_t bytes = 0;          ///< of a trace
+  nlohmann::ordered_json document;  ///< statistics of a point, without host.*
+  nlohmann::ordered_json cost;      ///< grtx.cost/1 of a point
+};
+
+/// program: the grtx to run. folder: where the traces lie, absolute. limits: for each command.
+Task trace_task(const SweepTrace& trace, const std::string& program, const std::string& folder,
+                const PlanLimits& limits);
+Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
+                const PlanLimits& limits);
+
+/// Name of a trace's file in the traces' folder.
+std::string trace_name(const std::string& key);
+
+/// Does what the file describes and writes `result`, complete or not at all. scratch: a folder for its files, which is
+/// made and removed. Throws only when the description is none or the result cannot be written.
+void run_task(const std::string& description, const std::string& result, const std::string& scratch);
+
+/// Reads what run_task wrote. Throws Error.
+TaskOutcome read_outcome(const std::string& result);
+
+}  // namespace grtx::tlm

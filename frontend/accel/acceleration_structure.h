@@ -1,0 +1,65 @@
+// The acceleration structures that are compared: monolithic BVHs over proxies, and a TLAS over one shared BLAS.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/accel/node_image.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/gaussian/proxy.h"
+
+namespace grtx::frontend {
+
+enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, tlas_tri20, tlas_tri80, tlas_sphere };
+
+/// Names of --accel, in the order of AccelKind.
+const std::vector<std::string>& accel_names();
+AccelKind accel_from_name(const std::string& name);  ///< throws Error naming the nearest known name
+std::string accel_name(AccelKind kind);
+ProxyKind proxy_of(AccelKind kind);
+constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri20; }
+
+struct AccelOptions {
+  AccelKind kind = AccelKind::tri20;
+  unsigned width = 6;              ///< children an internal node, 2..8
+  bool corner_bounds = false;      ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
+  unsigned box_bits = 8;           ///< bits of a stored box coordinate that are used, 2..8
+};
+
+class AccelerationStructure {
+ public:
+  AccelerationStructure(const PreparedGaussians& gaussians, const AccelOptions& options);
+
+  const AccelOptions& options() const { return options_; }
+  const Proxy& proxy() const { return proxy_; }
+  const NodeImage& image() const { return image_; }
+  bool two_level() const { return is_two_level(options_.kind); }
+  std::uint64_t root() const { return root_; }            ///< byte address of the (TLAS) root, an internal node
+  std::uint64_t blas_header() const { return blas_header_; }  ///< 0 when monolithic
+  std::uint64_t blas_root() const { return blas_root_; }      ///< 0 when monolithic; an internal node
+
+  struct Counts {
+    std::uint64_t internal = 0, instance = 0, triangle = 0, procedural = 0, blas_nodes = 0;
+  };
+  const Counts& counts() const { return counts_; }
+  unsigned height() const { return height_; }            ///< levels of the monolithic BVH or the TLAS
+  unsigned blas_height() const { return blas_height_; }  ///< 0 when monolithic
+  double build_seconds() const { return build_seconds_; }      ///< rtcBuildBVH alone
+  double pack_seconds() const { return pack_seconds_; }        ///< encoding the node image
+
+ private:
+  AccelOptions options_;
+  Proxy proxy_;
+  NodeImage image_;
+  std::uint64_t root_ = 0;
+  std::uint64_t blas_header_ = 0;
+  std::uint64_t blas_root_ = 0;
+  Counts counts_;
+  unsigned height_ = 0;
+  unsigned blas_height_ = 0;
+  double build_seconds_ = 0.0;
+  double pack_seconds_ = 0.0;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,205 @@
+#include "grtx/frontend/accel/multi_object.h"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+
+#include "grtx/base/error.h"
+#include "grtx/frontend/accel/embree_builder.h"
+#include "grtx/frontend/accel/tree_packer.h"
+
+namespace grtx::frontend {
+namespace {
+
+// World boxes of objects are widened by this share of their largest coordinate: 64 ulp, for the corners are
+// transformed in double and the rays in double, too, and both are rounded to fp32 once.
+constexpr float kBoxMargin = 1.0f / (1 << 18);
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// glm's uniform scale of a rotation matrix; columns are the object's axes in the world.
+glm::dmat3 object_to_world(const Placement& placement) { return glm::mat3_cast(placement.rotate) * placement.scale; }
+
+// The object space's origin in world coordinates: scenes are recentred by their offset.
+glm::dvec3 world_position(const Placement& placement, const Scene& scene) {
+  return object_to_world(placement) * scene.offset + placement.translate;
+}
+
+// One leaf of the shared BLAS: face `index` of the proxy in unit space.
+void write_primitive(NodeImage& image, std::uint64_t address, const Proxy& proxy, std::uint32_t index) {
+  if (proxy.is_sphere()) {
+    image.write_procedural(address, index);
+    return;
+  }
+  const auto& [a, b, c] = proxy.triangles()[index];
+  const auto& vertices = proxy.vertices();
+  image.write_triangle(address, index, vertices[a], vertices[b], vertices[c]);
+}
+
+// The leaf of Gaussian g in its object's TLAS.
+void write_gaussian(NodeImage& image, std::uint64_t address, const PreparedGaussians& gaussians, std::uint32_t g,
+                    std::uint64_t blas_header, std::uint64_t blas_root) {
+  const GaussianRecord& record = gaussians.record(g);
+  const glm::vec3 columns[3] = {gaussians.to_world(g, {1, 0, 0}) - record.mean,
+                                gaussians.to_world(g, {0, 1, 0}) - record.mean,
+                                gaussians.to_world(g, {0, 0, 1}) - record.mean};
+  image.write_instance(address, g, blas_header, blas_root, record.to_unit, columns, record.mean);
+}
+
+}  // namespace
+
+TraceRay PlacedObject::to_object_ray(const TraceRay& ray) const {
+  return TraceRay(glm::vec3(to_object * (glm::dvec3(ray.origin) - position)),
+                  glm::vec3(to_object * glm::dvec3(ray.direction)));
+}
+
+MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<Placement>& placements,
+                                   const AccelOptions& options, bool adaptive_radius)
+    : options_(options), proxy_(proxy_of(options.kind)), placements_(placements) {
+  if (!is_two_level(options.kind)) {
+    throw Error("--accel", accel_name(options.kind), "cannot hold several objects: use a tlas-* structure");
+  }
+  if (placements.empty()) throw Error("objects", "", "must be at least one");
+  const auto start = std::chrono::steady_clock::now();
+  for (Scene& scene : scenes) objects_.push_back(std::make_unique<SharedObject>(std::move(scene), adaptive_radius));
+  std::uint64_t total = 0;
+  for (const Placement& placement : placements) {
+    if (placement.object >= objects_.size()) throw Error("objects", "", "placement of an object that is not there");
+    const Scene& scene = objects_[placement.object]->scene;
+    total += scene.size();
+    offset_ += world_position(placement, scene) / static_cast<double>(placements.size());
+  }
+  if (total > (std::uint64_t{1} << 31)) throw Error("objects", "", "hold more than 2^31 Gaussians");
+  gaussians_ = total;
+
+  const unsigned width = options.width;
+  const NodeKind primitive = proxy_.is_sphere() ? NodeKind::procedural : NodeKind::triangle;
+  const Tree blas = build_tree(
+      proxy_.is_sphere() ? 1 : proxy_.faces(), [&](std::size_t i) { return proxy_.face_box(static_cast<unsigned>(i)); },
+      width);
+  std::vector<Tree> tlases;
+  const std::uint64_t n = placements.size();
+  scene_tlas_bytes_ = traces::kHeaderBytes + std::max<std::uint64_t>(1, n - 1) * traces::internal_bytes(width) +
+                      n * traces::kInstanceLeafBytes;
+  std::uint64_t end = scene_tlas_bytes_;
+  for (const auto& object : objects_) {
+    tlases.push_back(build_tree(
+        object->scene.size(),
+        [&](std::size_t i) {
+          return object->gaussians.instance_box(static_cast<std::uint32_t>(i), proxy_, options.corner_bounds);
+        },
+        width));
+    object->bounds = tlases.back().bounds;
+    end += packed_bytes(tlases.back(), NodeKind::instance, width);
+  }
+  const std::uint64_t blas_header = end;
+  const std::uint64_t blas_bytes = packed_bytes(blas, primitive, width);
+  blas_root_ = blas_header + traces::kHeaderBytes;
+  image_ = std::make_unique<NodeImage>(width, end + blas_bytes);
+  image_->allocate(scene_tlas_bytes_);
+  for (std::size_t i = 0; i < tlases.size(); ++i) {
+    SharedObject& object = *objects_[i];
+    TreePacker packer(*image_, tlases[i], NodeKind::instance,
+                      [&](NodeImage& image, std::uint64_t address, std::uint32_t g) {
+                        write_gaussian(image, address, object.gaussians, g, blas_header, blas_root_);
+                      });
+    object.root = packer.pack(packed_bytes(tlases[i], NodeKind::instance, width));
+    object.header = object.root - traces::kHeaderBytes;
+  }
+  TreePacker(*image_, blas, primitive, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
+    write_primitive(image, address, proxy_, index);
+  }).pack(blas_bytes);
+  assert(image_->allocated() == image_->size());
+  place(placements);
+  write_scene_tlas();
+  build_seconds_ = seconds_since(start);
+}
+
+void MultiObjectWorld::move(const std::vector<Placement>& placements) {
+  const auto start = std::chrono::steady_clock::now();
+  const bool same = std::equal(placements.begin(), placements.end(), placements_.begin(), placements_.end(),
+                               [](const Placement& a, const Placement& b) { return a.object == b.object; });
+  if (!same) throw Error("objects", "", "only move: their number and files stay");
+  placements_ = placements;
+  place(placements);
+  write_scene_tlas();
+  move_seconds_ = seconds_since(start);
+}
+
+void MultiObjectWorld::place(const std::vector<Placement>& placements) {
+  placed_.clear();
+  std::uint32_t next = 0;
+  for (const Placement& placement : placements) {
+    PlacedObject placed;
+    placed.object = objects_[placement.object].get();
+    placed.first_gaussian = next;
+    next += static_cast<std::uint32_t>(placed.object->scene.size());
+    const glm::dmat3 out = object_to_world(placement);
+    placed.to_object = glm::transpose(out) * (1.0 / (placement.scale * placement.scale));
+    placed.position = world_position(placement, placed.object->scene) - offset_;
+    const Box& bounds = placed.object->bounds;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 p((corner & 1) != 0 ? bounds.upper.x : bounds.lower.x,
+                         (corner & 2) != 0 ? bounds.upper.y : bounds.lower.y,
+                         (corner & 4) != 0 ? bounds.upper.z : bounds.lower.z);
+      placed.box.extend(glm::vec3(out * p + placed.position));
+    }
+    placed.box.inflate(placed.box.largest_coordinate() * kBoxMargin);
+    placed_.push_back(placed);
+  }
+}
+
+void MultiObjectWorld::write_scene_tlas() {
+  const Tree tree = build_tree(
+      placed_.size(), [&](std::size_t i) { return placed_[i].box; }, options_.width);
+  assert(packed_bytes(tree, NodeKind::instance, options_.width) <= scene_tlas_bytes_);
+  TreePacker(*image_, tree, NodeKind::instance, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
+    const PlacedObject& placed = placed_[index];
+    const glm::dmat3 rows = glm::transpose(placed.to_object);
+    const glm::dmat3 out = object_to_world(placements_[index]);
+    const glm::vec3 to_object[3] = {glm::vec3(rows[0]), glm::vec3(rows[1]), glm::vec3(rows[2])};
+    const glm::vec3 to_world[3] = {glm::vec3(out[0]), glm::vec3(out[1]), glm::vec3(out[2])};
+    image.write_instance(address, index, placed.object->header, placed.object->root, to_object, to_world,
+                         glm::vec3(placed.position));
+  }).pack_at(0);
+}
+
+const PlacedObject& MultiObjectWorld::owner(std::uint32_t id) const {
+  const auto after = std::upper_bound(placed_.begin(), placed_.end(), id,
+                                      [](std::uint32_t i, const PlacedObject& p) { return i < p.first_gaussian; });
+  return *(after - 1);
+}
+
+Scene flatten(const MultiObjectWorld& world, const std::vector<Placement>& placements) {
+  Scene flat;
+  flat.name = "flattened";
+  flat.offset = world.offset();
+  for (const auto& object : world.objects()) flat.sh_degree = std::max(flat.sh_degree, object->scene.sh_degree);
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    const Placement& placement = placements[i];
+    const Scene& scene = world.objects()[placement.object]->scene;
+    const bool turned = std::fabs(placement.rotate.w) < 1.0;
+    if (scene.sh_degree > 0 && turned) {
+      throw Error(scene.name, "object " + std::to_string(i), "SH of degree > 0 cannot be rotated into one scene");
+    }
+    const glm::dmat3 out = object_to_world(placement);
+    const glm::dvec3 position = world_position(placement, scene) - world.offset();
+    for (std::size_t g = 0; g < scene.size(); ++g) {
+      flat.mean.push_back(glm::vec3(out * glm::dvec3(scene.mean[g]) + position));
+      flat.scale.push_back(scene.scale[g] * static_cast<float>(placement.scale));
+      flat.rotation.push_back(glm::quat(glm::normalize(placement.rotate * glm::dquat(scene.rotation[g]))));
+      flat.opacity.push_back(scene.opacity[g]);
+      const std::size_t stride = std::size_t{3} * scene.sh_coefficients();
+      const auto sh = scene.sh.begin() + static_cast<std::ptrdiff_t>(g * stride);
+      flat.sh.insert(flat.sh.end(), sh, sh + static_cast<std::ptrdiff_t>(stride));
+      flat.sh.resize(flat.mean.size() * 3 * flat.sh_coefficients());
+    }
+  }
+  return flat;
+}
+
+}  // namespace grtx::frontend

@@ -1,0 +1,95 @@
+// Several Gaussian objects in one scene by three-level instancing: scene TLAS -> TLAS of an object -> shared BLAS
+// (paper, "Support for Dynamic and Multi-Object Scenes"). Objects are moved by rebuilding the scene TLAS alone.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/accel/object_list.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/scene/scene.h"
+
+namespace grtx::frontend {
+
+/// What all placements of one file share; never changes once built.
+struct SharedObject {
+  Scene scene;
+  PreparedGaussians gaussians;
+  std::uint64_t header = 0;  ///< byte address of its TLAS's header
+  std::uint64_t root = 0;
+  Box bounds;  ///< of all its Gaussians' boxes, object space
+
+  SharedObject(Scene s, bool adaptive_radius) : scene(std::move(s)), gaussians(scene, adaptive_radius) {}
+};
+
+/// A placement as rays meet it.
+struct PlacedObject {
+  const SharedObject* object = nullptr;
+  std::uint32_t first_gaussian = 0;  ///< ids of its Gaussians in the whole scene begin here
+  glm::dmat3 to_object{1.0};         ///< world differences to object space: transposed rotation / scale
+  glm::dvec3 position{0.0};          ///< of the object space's origin, scene coordinates
+  Box box;                           ///< contains the object, widened against rounding
+
+  /// The ray in object space, with the same parameter t: its direction is not of unit length there.
+  TraceRay to_object_ray(const TraceRay& ray) const;
+};
+
+class MultiObjectWorld {
+ public:
+  /// options.kind must be two-level. Placements name scenes by index. Throws Error.
+  MultiObjectWorld(std::vector<Scene> scenes, const std::vector<Placement>& placements, const AccelOptions& options,
+                   bool adaptive_radius);
+  MultiObjectWorld(const MultiObjectWorld&) = delete;
+  MultiObjectWorld& operator=(const MultiObjectWorld&) = delete;
+
+  /// Moves the objects: as many placements of the same objects. Rebuilds the scene TLAS alone; every other byte of the
+  /// node image stays as it is.
+  void move(const std::vector<Placement>& placements);
+
+  const AccelOptions& options() const { return options_; }
+  const Proxy& proxy() const { return proxy_; }
+  const NodeImage& image() const { return *image_; }
+  std::uint64_t root() const { return traces::kHeaderBytes; }  ///< of the scene TLAS
+  std::uint64_t blas_root() const { return blas_root_; }
+  std::uint64_t scene_tlas_bytes() const { return scene_tlas_bytes_; }  ///< set aside for it at the image's start
+  const std::vector<std::unique_ptr<SharedObject>>& objects() const { return objects_; }
+  const std::vector<PlacedObject>& placed() const { return placed_; }
+  std::uint64_t gaussians() const { return gaussians_; }  ///< of all placements
+  const glm::dvec3& offset() const { return offset_; }    ///< scene coordinates + offset = world coordinates
+  /// The placement that holds the Gaussian with this id.
+  const PlacedObject& owner(std::uint32_t id) const;
+  const GaussianRecord& record(std::uint32_t id) const {
+    const PlacedObject& placed = owner(id);
+    return placed.object->gaussians.record(id - placed.first_gaussian);
+  }
+  double build_seconds() const { return build_seconds_; }  ///< object TLASes, BLAS and their packing
+  double move_seconds() const { return move_seconds_; }    ///< the last move()
+
+ private:
+  void place(const std::vector<Placement>& placements);
+  void write_scene_tlas();
+
+  AccelOptions options_;
+  Proxy proxy_;
+  std::vector<std::unique_ptr<SharedObject>> objects_;
+  std::vector<Placement> placements_;
+  std::vector<PlacedObject> placed_;
+  glm::dvec3 offset_{0.0};
+  std::unique_ptr<NodeImage> image_;
+  std::uint64_t scene_tlas_bytes_ = 0;
+  std::uint64_t blas_root_ = 0;
+  std::uint64_t gaussians_ = 0;
+  double build_seconds_ = 0.0;
+  double move_seconds_ = 0.0;
+};
+
+/// The same Gaussians in one scene, in the order of their ids. SH of degree > 0 is not rotated, so only placements
+/// without rotation may have it: throws Error otherwise.
+Scene flatten(const MultiObjectWorld& world, const std::vector<Placement>& placements);
+
+}  // namespace grtx::frontend

@@ -1,0 +1,129 @@
+#include "grtx/frontend/accel/node_image.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace grtx::frontend {
+namespace {
+
+template <typename T>
+void put(std::uint8_t* to, T value) {
+  std::memcpy(to, &value, sizeof value);
+}
+
+}  // namespace
+
+std::uint64_t NodeImage::allocate(std::uint64_t count) {
+  assert(count % traces::kNodeUnit == 0 && used_ + count <= size());
+  const std::uint64_t address = used_;
+  used_ += count;
+  return address;
+}
+
+void NodeImage::write_header(std::uint64_t address, std::uint64_t root, const Box& bounds) {
+  std::uint8_t header[traces::kHeaderBytes] = {};
+  put(header, root);
+  put(header + 8, bounds.lower);
+  put(header + 20, bounds.upper);
+  std::memcpy(at(address), header, sizeof header);
+}
+
+void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children,
+                               unsigned count) {
+  assert(count <= width_);
+  // Whole lines, zeros included: the bytes may have held another node.
+  std::uint8_t node[2 * sizeof(Line)] = {};
+  put(node + 12, static_cast<std::int32_t>((child_base - address) / traces::kNodeUnit));
+  node[16] = static_cast<std::uint8_t>(NodeKind::internal);
+  node[21] = 0xFF;
+  for (unsigned i = 0; i < count; ++i) {
+    const auto units = traces::node_bytes(children[i].kind, width_) / traces::kNodeUnit;
+    node[layout_.child_info + i] =
+        static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2));
+  }
+  BoxCodes codes{{}, {-128, -128, -128}, {}, {}};
+  for (auto& axis : codes.lower) std::fill_n(axis, traces::kMaxWidth, std::uint8_t{0x80});  // of children not there
+  if (count > 0) encode_boxes(children, count, box_bits_, codes);
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    put(node + 4 * axis, codes.origin[axis]);
+    put(node + 18 + axis, codes.exponent[axis]);
+    std::uint8_t* const lower = node + layout_.bounds + 2 * axis * layout_.slots;
+    std::copy_n(codes.lower[axis], layout_.slots, lower);
+    std::copy_n(codes.upper[axis], layout_.slots, lower + layout_.slots);
+  }
+  std::memcpy(at(address), node, traces::internal_bytes(width_));
+}
+
+void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
+                               const glm::vec3& c) {
+  const struct {
+    std::uint32_t words[4];
+    glm::vec3 vertices[4];
+  } leaf = {{0xFF000000u, 0, primitive, 0}, {a, b, c, c}};
+  static_assert(sizeof leaf == traces::kTriangleLeafBytes);
+  std::memcpy(at(address), &leaf, sizeof leaf);
+  leaf_index_[address / traces::kNodeUnit] = primitive;
+}
+
+void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive) {
+  const std::uint32_t words[traces::kProceduralLeafBytes / 4] = {0xFF000000u, 1u << 29, 1u, primitive};
+  std::memcpy(at(address), words, sizeof words);
+  leaf_index_[address / traces::kNodeUnit] = primitive;
+}
+
+void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
+                               std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
+                               const glm::vec3 (&object_to_world)[3], const glm::vec3& translation) {
+  struct {
+    std::uint32_t id, flags;
+    std::uint64_t root;
+    glm::vec3 to_object[3];
+    glm::vec3 translation;
+    std::uint64_t header;
+    std::uint32_t index[2];
+    glm::vec3 to_world[3];
+    glm::vec3 object_translation;
+  } leaf;
+  static_assert(sizeof leaf == traces::kInstanceLeafBytes);
+  leaf.id = 0xFF000000u | (instance & 0xFFFFFFu);
+  leaf.flags = 0;
+  leaf.root = blas_root;
+  leaf.translation = translation;
+  leaf.header = blas_header;
+  leaf.index[0] = leaf.index[1] = instance;
+  for (int row = 0; row < 3; ++row) {
+    const glm::vec3& m = world_to_object[row];
+    leaf.to_object[row] = m;
+    leaf.to_world[row] = object_to_world[row];
+    leaf.object_translation[row] = -(m.x * translation.x + m.y * translation.y + m.z * translation.z);
+  }
+  std::memcpy(at(address), &leaf, sizeof leaf);
+  leaf_index_[address / traces::kNodeUnit] = instance;
+}
+
+DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
+  DecodedInternal node;
+  const std::uint8_t* bytes = data() + address;
+  std::int32_t offset = 0;
+  std::memcpy(&offset, bytes + 12, 4);
+  node.child_base = address + static_cast<std::uint64_t>(static_cast<std::int64_t>(offset)) * traces::kNodeUnit;
+  for (unsigned i = 0; i < layout_.slots; ++i) {
+    const std::uint8_t info = bytes[layout_.child_info + i];
+    if ((info & 3) == 0) break;
+    node.kinds[i] = static_cast<NodeKind>(info >> 2);
+    ++node.child_count;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    float origin = 0.0f;
+    std::memcpy(&origin, bytes + 4 * axis, 4);
+    const float step = box_step(static_cast<std::int8_t>(bytes[18 + axis]));
+    const std::uint8_t* lower = bytes + layout_.bounds + 2 * static_cast<unsigned>(axis) * layout_.slots;
+    for (unsigned i = 0; i < node.child_count; ++i) {
+      node.boxes[i].lower[axis] = decode_bound(origin, lower[i], step);
+      node.boxes[i].upper[axis] = decode_bound(origin, lower[layout_.slots + i], step);
+    }
+  }
+  return node;
+}
+
+}  // namespace grtx::frontend

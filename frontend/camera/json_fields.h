@@ -1,0 +1,33 @@
+// Reading JSON input with errors that name the key and what it must be.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "grtx/frontend/camera/camera.h"
+
+namespace grtx::frontend {
+
+/// Throws Error with the byte position when the text is no JSON.
+nlohmann::json parse_json(const std::string& text, const std::string& file);
+
+/// One object of a JSON file and where it is ("camera 3"), for messages.
+struct JsonObject {
+  const nlohmann::json& json;
+  const std::string& file;
+  std::string place;
+
+  bool has(const char* key) const { return json.contains(key); }
+  /// Throw Error when the key is missing or of another type.
+  double number(const char* key) const;
+  std::string text(const char* key) const;
+  /// A whole number (3.0 counts) from 0 to 65536.
+  unsigned pixels(const char* key) const;
+  /// At least `rows` arrays of at least `columns` numbers, by rows; `rows` x `columns` of them are returned in row
+  /// order.
+  std::vector<double> matrix(const char* key, std::size_t rows, std::size_t columns) const;
+  std::vector<double> numbers(const char* key, std::size_t count) const;
+  [[noreturn]] void fail(const std::string& rule) const;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,161 @@
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <limits>
+
+#include "grtx/frontend/gaussian/float4.h"
+#include "grtx/frontend/gaussian/gaussian_math.h"
+
+namespace grtx::frontend {
+namespace {
+
+// World boxes are widened by this share of their largest coordinate (16 ulp) and of the scene's size: the hit function
+// and the boxes round differently. docs/numerics.md measures that no hit is lost to it.
+constexpr float kRelativeMargin = 1.0f / (1 << 20);
+constexpr float kSceneMargin = 1.0f / (1 << 22);
+
+constexpr std::size_t kMostVertices = 42;  // of a proxy: the icosphere of 80 faces
+
+glm::dmat3 rotation_matrix(const glm::quat& rotation) {
+  glm::dquat q(static_cast<double>(rotation.w), static_cast<double>(rotation.x), static_cast<double>(rotation.y),
+               static_cast<double>(rotation.z));
+  return glm::mat3_cast(glm::normalize(q));
+}
+
+}  // namespace
+
+PreparedGaussians::PreparedGaussians(const Scene& scene, bool adaptive_radius)
+    : records_(scene.size()), to_world_(3 * scene.size()) {
+  std::vector<float> distance(scene.size());
+  for (std::size_t g = 0; g < scene.size(); ++g) {
+    GaussianRecord& record = records_[g];
+    const double kappa = kernel_radius(static_cast<double>(scene.opacity[g]), adaptive_radius);
+    const glm::dmat3 r = rotation_matrix(scene.rotation[g]);
+    record.mean = scene.mean[g];
+    record.kappa2 = static_cast<float>(kappa * kappa);
+    record.opacity = scene.opacity[g];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double extent = kappa * static_cast<double>(scene.scale[g][axis]);
+      // Column `axis` of R is the local axis in world space; glm matrices are column-major.
+      record.to_unit[axis] = glm::vec3(r[axis] / extent);
+      for (int row = 0; row < 3; ++row) {
+        to_world_[3 * g + static_cast<std::size_t>(row)][axis] = static_cast<float>(r[axis][row] * extent);
+      }
+    }
+    distance[g] = std::max({std::fabs(record.mean.x), std::fabs(record.mean.y), std::fabs(record.mean.z)});
+  }
+  if (!distance.empty()) {
+    auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
+    std::nth_element(distance.begin(), middle, distance.end());
+    absolute_margin_ = *middle * kSceneMargin;
+  }
+}
+
+Box PreparedGaussians::widened(Box box) const {
+  box.inflate(box.largest_coordinate() * kRelativeMargin + absolute_margin_);
+  return box;
+}
+
+Box PreparedGaussians::face_box(std::uint32_t g, const Proxy& proxy, unsigned face) const {
+  if (proxy.is_sphere()) return instance_box(g, proxy, false);
+  Box box;
+  for (const std::uint16_t v : proxy.triangles()[face]) box.extend(to_world(g, proxy.vertices()[v]));
+  return widened(box);
+}
+
+Box PreparedGaussians::instance_box(std::uint32_t g, const Proxy& proxy, bool corners) const {
+  const glm::vec3* a = &to_world_[3 * static_cast<std::size_t>(g)];
+  const glm::vec3& m = records_[g].mean;
+  Box box;
+  if (proxy.is_sphere()) {
+    for (int i = 0; i < 3; ++i) {
+      // In double: the squares of scales beyond 1e19 are no floats.
+      const glm::dvec3 row(a[i]);
+      const auto half = static_cast<float>(std::sqrt(row.x * row.x + row.y * row.y + row.z * row.z));
+      box.lower[i] = m[i] - half;
+      box.upper[i] = m[i] + half;
+    }
+  } else {
+    for (const glm::vec3& v : proxy.vertices()) box.extend(to_world(g, v));
+  }
+  if (corners) {
+    const float h = proxy.half_extent();
+    for (int i = 0; i < 3; ++i) {
+      const float half = h * (std::fabs(a[i].x) + std::fabs(a[i].y) + std::fabs(a[i].z));
+      box.lower[i] = std::min(box.lower[i], m[i] - half);
+      box.upper[i] = std::max(box.upper[i], m[i] + half);
+    }
+  }
+  return widened(box);
+}
+
+// Box and its arithmetic with x, y and z side by side.
+struct PreparedGaussians::WideBox {
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Float4 lower = {kInfinity, kInfinity, kInfinity, kInfinity};
+  Float4 upper = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
+
+  void extend(Float4 point) {
+    lower = min(point, lower);
+    upper = max(point, upper);
+  }
+  /// Widens it as widened() does and stores it.
+  void put(PrimitiveBox& box, float absolute_margin) const {
+    const Float4 reach = max(abs(lower), abs(upper));
+    const float margin = std::max({reach[0], reach[1], reach[2]}) * kRelativeMargin + absolute_margin;
+    store(&box, 0, lower - margin);  // the fourth lanes fall on the numbers, which the caller writes
+    store(&box, 1, upper + margin);
+  }
+};
+
+// World positions of the proxy's vertices, operation for operation those of to_world().
+unsigned PreparedGaussians::write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const {
+  const glm::vec3* a = &to_world_[3 * g];
+  const glm::vec3& m = records_[g].mean;
+  const Float4 x = {a[0].x, a[1].x, a[2].x, 0}, y = {a[0].y, a[1].y, a[2].y, 0}, z = {a[0].z, a[1].z, a[2].z, 0};
+  const Float4 mean = {m.x, m.y, m.z, 0};
+  for (const glm::vec3& v : proxy.vertices()) *world++ = ((x * v.x + y * v.y) + z * v.z) + mean;
+  return static_cast<unsigned>(proxy.vertices().size());
+}
+
+void PreparedGaussians::write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy,
+                                         PrimitiveBox* boxes) const {
+  if (proxy.is_sphere()) {
+    write_instance_boxes(begin, end, proxy, false, boxes);
+    return;
+  }
+  assert(proxy.vertices().size() <= kMostVertices);
+  std::array<Float4, kMostVertices> world;
+  for (std::size_t g = begin; g < end; ++g) {
+    write_vertices(g, proxy, world.data());
+    for (const auto& [a, b, c] : proxy.triangles()) {
+      WideBox box;
+      box.extend(world[a]);
+      box.extend(world[b]);
+      box.extend(world[c]);
+      box.put(*boxes++, absolute_margin_);
+    }
+  }
+}
+
+void PreparedGaussians::write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
+                                             PrimitiveBox* boxes) const {
+  assert(proxy.vertices().size() <= kMostVertices);
+  std::array<Float4, kMostVertices> world;
+  for (std::size_t g = begin; g < end; ++g) {
+    if (proxy.is_sphere() || corners) {
+      *boxes++ = PrimitiveBox(instance_box(static_cast<std::uint32_t>(g), proxy, corners));
+      continue;
+    }
+    const unsigned vertices = write_vertices(g, proxy, world.data());
+    WideBox box;
+    for (unsigned i = 0; i < vertices; ++i) box.extend(world[i]);
+    box.put(*boxes++, absolute_margin_);
+  }
+}
+
+}  // namespace grtx::frontend

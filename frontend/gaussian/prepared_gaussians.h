@@ -1,0 +1,72 @@
+// Gaussians as the tracer reads them: world-to-unit transforms, radii, and the world-space geometry of their proxies.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "grtx/base/huge_pages.h"
+#include "grtx/frontend/gaussian/float4.h"
+#include "grtx/frontend/gaussian/primitive_box.h"
+#include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/gaussian/slab_test.h"
+
+namespace grtx::frontend {
+
+/// One cache line: everything the hit function reads. `to_unit` rows map world differences to the frame in which the
+/// Gaussian's bounding ellipsoid is the unit sphere: p = to_unit (x - mean).
+struct alignas(64) GaussianRecord {
+  glm::vec3 mean{0.0f};
+  float kappa2 = 0.0f;  ///< squared kernel radius, sigma^2
+  glm::vec3 to_unit[3];
+  float opacity = 0.0f;
+};
+static_assert(sizeof(GaussianRecord) == 64);
+
+class PreparedGaussians {
+ public:
+  PreparedGaussians(const Scene& scene, bool adaptive_radius);
+
+  std::size_t size() const { return records_.size(); }
+  const GaussianRecord& record(std::uint32_t g) const { return records_[g]; }
+  /// World position of a proxy vertex given in unit space: mean + to_world v. fp32, always the same operations.
+  glm::vec3 to_world(std::uint32_t g, const glm::vec3& v) const {
+    const glm::vec3* a = &to_world_[3 * static_cast<std::size_t>(g)];
+    const glm::vec3& m = records_[g].mean;
+    return {((a[0].x * v.x + a[0].y * v.y) + a[0].z * v.z) + m.x, ((a[1].x * v.x + a[1].y * v.y) + a[1].z * v.z) + m.y,
+            ((a[2].x * v.x + a[2].y * v.y) + a[2].z * v.z) + m.z};
+  }
+  /// World box of face `face` of the proxy (of the whole ellipsoid for the sphere), widened against rounding.
+  Box face_box(std::uint32_t g, const Proxy& proxy, unsigned face) const;
+  /// World box of the whole proxy; contains every face_box exactly. `corners`: box of the eight transformed corners of
+  /// the object-space box instead of the tight one.
+  Box instance_box(std::uint32_t g, const Proxy& proxy, bool corners) const;
+
+  /// The same of many Gaussians, [begin, end), bit for bit; boxes of one Gaussian's faces lie together. Primitive
+  /// numbers are left to the caller.
+  void write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, PrimitiveBox* boxes) const;
+  void write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
+                            PrimitiveBox* boxes) const;
+
+  /// Tells the caches that record and to_world of g are needed soon.
+  void prefetch(std::uint32_t g) const {
+    __builtin_prefetch(&records_[g]);
+    const glm::vec3* rows = &to_world_[3 * static_cast<std::size_t>(g)];
+    __builtin_prefetch(rows);
+    __builtin_prefetch(rows + 2);
+  }
+
+ private:
+  struct WideBox;
+
+  Box widened(Box box) const;
+  /// Writes the world positions of the proxy's vertices; returns how many.
+  unsigned write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const;
+
+  HugePageVector<GaussianRecord> records_;
+  HugePageVector<glm::vec3> to_world_;  ///< three rows a Gaussian
+  float absolute_margin_ = 0.0f;
+};
+
+}  // namespace grtx::frontend

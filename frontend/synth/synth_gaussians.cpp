@@ -1,0 +1,298 @@
+#include "grtx/frontend/synth/synth_gaussians.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <limits>
+
+#include "grtx/frontend/synth/synth_math.h"
+
+namespace grtx::frontend {
+namespace {
+
+constexpr double kPi = 3.141592653589793;
+// Each expression below draws at most one number from a generator: compilers may evaluate operands in any order.
+// Streams of random numbers; a patch uses kPosition + its number.
+enum Stream : std::uint64_t { kDensity = 1, kShell = 3, kFar = 4, kShape = 5, kPosition = 1000 };
+
+float logit(double opacity) { return static_cast<float>(portable_log(opacity / (1.0 - opacity))); }
+
+/// Distribution function of the normal distribution within 2e-4 (logistic with a cubic term).
+double normal_share(double z) { return 1.0 / (1.0 + portable_exp(-1.5976 * z - 0.07056 * z * z * z)); }
+
+/// Opacity at rank `u` of a histogram over tenths. Inside the tenths: even, but the last one piles up at 0.996, where
+/// 8-bit sources end, and the first one starts at 0.002.
+double opacity_at(const std::array<double, 10>& shares, double u) {
+  double total = 0.0;
+  for (const double share : shares) total += share;
+  double rest = u * total;
+  std::size_t tenth = 0;
+  while (tenth < 9 && rest >= shares[tenth]) rest -= shares[tenth++];
+  const double f = std::clamp(rest / shares[tenth], 0.0, 1.0);
+  if (tenth == 0) return 0.002 + 0.098 * f;
+  if (tenth == 9) return 0.9 + 0.0965 * (1.0 - (1.0 - f) * (1.0 - f) * (1.0 - f) * (1.0 - f));
+  return 0.1 * (static_cast<double>(tenth) + f);
+}
+
+/// Quaternion w x y z of a rotation matrix with the given columns (Shepperd's rule).
+std::array<double, 4> quaternion(const glm::dmat3& m) {
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  std::array<double, 4> q{};
+  if (trace > 0.0) {
+    const double s = 2.0 * std::sqrt(trace + 1.0);
+    q = {0.25 * s, (m[1][2] - m[2][1]) / s, (m[2][0] - m[0][2]) / s, (m[0][1] - m[1][0]) / s};
+  } else {
+    int i = 0;
+    for (int k = 1; k < 3; ++k) {
+      if (m[k][k] > m[i][i]) i = k;
+    }
+    const int j = (i + 1) % 3;
+    const int k = (i + 2) % 3;
+    const double s = 2.0 * std::sqrt(1.0 + m[i][i] - m[j][j] - m[k][k]);
+    q[0] = (m[j][k] - m[k][j]) / s;
+    q[static_cast<std::size_t>(i) + 1] = 0.25 * s;
+    q[static_cast<std::size_t>(j) + 1] = (m[i][j] + m[j][i]) / s;
+    q[static_cast<std::size_t>(k) + 1] = (m[i][k] + m[k][i]) / s;
+  }
+  return q;
+}
+
+/// Stores scales and rotation: `large` is the axis of the largest scale, `normal` that of the smallest. The axes are
+/// numbered at random and the quaternion has a random length and sign, as in trained files.
+void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const std::array<double, 3>& log_scales,
+               SynthRandom& random) {
+  large = glm::normalize(large - glm::dot(large, normal) * normal);
+  const glm::dvec3 middle = glm::cross(normal, large);
+  const glm::dvec3 axes[3] = {large, middle, normal};
+  const auto turn = static_cast<unsigned>(random.bits() % 3);
+  const bool swap = (random.bits() & 1u) != 0;
+  glm::dmat3 m;
+  for (unsigned i = 0; i < 3; ++i) {
+    unsigned from = (i + turn) % 3;
+    if (swap && from < 2) from = 1 - from;
+    m[static_cast<int>(i)] = axes[from];
+    row.log_scale[i] = static_cast<float>(log_scales[from]);
+  }
+  if (swap) m[0] = -m[0];  // exchanging two axes mirrors the frame; a negated axis restores it
+  std::array<double, 4> q = quaternion(m);
+  double length = portable_exp(0.25 * random.normal());
+  if ((random.bits() & 1u) != 0) length = -length;
+  for (std::size_t i = 0; i < 4; ++i) row.rotation[i] = static_cast<float>(length * q[i]);
+}
+
+glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
+  for (;;) {
+    const glm::dvec3 d = random.direction();
+    if (std::abs(glm::dot(d, normal)) < 0.99) return glm::normalize(glm::cross(normal, d));
+  }
+}
+
+}  // namespace
+
+SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
+    : world_(std::move(world)), options_(options), order_(options.seed, options.count) {
+  noise_ = {options.seed, options.sh_degree, world_.statistics.sh_rms};
+  world_.light = glm::normalize(world_.light);
+  if (world_.background) {
+    // 0.3 % of a small scene to 0.1 % of one with 1 M Gaussians or more, so that the sky stays a few layers deep.
+    const double n = static_cast<double>(options.count);
+    const double share = std::clamp(0.003 * std::sqrt(1e5 / n), 0.001, 0.003);
+    shell_ = static_cast<std::uint64_t>(share * n + 0.5);
+    far_ = std::max<std::uint64_t>(options.count >= 1000 ? 2 : 0, options.count / 10000);
+  }
+  surface_ = options.count - shell_ - far_;
+  allocate(surface_);
+}
+
+void SynthGaussians::allocate(std::uint64_t surface_rows) {
+  const SynthStatistics& statistics = world_.statistics;
+  const std::vector<SynthPatch>& patches = world_.layout.patches();
+  const auto volumes = static_cast<double>(
+      std::count_if(patches.begin(), patches.end(), [](const SynthPatch& p) { return p.shape == SynthShape::haze; }));
+  std::vector<double> weights;
+  double surface_weight = 0.0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    SynthRandom object(options_.seed, kDensity, patches[i].object);
+    SynthRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
+    // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
+    const double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
+    const bool volume = patches[i].shape == SynthShape::haze;
+    weights.push_back(volume ? 0.0 : patches[i].area * portable_exp(-2.0 * log_spacing));
+    surface_weight += weights.back();
+  }
+  const double haze = volumes > 0.0 ? statistics.haze_share : 0.0;
+  double before = 0.0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const bool volume = patches[i].shape == SynthShape::haze;
+    const double share = volume ? haze / volumes : (1.0 - haze) * weights[i] / surface_weight;
+    const auto edge = [&](double sum) {
+      return std::min(surface_rows, static_cast<std::uint64_t>(sum * static_cast<double>(surface_rows) + 0.5));
+    };
+    Part part;
+    part.patch = patches[i];
+    part.first = edge(before);
+    before += share;
+    part.count = (i + 1 == patches.size() ? surface_rows : edge(before)) - part.first;
+    const double n = std::max(1.0, static_cast<double>(part.count));
+    if (volume) {
+      const SynthPatch& p = part.patch;
+      const double ball = 4.0 / 3.0 * kPi * glm::length(p.a) * glm::length(p.b) * glm::length(p.c);
+      part.spacing = portable_exp(portable_log(8.0 * ball / (4.0 / 3.0 * kPi * n)) / 3.0);
+    } else {
+      part.spacing = std::sqrt(8.0 * part.patch.area / (kPi * n));
+    }
+    if (part.patch.shape == SynthShape::leaves) {
+      // Leaves cover the clump's area; at least 16 Gaussians a leaf, or there is no surface to lie on.
+      const double leaf = 0.45 * kPi * part.patch.leaf_radius * part.patch.leaf_radius;
+      part.leaves = static_cast<std::uint64_t>(std::max(1.0, std::min(part.patch.area / leaf, n / 16.0)));
+      part.patch.leaf_radius = std::sqrt(part.patch.area / (0.45 * kPi * static_cast<double>(part.leaves)));
+    }
+    part.log_reach = portable_log(part.leaves > 0 ? 0.35 * part.patch.leaf_radius
+                                  : volume        ? 0.12 * part.spacing  // floaters are specks, not fog
+                                                  : 0.25 * std::sqrt(part.patch.area));
+    if (part.count > 0) parts_.push_back(part);
+  }
+}
+
+SynthRow SynthGaussians::row(std::uint64_t index) const {
+  const std::uint64_t generation = order_(index);
+  if (generation < surface_) return surface_row(generation);
+  if (generation < surface_ + shell_) return shell_row(generation);
+  return far_row(generation);
+}
+
+SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
+  const SynthStatistics& statistics = world_.statistics;
+  const auto after = std::upper_bound(parts_.begin(), parts_.end(), generation,
+                                      [](std::uint64_t g, const Part& part) { return g < part.first; });
+  const Part& part = *(after - 1);
+  const std::uint64_t stream = kPosition + static_cast<std::uint64_t>(after - parts_.begin());
+  SynthRandom random(options_.seed, kShape, generation);
+  std::uint64_t member = generation - part.first;
+  if (member > 0 && random.uniform() < statistics.coincident_share) --member;
+  SynthRandom place(options_.seed, stream, member);
+  SynthPoint point = sample_patch(part.patch, options_.seed, part.leaves, place);
+  // One in ten lies clearly off the surface, as floaters near surfaces do.
+  const double spread = statistics.thickness * (place.uniform() < 0.1 ? 4.0 : 1.0);
+  const glm::dvec3 surface_point = point.position;
+  point.position += spread * part.spacing * place.normal() * point.normal;
+
+  SynthRow row;
+  row.position = glm::vec3(point.position);
+  const double size_score = random.normal();
+  const double usual = portable_log(part.spacing) + statistics.size_mean;
+  const bool aligned = random.uniform() < statistics.aligned_share;
+  // Those across the surface are smaller and fainter; the mean over all is 0.
+  const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
+  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
+  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
+  const double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
+  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
+  const double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
+  const SynthGamma& flatness =
+      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
+  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
+  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
+  const double floor = portable_log(statistics.smallest_scale);
+  const std::array<double, 3> scales{std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
+
+  glm::dvec3 normal = random.direction();
+  const glm::dvec3 wobble{random.normal(), random.normal(), random.normal()};
+  if (aligned) normal = glm::normalize(point.normal + statistics.cone * wobble);
+  glm::dvec3 along = any_perpendicular(normal, random);
+  const double grain = random.uniform();
+  if (grain < 0.75 && glm::dot(part.patch.grain, part.patch.grain) > 0.0) {
+    const glm::dvec3 wanted = part.patch.grain + 0.25 * wobble;
+    if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
+  }
+  shape_row(row, along, normal, scales, random);
+  row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
+
+  if (part.patch.shape == SynthShape::haze) {  // training leaves nothing right before a camera
+    for (const Camera& camera : world_.cameras) {
+      if (glm::distance(camera.position, point.position) < 0.08 * world_.diagonal) row.opacity_logit = logit(1e-3);
+    }
+  }
+
+  point.position = surface_point;  // colour belongs to the surface
+  // A Gaussian shows the mean of what it covers.
+  const double footprint = portable_exp(0.5 * (scales[0] + scales[1]));
+  glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
+  if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
+  const double facing = std::max(0.0, glm::dot(point.normal, world_.light));
+  colour *= world_.ambient + (1.0 - world_.ambient) * facing;
+  colour_row(row, noise_, colour, view_of(point), part.patch.object, random);
+  return row;
+}
+
+float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const {
+  const SynthStatistics& statistics = world_.statistics;
+  const double rho = statistics.opacity_size_correlation;
+  // The score keeps mean 0 and variance 1, so the histogram stays.
+  constexpr double kLean = 1.7;
+  const double lean = kLean * lies_flat;
+  const double share = statistics.aligned_share;
+  const double rest = std::max(0.05, 1.0 - rho * rho - kLean * kLean * share * (1.0 - share));
+  const double score = rho * size_score + lean + std::sqrt(rest) * random.normal();
+  if (random.uniform() < statistics.clear_share) return logit(1e-6);
+  return static_cast<float>(static_cast<double>(logit(opacity_at(statistics.opacity, normal_share(score)))) + shift);
+}
+
+glm::dvec3 SynthGaussians::view_of(const SynthPoint& point) const {
+  glm::dvec3 view = -point.normal;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Camera& camera : world_.cameras) {
+    const glm::dvec3 from_eye = point.position - camera.position;
+    const double distance = glm::dot(from_eye, from_eye);
+    if (distance >= nearest || glm::dot(from_eye, point.normal) > 0.0) continue;
+    nearest = distance;
+    view = from_eye / std::sqrt(distance);
+  }
+  return view;
+}
+
+SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
+  // Sky: 5 to 30 diagonals away, flat towards the scene, as large as covers it; two thirds on the near side of 12.
+  SynthRandom random(options_.seed, kShell, generation);
+  const double crowd = std::sqrt(static_cast<double>(shell_) / 300.0);
+  glm::dvec3 d = random.direction();
+  if (d.y > 0.0 && random.uniform() < 0.9) d.y = -d.y;  // mostly above the horizon; y points down
+  const double distance = 5.0 * portable_exp(random.uniform() * random.uniform() * portable_log(6.0));
+  const double size =
+      std::clamp(0.05 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
+  SynthRow row;
+  row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
+  const double large = portable_log(size * world_.diagonal);
+  const double middle = large - random.gamma(2.0, 0.15);
+  const double small = large + portable_log(0.02) - 0.2 * random.uniform();
+  const glm::dvec3 along = any_perpendicular(d, random);
+  shape_row(row, along, d, {large, middle, small}, random);
+  row.opacity_logit = logit(random.uniform(0.4, 0.95));
+  const double high = std::clamp(-d.y, 0.0, 1.0);
+  const double cloud = std::max(0.0, value_noise(options_.seed + 9, 3.0 * d));
+  const glm::dvec3 blue = glm::dvec3(0.78, 0.84, 0.9) * (1.0 - high) + glm::dvec3(0.3, 0.5, 0.85) * high;
+  const glm::dvec3 colour = d.y > 0.0 ? glm::dvec3(0.35, 0.38, 0.3) : blue * (1.0 - cloud) + glm::dvec3(0.95) * cloud;
+  colour_row(row, noise_, colour, d, 0, random);
+  return row;
+}
+
+SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
+  // What an uncut training result leaves behind: huge Gaussians 100 to 800 diagonals away.
+  SynthRandom random(options_.seed, kFar, generation);
+  const glm::dvec3 d = random.direction();
+  const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));
+  SynthRow row;
+  row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
+  const double large = portable_log(world_.diagonal * random.uniform(0.5, 1.0));
+  const double middle = large - random.gamma(2.0, 0.4);
+  const double small = large - random.gamma(2.0, 1.5);
+  const glm::dvec3 along = any_perpendicular(d, random);
+  shape_row(row, along, d, {large, middle, small}, random);
+  std::sort(row.log_scale.begin(), row.log_scale.end());  // any axis may be the smallest one out there
+  row.opacity_logit = logit(random.uniform(0.05, 0.9));
+  colour_row(row, noise_, glm::dvec3(0.6, 0.65, 0.7), d, 0, random);
+  return row;
+}
+
+}  // namespace grtx::frontend

@@ -1,0 +1,46 @@
+// Draws the Gaussians of a generated world, each from its index alone.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/synth/synth_colour.h"
+#include "grtx/frontend/synth/synth_ply.h"
+#include "grtx/frontend/synth/synth_world.h"
+
+namespace grtx::frontend {
+
+class SynthGaussians {
+ public:
+  SynthGaussians(SynthWorld world, const SynthOptions& options);
+  /// Row `index` of the file. Rows are in random order, like those of a trained scene.
+  SynthRow row(std::uint64_t index) const;
+
+ private:
+  struct Part {
+    SynthPatch patch;
+    std::uint64_t first = 0;  ///< generation index of its first Gaussian
+    std::uint64_t count = 0;
+    std::uint64_t leaves = 0;
+    double spacing = 0.0;    ///< expected distance to the 8th neighbour
+    double log_reach = 0.0;  ///< ln of the largest scale that stays on the patch
+  };
+
+  void allocate(std::uint64_t surface_rows);
+  SynthRow surface_row(std::uint64_t generation) const;
+  SynthRow shell_row(std::uint64_t generation) const;
+  SynthRow far_row(std::uint64_t generation) const;
+  /// Direction from the nearest camera that sees the surface, or against the normal.
+  glm::dvec3 view_of(const SynthPoint& point) const;
+  float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
+
+  SynthWorld world_;
+  SynthOptions options_;
+  SynthPermutation order_;
+  SynthColourNoise noise_;
+  std::vector<Part> parts_;
+  std::uint64_t surface_ = 0, shell_ = 0, far_ = 0;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,220 @@
+// The indoor preset: a flat of four furnished rooms behind one wall, seen from inside. Units: metres; y points down.
+#include "grtx/frontend/synth/synth_world.h"
+
+namespace grtx::frontend {
+namespace {
+
+using V = glm::dvec3;
+using P = SynthPattern;
+
+constexpr double kHeight = 2.7;
+
+/// Openings of a wall as [from, to] along it and [bottom, top] above the floor.
+struct Opening {
+  double from, to, bottom, top;
+};
+
+/// A wall face from `start` along `along` (unit) for `length`, seen from the side that `along` x down points to.
+void wall(SynthLayout& layout, V start, V along, double length, const std::vector<Opening>& openings, bool flip) {
+  const auto part = [&](double from, double to, double bottom, double top) {
+    if (to - from < 0.01 || top - bottom < 0.01) return;
+    const V corner = start + from * along - V(0, top, 0);
+    const V a = (to - from) * along;
+    const V b(0, top - bottom, 0);
+    if (flip) {
+      layout.quad(corner, b, a);
+    } else {
+      layout.quad(corner, a, b);
+    }
+  };
+  double at = 0.0;
+  for (const Opening& opening : openings) {
+    part(at, opening.from, 0.0, kHeight);
+    part(opening.from, opening.to, 0.0, opening.bottom);
+    part(opening.from, opening.to, opening.top, kHeight);
+    at = opening.to;
+  }
+  part(at, length, 0.0, kHeight);
+}
+
+void shell(SynthLayout& layout) {
+  layout.style({P::planks, {0.50, 0.33, 0.19}, {0.31, 0.19, 0.10}, 0.14}, -0.15);
+  layout.quad({0, 0, 0}, {5, 0, 0}, {0, 0, 4.2});  // a x b = -y: up
+  layout.quad({0, 0, 4.35}, {5, 0, 0}, {0, 0, 2.65});
+  layout.style({P::tiles, {0.72, 0.70, 0.66}, {0.45, 0.43, 0.40}, 0.33}, -0.1);
+  layout.quad({5.15, 0, 0}, {3.35, 0, 0}, {0, 0, 4.2});
+  layout.style({P::mottled, {0.35, 0.38, 0.44}, {0.25, 0.28, 0.33}, 0.1});
+  layout.quad({5.15, 0, 4.35}, {3.35, 0, 0}, {0, 0, 2.65});
+  layout.style({P::plain, {0.92, 0.91, 0.88}, {0.84, 0.83, 0.8}, 0.8}, 0.35);
+  for (const V& corner : {V(0, -kHeight, 0), V(0, -kHeight, 4.35), V(5.15, -kHeight, 0), V(5.15, -kHeight, 4.35)}) {
+    layout.quad(corner, {0, 0, corner.z < 1 ? 4.2 : 2.65}, {corner.x < 1 ? 5 : 3.35, 0, 0});
+  }
+  const V x(1, 0, 0);
+  const V z(0, 0, 1);
+  const Opening window{1.4, 3.4, 0.9, 2.3};
+  const Opening door{2.6, 3.5, 0.0, 2.05};
+  layout.style({P::plain, {0.86, 0.80, 0.68}, {0.76, 0.68, 0.55}, 0.9}, 0.15);  // living room
+  wall(layout, {0, 0, 0}, x, 5, {window}, false);
+  wall(layout, {0, 0, 4.2}, x, 5, {door}, true);
+  wall(layout, {5, 0, 0}, z, 4.2, {{1.2, 2.4, 0, 2.05}}, false);
+  layout.style({P::bricks, {0.58, 0.30, 0.22}, {0.74, 0.68, 0.62}, 0.11}, -0.05);
+  wall(layout, {0, 0, 0}, z, 4.2, {}, true);
+  layout.style({P::tiles, {0.80, 0.86, 0.84}, {0.62, 0.66, 0.65}, 0.2}, 0.1);  // kitchen
+  wall(layout, {5.15, 0, 0}, x, 3.35, {{0.9, 2.3, 1.0, 2.2}}, false);
+  wall(layout, {5.15, 0, 4.2}, x, 3.35, {}, true);
+  wall(layout, {5.15, 0, 0}, z, 4.2, {{1.2, 2.4, 0, 2.05}}, true);
+  wall(layout, {8.5, 0, 0}, z, 4.2, {}, false);
+  layout.style({P::stripes, {0.62, 0.70, 0.76}, {0.72, 0.79, 0.83}, 0.25}, 0.15);  // bedroom
+  wall(layout, {0, 0, 4.35}, x, 5, {door}, false);
+  wall(layout, {0, 0, 7}, x, 5, {window}, true);
+  wall(layout, {0, 0, 4.35}, z, 2.65, {}, true);
+  wall(layout, {5, 0, 4.35}, z, 2.65, {}, false);
+  layout.style({P::plain, {0.55, 0.66, 0.55}, {0.48, 0.58, 0.48}, 0.9}, 0.15);  // study
+  wall(layout, {5.15, 0, 4.35}, x, 3.35, {}, false);
+  wall(layout, {5.15, 0, 7}, x, 3.35, {{1.0, 2.2, 1.0, 2.2}}, true);
+  wall(layout, {5.15, 0, 4.35}, z, 2.65, {}, true);
+  wall(layout, {8.5, 0, 4.35}, z, 2.65, {}, false);
+  layout.style({P::mottled, {0.66, 0.63, 0.58}, {0.52, 0.5, 0.46}, 0.5}, 0.9);  // outside faces, hardly captured
+  wall(layout, {-0.3, 0, -0.3}, x, 9.1, {}, true);
+  wall(layout, {-0.3, 0, 7.3}, x, 9.1, {}, false);
+}
+
+void living_room(SynthLayout& layout) {
+  layout.style({P::mottled, {0.62, 0.20, 0.18}, {0.80, 0.66, 0.42}, 0.18}, -0.35);  // rug
+  layout.quad({1.3, -0.02, 1.2}, {2.6, 0, 0}, {0, 0, 1.9}, 0.7);
+  layout.style({P::mottled, {0.20, 0.33, 0.48}, {0.28, 0.43, 0.58}, 0.08}, -0.3);  // sofa against the brick wall
+  layout.box({0.55, -0.12, 2.1}, {0.9, 0.32, 2.2});
+  layout.box({0.2, -0.12, 2.1}, {0.26, 0.78, 2.2});
+  layout.box({0.55, -0.12, 0.93}, {0.9, 0.55, 0.2});
+  layout.box({0.55, -0.12, 3.27}, {0.9, 0.55, 0.2});
+  for (const double at : {1.4, 2.1, 2.8}) layout.ellipsoid({0.6, -0.48, at}, {0.4, 0.1, 0.33});
+  layout.style({P::stripes, {0.88, 0.62, 0.15}, {0.80, 0.48, 0.10}, 0.06}, -0.4);
+  layout.ellipsoid({0.48, -0.68, 1.25}, {0.12, 0.2, 0.2});
+  layout.ellipsoid({0.48, -0.68, 2.95}, {0.12, 0.2, 0.2});
+  layout.style({P::planks, {0.36, 0.22, 0.12}, {0.26, 0.15, 0.08}, 0.1}, -0.3);  // table
+  layout.box({2.5, -0.38, 2.15}, {1.2, 0.05, 0.7}, true);
+  for (const double px : {2.0, 3.0}) {
+    for (const double pz : {1.87, 2.43}) layout.cylinder({px, 0, pz}, {px, -0.38, pz}, 0.03);
+  }
+  layout.style({P::plain, {0.85, 0.85, 0.82}, {0.75, 0.78, 0.8}, 0.1}, -0.5);  // vase, bowl
+  layout.ellipsoid({2.3, -0.55, 2.1}, {0.09, 0.13, 0.09});
+  layout.style({P::mottled, {0.9, 0.45, 0.1}, {0.8, 0.25, 0.08}, 0.05}, -0.5);
+  layout.ellipsoid({2.75, -0.47, 2.2}, {0.14, 0.06, 0.14});
+  layout.style({P::books, {0.30, 0.19, 0.11}, {1, 1, 1}, 0.05}, -0.55);  // bookcase
+  layout.box({4.82, 0, 3.3}, {0.32, 2.1, 1.5});
+  layout.style({P::plain, {0.9, 0.9, 0.88}, {0.8, 0.8, 0.78}, 0.3}, -0.1);  // television bench
+  layout.box({4.78, 0, 0.65}, {0.4, 0.45, 1.0});
+  layout.style({P::picture, {0.05, 0.06, 0.09}, {0.15, 0.25, 0.4}, 0.1}, -0.2);
+  layout.box({4.86, -0.5, 0.65}, {0.06, 0.55, 0.95});
+  layout.style({P::plain, {0.15, 0.15, 0.16}, {0.1, 0.1, 0.1}, 0.1}, -0.2);  // lamp
+  layout.cylinder({0.35, 0, 3.75}, {0.35, -1.5, 3.75}, 0.02);
+  layout.style({P::plain, {1.0, 0.93, 0.75}, {0.95, 0.85, 0.6}, 0.2}, -0.2);
+  layout.cylinder({0.35, -1.45, 3.75}, {0.35, -1.8, 3.75}, 0.2);
+  layout.style({P::mottled, {0.65, 0.35, 0.22}, {0.5, 0.26, 0.17}, 0.1}, -0.2);  // plant
+  layout.cylinder({0.5, 0, 0.45}, {0.5, -0.4, 0.45}, 0.19);
+  layout.style({P::mottled, {0.16, 0.40, 0.14}, {0.35, 0.58, 0.2}, 0.15}, -0.35);
+  layout.leaves({0.55, -1.0, 0.5}, {0.42, 0.5, 0.38}, 0.07);
+  layout.leaves({0.5, -1.45, 0.45}, {0.3, 0.3, 0.3}, 0.07);
+  layout.style({P::stripes, {0.75, 0.30, 0.25}, {0.58, 0.2, 0.18}, 0.16}, -0.15);  // curtains beside the window
+  layout.quad({0.95, -2.5, 0.08}, {0.5, 0, 0}, {0, 2.3, 0});
+  layout.quad({3.35, -2.5, 0.08}, {0.5, 0, 0}, {0, 2.3, 0});
+  const V places[] = {{0.03, -2.1, 1.2}, {0.03, -1.95, 2.3}, {0.03, -2.1, 3.1}};
+  int number = 0;
+  for (const V& place : places) {  // pictures on the brick wall
+    layout.style({P::picture, {0.12, 0.25, 0.45}, number == 1 ? V(0.95, 0.75, 0.3) : V(0.9, 0.85, 0.8), 0.06}, -0.5);
+    layout.quad(place, {0, 0.6, 0}, {0, 0, number == 1 ? 0.5 : 0.75});
+    ++number;
+  }
+}
+
+void other_rooms(SynthLayout& layout) {
+  layout.style({P::planks, {0.78, 0.74, 0.66}, {0.66, 0.61, 0.52}, 0.3});  // kitchen cupboards and worktop
+  layout.box({8.17, 0, 2.1}, {0.62, 0.85, 4.1});
+  layout.box({6.6, 0, 0.33}, {2.4, 0.85, 0.62});
+  layout.box({8.3, -1.45, 2.6}, {0.36, 0.75, 3.0}, true);
+  layout.style({P::mottled, {0.22, 0.22, 0.24}, {0.34, 0.34, 0.36}, 0.05}, -0.2);
+  layout.box({8.15, -0.85, 2.1}, {0.68, 0.04, 4.1});
+  layout.box({6.6, -0.85, 0.35}, {2.4, 0.04, 0.68});
+  layout.style({P::plain, {0.72, 0.75, 0.78}, {0.64, 0.67, 0.7}, 0.4}, 0.1);  // refrigerator
+  layout.box({5.5, 0, 3.85}, {0.62, 1.8, 0.62});
+  layout.style({P::planks, {0.62, 0.45, 0.28}, {0.5, 0.34, 0.2}, 0.12}, -0.2);  // dining table and stools
+  layout.box({6.6, -0.72, 2.6}, {1.3, 0.05, 0.85}, true);
+  for (const double px : {6.05, 7.15}) {
+    for (const double pz : {2.25, 2.95}) {
+      layout.cylinder({px, 0, pz}, {px, -0.72, pz}, 0.035);
+      layout.cylinder({px, -0.42, pz < 2.6 ? 1.95 : 3.25}, {px, -0.46, pz < 2.6 ? 1.95 : 3.25}, 0.17);
+      layout.cylinder({px, 0, pz < 2.6 ? 1.95 : 3.25}, {px, -0.42, pz < 2.6 ? 1.95 : 3.25}, 0.03);
+    }
+  }
+  layout.style({P::mottled, {0.85, 0.2, 0.15}, {0.75, 0.7, 0.2}, 0.06}, -0.5);  // fruit, pots
+  for (const double at : {6.4, 6.55, 6.7}) layout.ellipsoid({at, -0.83, 2.55 + 0.3 * (at - 6.5)}, {0.06, 0.06, 0.06});
+  layout.cylinder({8.1, -0.89, 1.2}, {8.1, -1.08, 1.2}, 0.12);
+  layout.style({P::mottled, {0.86, 0.84, 0.88}, {0.70, 0.70, 0.80}, 0.25}, -0.2);  // bed
+  layout.box({1.2, -0.2, 5.9}, {1.7, 0.3, 2.0});
+  layout.ellipsoid({1.25, -0.52, 5.7}, {0.85, 0.13, 0.75});
+  for (const double at : {0.8, 1.65}) layout.ellipsoid({at, -0.6, 6.65}, {0.33, 0.12, 0.2});
+  layout.style({P::planks, {0.45, 0.3, 0.18}, {0.33, 0.21, 0.12}, 0.2});
+  layout.box({1.2, 0, 6.95}, {1.8, 0.95, 0.08});
+  layout.box({4.65, 0, 5.9}, {0.6, 2.1, 1.6});                                 // wardrobe
+  layout.style({P::planks, {0.7, 0.66, 0.6}, {0.58, 0.53, 0.47}, 0.1}, -0.2);  // desk, screen, chair
+  layout.box({8.1, -0.7, 5.7}, {0.75, 0.04, 1.5}, true);
+  for (const double pz : {5.0, 6.4}) layout.box({8.1, 0, pz}, {0.7, 0.7, 0.05});
+  layout.style({P::picture, {0.08, 0.1, 0.16}, {0.3, 0.55, 0.8}, 0.08}, -0.4);
+  layout.box({8.3, -0.82, 5.7}, {0.05, 0.4, 0.65});
+  layout.style({P::plain, {0.2, 0.2, 0.23}, {0.15, 0.15, 0.18}, 0.1}, -0.2);
+  layout.ellipsoid({7.4, -0.48, 5.7}, {0.26, 0.05, 0.26});
+  layout.ellipsoid({7.15, -0.85, 5.7}, {0.05, 0.32, 0.24});
+  layout.cylinder({7.4, 0, 5.7}, {7.4, -0.45, 5.7}, 0.04);
+  layout.style({P::books, {0.55, 0.42, 0.3}, {1, 1, 1}, 0.045}, -0.5);
+  layout.box({5.35, 0, 5.7}, {0.34, 1.9, 1.8});
+}
+
+/// What the windows show: a hedge around the house, seen from afar and coarse. Rays that leave a room go on through it,
+/// as they do through the further rooms of a captured building.
+void garden(SynthLayout& layout) {
+  for (int i = 0; i < 7; ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      layout.style({P::mottled, {0.14, 0.30, 0.10}, {0.40, 0.52, 0.24}, 0.6}, 1.35);
+      layout.leaves({-0.9 + 1.7 * i, -1.2, 3.5 + side * 6.0}, {1.1, 1.5, 0.45}, 0.25);
+      layout.leaves({4.1 + side * 7.0, -1.2, -1.2 + 1.55 * i}, {0.45, 1.5, 1.0}, 0.25);
+    }
+  }
+}
+
+}  // namespace
+
+SynthWorld indoor_world() {
+  SynthWorld world;
+  shell(world.layout);
+  living_room(world.layout);
+  other_rooms(world.layout);
+  garden(world.layout);
+  world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -2.0;
+  world.layout.haze({2.5, -1.35, 2.1}, {2.4, 1.3, 2.0});
+  world.layout.haze({5.0, -1.35, 4.0}, {4.0, 1.3, 3.2});
+  SynthStatistics& s = world.statistics;
+  s.density_sd = 0.65;
+  s.size_mean = -0.08;
+  s.size_sd = 0.46;
+  s.thickness = 0.45;
+  s.middle_follows = 0.6;
+  s.small_follows = 0.2;
+  s.large_to_middle = {2.17, 0.36};
+  s.middle_to_small = {1.67, 0.90};
+  s.opacity = {0.212, 0.210, 0.135, 0.097, 0.067, 0.053, 0.041, 0.036, 0.033, 0.117};
+  s.opacity_size_correlation = -0.25;
+  s.coincident_share = 0.0002;
+  s.haze_share = 0.004;
+  world.light = {0.25, -0.75, -0.6};
+  world.ambient = 0.62;
+  world.background = true;
+  world.middle = {4.2, -1.2, 3.4};
+  world.diagonal = 10.5;
+  world.cameras = {synth_camera("living_room", {4.55, -1.5, 0.5}, {1.2, -0.8, 3.0}, 75),
+                   synth_camera("window", {4.3, -1.45, 3.9}, {1.8, -1.05, 0.6}, 75),
+                   synth_camera("kitchen", {5.6, -1.55, 1.9}, {7.6, -0.8, 2.2}, 80),
+                   synth_camera("bedroom", {4.1, -1.5, 4.8}, {1.2, -0.6, 6.2}, 75)};
+  return world;
+}
+
+}  // namespace grtx::frontend

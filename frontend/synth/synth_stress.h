@@ -1,0 +1,23 @@
+// Small scenes that are hard for exactly one reason each; docs/synthetic-scenes.md says what must come out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/synth/synth_ply.h"
+
+namespace grtx::frontend {
+
+struct StressScene {
+  std::vector<SynthRow> rows;
+  std::vector<Camera> cameras;
+};
+
+/// Names without the prefix "stress-".
+std::vector<std::string> stress_names();
+/// `name`: one of stress_names(). The number of rows follows options.count where the trap allows it.
+StressScene stress_scene(const std::string& name, const SynthOptions& options);
+
+}  // namespace grtx::frontend

@@ -1,0 +1,58 @@
+// What a generated scene consists of: surfaces, the statistics its Gaussians follow, light, background and views.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/synth/synth_surface.h"
+
+namespace grtx::frontend {
+
+/// A gamma distribution; mean = shape * scale.
+struct SynthGamma {
+  double shape = 1.0, scale = 1.0;
+};
+
+/// Statistics of trained scenes (docs/synthetic-scenes.md lists the measured values and their origin).
+struct SynthStatistics {
+  double density_sd = 0.45;                          ///< of ln d8 between patches; d8: distance to the 8th neighbour
+  double size_mean = -0.4, size_sd = 0.6;            ///< of ln(largest scale / d8)
+  double middle_follows = 0.8, small_follows = 0.5;  ///< how much of ln(largest / d8) the other two scales share
+  SynthGamma large_to_middle{2.2, 0.4};              ///< ln(largest / middle scale)
+  SynthGamma middle_to_small{1.8, 1.0};              ///< ln(middle / smallest scale)
+  double needle_share = 0.0;                         ///< share whose ln(middle / smallest) follows `needle` instead
+  SynthGamma needle{0.85, 5.5};
+  double smallest_scale = 4.5e-5;         ///< scene units; smaller ones are raised to it
+  std::array<double, 10> opacity{};       ///< share of each tenth of [0, 1]
+  double opacity_size_correlation = 0.0;  ///< of the normal scores of opacity and size
+  double clear_share = 0.0;               ///< opacity 1e-6
+  double aligned_share = 0.65;            ///< shortest axis within a tight cone about the normal, the rest anywhere
+  double cone = 0.15;                     ///< standard deviation of the cone's tangents
+  double thickness = 0.3;                 ///< standard deviation of the offset along the normal, in d8
+  double coincident_share = 0.0;          ///< copies of another row's centre
+  double haze_share = 0.01;               ///< of the rows, for the layout's haze volumes
+  std::array<double, 4> sh_rms{0.12, 0.27, 0.16, 0.1};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
+};
+
+struct SynthWorld {
+  SynthLayout layout;
+  SynthStatistics statistics;
+  glm::dvec3 light{-0.4, -0.8, -0.45};  ///< towards the light
+  double ambient = 0.6;                 ///< 0..1, the rest is diffuse
+  bool background = false;              ///< sky shell and far outliers, as training leaves them in whole scenes
+  glm::dvec3 middle{0.0};               ///< of the core box
+  double diagonal = 1.0;                ///< of the core box, scene units
+  std::vector<Camera> cameras;
+};
+
+SynthWorld indoor_world();
+SynthWorld outdoor_world();
+SynthWorld object_world();
+
+/// 128 x 128 pixels, y points down, horizontal angle in degrees. Convention right, down, forward.
+Camera synth_camera(const std::string& name, glm::dvec3 eye, glm::dvec3 target, double angle);
+
+}  // namespace grtx::frontend

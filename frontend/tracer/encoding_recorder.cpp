@@ -1,0 +1,60 @@
+#include "grtx/frontend/tracer/encoding_recorder.h"
+
+#include <algorithm>
+
+namespace grtx::frontend {
+
+EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header& header)
+    : nodes_(image), header_(header), lifo_(header.checkpoint_order == "lifo") {}
+
+void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
+  begun_ = false;
+  out_.begin(header_, index, kind, traces::NodeKind::internal, nodes_);
+}
+
+void EncodingRecorder::begin_ray(std::uint32_t pixel) {
+  end_ray();
+  begun_ = true;
+  pixel_ = pixel;
+  rounds_ = 0;
+  room_ = 0;
+  processed_.clear();
+  source_.clear();
+  destination_.clear();
+  out_.begin_ray();
+}
+
+void EncodingRecorder::end_ray() {
+  if (begun_) out_.end_ray(pixel_, rounds_, processed_);
+  begun_ = false;
+}
+
+traces::EncodedGroup EncodingRecorder::end_group() {
+  end_ray();
+  traces::EncodedGroup group;
+  out_.finish(group);
+  return group;
+}
+
+void EncodingRecorder::begin_round(bool replay) {
+  out_.begin_round();
+  source_.clear();
+  if (replay) source_.swap(destination_);
+  destination_.clear();
+  if (lifo_) std::reverse(source_.begin(), source_.end());
+  read_ = 0;
+  depth_ = 0;
+  if (!replay) push({traces::GroupModel::kRootParent, 0});
+}
+
+void EncodingRecorder::end_round(const traces::Round& round) {
+  ++rounds_;
+  out_.end_round(round);
+}
+
+void EncodingRecorder::make_room() {
+  out_.reserve(kRoom);
+  room_ = kRoom - 1;  // but that which is being done
+}
+
+}  // namespace grtx::frontend

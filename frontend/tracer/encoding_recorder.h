@@ -1,0 +1,149 @@
+// Encodes what one ray does while it does it: the tracer knows which child of which node it pops, so no event is
+// written, and no stack rebuilt from events. GroupRecorder gives the same bytes.
+#pragma once
+
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grtx/frontend/accel/node_image.h"
+#include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/traces/codec/encoded_group.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/codec/pop_encoder.h"
+
+namespace grtx::frontend {
+
+/// One a thread. Not for checkpoint buffers that are read nearest first: how the format names their entries depends on
+/// events to come. The tracer must visit what the hardware would: no BLAS walk may be skipped.
+class EncodingRecorder {
+ public:
+  static constexpr bool kEnabled = true;
+
+  /// The children that a visited node pushes, from the last to be popped to the first.
+  class Children {
+   public:
+    /// Written without branches, which would follow no pattern.
+    void put(unsigned slot, unsigned pushed) {
+      // Each slot is in the order, so there is a bit: std::countr_zero() would look whether there is.
+      const auto expected = static_cast<unsigned>(__builtin_ctzll(order_ & traces::NodeModel::bits_of(slot)));
+      *end_ = {node_, slot};
+      end_ += pushed;
+      differ_ |= pushed & static_cast<unsigned>(expected > last_);
+      last_ = pushed != 0 ? expected : last_;
+    }
+
+   private:
+    friend class EncodingRecorder;
+    Children(traces::ChildPlace* end, std::uint32_t node, std::uint64_t order)
+        : end_(end), node_(node), order_(order) {}
+
+    traces::ChildPlace* end_;
+    std::uint32_t node_;   ///< index into the group's model
+    std::uint64_t order_;  ///< expected (NodeModel::order)
+    unsigned last_ = 64;   ///< place in it of the child put last
+    unsigned differ_ = 0;  ///< 1: the order is another
+  };
+
+  /// The header must outlive the recorder.
+  EncodingRecorder(const NodeImage& image, const traces::Header& header);
+  /// Whether it can record for this header.
+  static bool can_record(const traces::Header& header) { return header.checkpoint_order != "nearest"; }
+
+  void begin_group(std::uint32_t index, traces::RayKind kind);
+  /// Rays begin in lane order.
+  void begin_ray(std::uint32_t pixel);
+  /// The group for Writer::append().
+  traces::EncodedGroup end_group();
+
+  void begin_round(bool replay);
+  /// The top of the stack, which the next event but a replay's is about.
+  void pop() {
+    at_ = stack_[--depth_];
+    if (room_-- == 0) make_room();
+  }
+  Children open(std::uint32_t address) {
+    if (depth_ + traces::kMaxWidth > stack_.size()) stack_.resize(2 * stack_.size());
+    const std::uint32_t node = out_.reach(at_, address);
+    return {stack_.data() + depth_, node, out_.order(node)};
+  }
+  void internal(const Children& children, std::uint32_t /*address*/, unsigned pushed, unsigned checkpoints) {
+    out_.internal(at_, children.node_, pushed, checkpoints);
+    if (children.differ_ != 0) out_.pop_all({stack_.data() + depth_, children.end_});
+    depth_ = static_cast<std::size_t>(children.end_ - stack_.data());
+    for (; checkpoints != 0; checkpoints &= checkpoints - 1) {
+      destination_.emplace_back(children.node_, static_cast<unsigned>(std::countr_zero(checkpoints)));
+    }
+  }
+  [[gnu::always_inline]] void event(traces::EventKind kind, std::uint32_t /*address*/, unsigned detail,
+                                    unsigned checkpoints, unsigned shifts = 0) {
+    using traces::EventKind;
+    switch (kind) {
+      case EventKind::visit_leaf:
+        out_.leaf(at_, static_cast<traces::LeafOutcome>(detail), checkpoints, shifts);
+        if (checkpoints != 0) destination_.push_back(at_);
+        break;
+      case EventKind::cull:
+        out_.cull(at_, checkpoints);
+        if (checkpoints != 0) destination_.push_back(at_);
+        break;
+      case EventKind::visit_instance:
+        if (detail != 0) return out_.instance_of_taken();
+        out_.instance(at_);
+        push({traces::GroupModel::kBlasRootParent, 0});
+        break;
+      case EventKind::replay_take:
+        read_source();
+        out_.take();
+        push(at_);
+        break;
+      case EventKind::replay_forward:
+        read_source();
+        out_.forward(checkpoints);
+        if (checkpoints != 0) destination_.push_back(at_);
+        break;
+      case EventKind::visit_internal:
+        assert(false);  // that is what internal() is for
+        break;
+    }
+  }
+  void processed(std::uint32_t gaussian, bool blended) { processed_.push_back(processed_entry(gaussian, blended)); }
+  void end_round(const traces::Round& round);
+
+ private:
+  static constexpr std::size_t kRoom = 4096;
+
+  void push(traces::ChildPlace place) {
+    if (depth_ == stack_.size()) stack_.resize(2 * stack_.size());
+    stack_[depth_++] = place;
+  }
+  /// What is in a checkpoint buffer is read alone: nothing else is expected.
+  void read_source() {
+    at_ = {source_[read_].parent(), source_[read_].slot()};
+    ++read_;
+    if (room_-- == 0) make_room();
+  }
+  void make_room();
+  void end_ray();
+
+  ImageNodes nodes_;  ///< outlives each group
+  const traces::Header& header_;
+  const bool lifo_;
+  bool begun_ = false;  ///< there is a ray that has not ended
+  std::uint32_t pixel_ = 0;
+  std::size_t rounds_ = 0;
+  traces::ChildPlace at_;  ///< popped or read last
+  std::size_t room_ = 0;   ///< pops and reads that the encoder has room for
+  std::vector<traces::ChildPlace> stack_ = std::vector<traces::ChildPlace>(512);
+  std::size_t depth_ = 0;
+  std::vector<traces::ChildPlace> source_, destination_;
+  std::size_t read_ = 0;
+  std::vector<traces::Processed> processed_;
+  traces::PopEncoder out_;
+};
+
+}  // namespace grtx::frontend

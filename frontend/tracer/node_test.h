@@ -1,0 +1,72 @@
+// Tests a ray against all children of an internal node at once, straight from the quantised bytes, and orders the hit
+// ones by where the ray enters them. Runs on the vector instructions of frontend/simd_path.h.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "grtx/frontend/accel/node_image.h"
+#include "grtx/frontend/gaussian/simd_path.h"
+#include "grtx/frontend/gaussian/slab_test.h"
+
+namespace grtx::frontend {
+
+/// 2^(e - 8) for the signed exponent byte e.
+inline const std::array<float, 256> kExponentStep = [] {
+  std::array<float, 256> steps{};
+  for (int e = -128; e < 128; ++e) steps[static_cast<std::uint8_t>(e)] = std::ldexp(1.0f, e - 8);
+  return steps;
+}();
+
+struct ChildInfo {
+  unsigned valid = 0;            ///< mask of used slots
+  unsigned wide = 0;             ///< mask of children that take two units
+  std::uint32_t child_base = 0;  ///< units
+};
+
+/// Children that take two units before slot i, in byte i; by the mask of such children.
+inline constexpr std::array<std::uint64_t, 256> kWideBefore = [] {
+  std::array<std::uint64_t, 256> before{};
+  for (unsigned mask = 0; mask < 256; ++mask) {
+    std::uint64_t count = 0;
+    for (unsigned slot = 0; slot < 8; ++slot) {
+      before[mask] |= count << (8 * slot);
+      count += mask >> slot & 1;
+    }
+  }
+  return before;
+}();
+
+/// Offset of a child from the child base, in units.
+inline std::uint32_t child_offset(const ChildInfo& info, unsigned slot) {
+  return slot + static_cast<std::uint32_t>(kWideBefore[info.wide] >> (8 * slot) & 0xFF);
+}
+
+/// What one node test asks besides node and ray.
+struct NodeQuery {
+  float t_offset = 0.0f;  ///< added to slab parameters: 0 in world space, t_peak in a Gaussian's unit space
+  float t_min = 0.0f;     ///< boxes that end before it are no hits
+};
+
+struct alignas(32) NodeHits {
+  float enter[8];        ///< conservative entry t
+  float exit[8];         ///< conservative exit t
+  std::int32_t rank[8];  ///< of a hit slot: how many hit ones come before it in the order (enter, slot)
+  unsigned hit = 0;      ///< mask of hit children
+  unsigned count = 0;    ///< bits of `hit`
+  ChildInfo info;
+};
+
+/// node: bytes in the image; address: its place, units. Children count as hit when their conservative interval is not
+/// empty and does not end before t_min.
+using NodeTest = void (*)(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
+                          NodeHits& hits);
+
+/// The test for nodes of `slots` (6 or 8) bound slots. The path must be available.
+NodeTest node_test(SimdPath path, unsigned slots);
+/// The same for who does not need `rank`, which may be left as it was.
+NodeTest node_test_unordered(SimdPath path, unsigned slots);
+
+}  // namespace grtx::frontend

@@ -1,0 +1,103 @@
+// Turns what one ray does into trace events. NullRecorder costs nothing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/frontend/accel/node_image.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/codec/group_encoder.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/codec/node_source.h"
+
+namespace grtx::frontend {
+
+/// What a ray's shader has looked at when blending.
+inline traces::Processed processed_entry(std::uint32_t gaussian, bool blended) {
+  traces::Processed entry;
+  entry.gaussian = gaussian & 0x7FFFFFFFu;
+  entry.blended = blended ? 1u : 0u;
+  return entry;
+}
+
+class NullRecorder {
+ public:
+  static constexpr bool kEnabled = false;
+  /// The children that a visited node pushes, from the last to be popped to the first.
+  struct Children {
+    void put(unsigned /*slot*/, unsigned /*pushed*/) {}
+  };
+
+  void begin_round(bool /*replay*/) {}
+  void pop() {}
+  Children open(std::uint32_t /*address*/) { return {}; }
+  void internal(const Children&, std::uint32_t, unsigned, unsigned) {}
+  void event(traces::EventKind, std::uint32_t, unsigned, unsigned, unsigned = 0) {}
+  void processed(std::uint32_t, bool) {}
+  void end_round(traces::Round) {}
+};
+
+/// Reads internal nodes out of the node image.
+class ImageNodes : public traces::NodeSource {
+ public:
+  explicit ImageNodes(const NodeImage& image) : image_(image) {}
+  traces::NodeDefinition define(std::uint32_t address) const override;
+
+ private:
+  const NodeImage& image_;
+};
+
+/// Records the events of one ray at a time, and encodes them when it is done: for what EncodingRecorder cannot record,
+/// and for who wants a ray, not a file. One recorder a thread.
+class GroupRecorder {
+ public:
+  static constexpr bool kEnabled = true;
+  using Children = NullRecorder::Children;
+
+  /// Without a header nothing is encoded: the ray recorded last is all there is. The header must outlive the recorder.
+  explicit GroupRecorder(const NodeImage& image, const traces::Header* header = nullptr)
+      : nodes_(image), header_(header) {}
+
+  void begin_group(std::uint32_t index, traces::RayKind kind);
+  /// Rays begin in lane order.
+  void begin_ray(std::uint32_t pixel);
+  /// The group for Writer::append(). Needs a header.
+  traces::EncodedGroup end_group();
+  /// What the ray begun last has looked at when blending.
+  const std::vector<traces::Processed>& processed() const { return processed_; }
+
+  void begin_round(bool /*replay*/) { round_start_ = events_; }
+  void pop() {}
+  Children open(std::uint32_t /*address*/) { return {}; }
+  void internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints) {
+    event(traces::EventKind::visit_internal, address, pushed, checkpoints);
+  }
+  void event(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints,
+             unsigned shifts = 0) {
+    if (events_ == store_.size()) grow();
+    store_[events_++] = {address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
+                         traces::Event::pack(kind, shifts)};
+  }
+  void processed(std::uint32_t gaussian, bool blended) { processed_.push_back(processed_entry(gaussian, blended)); }
+  void end_round(traces::Round round) {
+    round.event_count = static_cast<std::uint32_t>(events_ - round_start_);
+    rounds_.push_back(round);
+  }
+
+ private:
+  void encode_ray();
+  void grow();
+
+  ImageNodes nodes_;  ///< outlives each group
+  const traces::Header* header_;
+  traces::GroupEncoder encoder_;
+  bool begun_ = false;  ///< there is a ray that is not encoded yet
+  std::uint32_t pixel_ = 0;
+  std::vector<traces::Round> rounds_;
+  std::vector<traces::Event> store_ = std::vector<traces::Event>(1024);
+  std::size_t events_ = 0;  ///< events in store_
+  std::vector<traces::Processed> processed_;
+  std::size_t round_start_ = 0;
+};
+
+}  // namespace grtx::frontend

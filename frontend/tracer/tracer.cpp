@@ -1,0 +1,253 @@
+#include "grtx/frontend/tracer/tracer.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/base/progress.h"
+#include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/in_order.h"
+#include "grtx/frontend/tracer/ray_tracer.h"
+#include "grtx/frontend/tracer/secondary_plan.h"
+
+namespace grtx::frontend {
+namespace {
+
+/// What one thread needs; made on its first group.
+struct Worker {
+  Worker(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+         const TracerOptions& options, Footprint* footprint, const traces::Header* header)
+      : tracer(scene, gaussians, accel, options),
+        secondary_tracer(scene, gaussians, accel, options),
+        recorder(accel.image(), header) {
+    if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(accel.image(), *header);
+    if (footprint != nullptr) {
+      tracker.emplace(accel.image().size(), *footprint);
+      tracer.track_visits(&*tracker);
+      secondary_tracer.track_visits(&*tracker);
+    }
+  }
+  RayTracer tracer;
+  RayTracer secondary_tracer;  ///< counts apart
+  std::uint64_t secondary_unique = 0;
+  GroupRecorder recorder;
+  std::optional<EncodingRecorder> encoding_recorder;  ///< in its place, where it can record
+  std::optional<VisitTracker> tracker;
+};
+
+/// Traces a group's rays, and gives the writer its trace.
+template <typename F>
+void write_group(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer& writer, F&& trace_rays) {
+  const auto write = [&](auto& recorder) {
+    recorder.begin_group(static_cast<std::uint32_t>(index), kind);
+    trace_rays(recorder, [&](std::uint32_t pixel) { recorder.begin_ray(pixel); });
+    writer.append(recorder.end_group());
+  };
+  if (worker.encoding_recorder) {
+    write(*worker.encoding_recorder);
+  } else {
+    write(worker.recorder);
+  }
+}
+
+PixelCost cost_so_far(const TracerCounters& c) {
+  return {static_cast<std::uint32_t>(c.visits()), static_cast<std::uint32_t>(c.rounds),
+          static_cast<std::uint32_t>(c.blended), static_cast<std::uint32_t>(c.checkpoints_written)};
+}
+
+/// Calls trace(), and notes in *cost (if any) what the tracer counted meanwhile. Differences of 32-bit counts are
+/// right even after the sums have wrapped around.
+template <typename F>
+void measure(const RayTracer& tracer, PixelCost* cost, F&& trace) {
+  if (cost == nullptr) return trace();
+  const PixelCost before = cost_so_far(tracer.counters());
+  trace();
+  const PixelCost after = cost_so_far(tracer.counters());
+  *cost += {after.visits - before.visits, after.rounds - before.rounds, after.blended - before.blended,
+            after.checkpoints - before.checkpoints};
+}
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
+  if (warp_size != 4 && warp_size != 8 && warp_size != 16 && warp_size != 32) {
+    throw Error("warp size", std::to_string(warp_size), "must be 4, 8, 16 or 32");
+  }
+  std::vector<std::vector<std::uint32_t>> groups;
+  if (linear) {
+    const std::uint32_t pixels = width * height;
+    for (std::uint32_t first = 0; first < pixels; first += warp_size) {
+      auto& group = groups.emplace_back();
+      for (std::uint32_t p = first; p < std::min(pixels, first + warp_size); ++p) group.push_back(p);
+    }
+    return groups;
+  }
+  const unsigned tile_width = warp_size == 32 ? 8 : warp_size == 4 ? 2 : 4;
+  const unsigned tile_height = warp_size / tile_width;
+  for (unsigned y = 0; y < height; y += tile_height) {
+    for (unsigned x = 0; x < width; x += tile_width) {
+      auto& group = groups.emplace_back();
+      for (unsigned j = y; j < std::min(height, y + tile_height); ++j) {
+        for (unsigned i = x; i < std::min(width, x + tile_width); ++i) group.push_back(j * width + i);
+      }
+    }
+  }
+  return groups;
+}
+
+traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
+                            const TracerOptions& options, const RenderOptions& render) {
+  static const char* const orders[] = {"fifo", "lifo", "nearest"};
+  static const char* const tracings[] = {"multi", "single", "closest"};
+  traces::Header header;
+  header.accel = accel_name(accel.options().kind);
+  header.tracing = tracings[static_cast<int>(options.tracing)];
+  header.k = options.k;
+  header.checkpoint = options.checkpoint;
+  header.checkpoint_order = orders[static_cast<int>(options.checkpoint_order)];
+  header.child_order = options.child_order == ChildOrder::near_first ? "near_first" : "slot";
+  header.width = camera.width;
+  header.height = camera.height;
+  header.warp_size = render.warp_size;
+  // The tile of the usual warp; a smaller warp takes the part of it that map_pixels() gives.
+  header.warp_mapping = render.linear_mapping ? "linear" : "tile8x4";
+  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
+  if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
+  header.bvh_width = accel.options().width;
+  header.node_image_bytes = accel.image().size();
+  header.root = accel.root();
+  header.two_level = accel.two_level();
+  header.blas_base = accel.blas_header();
+  header.blas_root = accel.blas_root();
+  header.blas_bytes = accel.two_level() ? accel.image().size() - accel.blas_header() : 0;
+  header.gaussians = scene.size();
+  header.sh_degree = scene.sh_degree;
+  header.sh_record_bytes = 12ull * scene.sh_coefficients();
+  header.checkpoint_capacity = options.checkpoint ? options.checkpoint_capacity : 0;
+  header.inputs["scene"] = scene.name;
+  header.inputs["scene_hash"] = scene.hash;
+  header.inputs["camera"] = camera.name;
+  return header;
+}
+
+RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                    const Camera& camera, const TracerOptions& options, const RenderOptions& render,
+                    traces::Writer* writer) {
+  if (writer != nullptr && !options.skips.faithful()) throw std::logic_error("a trace holds the hardware's visits");
+  RenderResult result;
+  result.image = Image(camera.width, camera.height);
+  if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
+  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
+  const glm::vec3 origin(camera.position - scene.offset);
+
+  std::optional<Footprint> footprint;
+  if (render.count_unique) footprint.emplace(accel.image().size());
+  tbb::enumerable_thread_specific<Worker> workers([&] {
+    return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr,
+                  writer != nullptr ? &writer->header() : nullptr);
+  });
+  const SecondaryPlan* plan =
+      render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr;
+  std::vector<glm::vec3> secondary_colours(plan != nullptr ? plan->rays.size() : 0);
+  if (render.pixel_costs) result.pixel_costs.resize(result.image.pixels.size());
+  std::vector<PixelCost> secondary_costs(render.pixel_costs ? secondary_colours.size() : 0);
+  std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
+  Progress progress("tracing " + accel_name(accel.options().kind),
+                    result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
+
+  const auto trace_group = [&](std::size_t index) {
+    Worker& worker = workers.local();
+    const auto& pixels = groups[index];
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::size_t lane = 0; lane < pixels.size(); ++lane) {
+        const std::uint32_t pixel = pixels[lane];
+        begin(pixel);
+        const glm::dvec3 direction = camera.direction(pixel % camera.width, pixel / camera.width);
+        if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
+        if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
+        const float limit = render.secondary != nullptr ? render.secondary->primary_limit(origin, glm::vec3(direction))
+                                                        : std::numeric_limits<float>::infinity();
+        measure(worker.tracer, render.pixel_costs ? &result.pixel_costs[pixel] : nullptr, [&] {
+          result.image.pixels[pixel] =
+              worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder, 1.0f, limit).colour;
+        });
+      }
+    };
+    if (writer != nullptr) {
+      write_group(worker, index, traces::RayKind::primary, *writer, trace_rays);
+    } else if (!options.skips.has(Skip::events)) {
+      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
+      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
+    } else {
+      NullRecorder recorder;
+      trace_rays(recorder, [](std::uint32_t) {});
+    }
+    progress.add(pixels.size());
+  };
+
+  const auto trace_secondary_group = [&](std::size_t index) {
+    Worker& worker = workers.local();
+    const SecondaryGroup& group = plan->groups[index];
+    const std::uint64_t unique = worker.tracker ? worker.tracker->unique() : 0;
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::uint32_t lane = 0; lane < group.count; ++lane) {
+        const SecondaryRay& ray = plan->rays[group.first + lane];
+        begin(ray.pixel);
+        if (render.keep_sequences) {
+          worker.secondary_tracer.collect_blended(&secondary_sequences[group.first + lane]);
+        }
+        measure(worker.secondary_tracer, render.pixel_costs ? &secondary_costs[group.first + lane] : nullptr, [&] {
+          secondary_colours[group.first + lane] =
+              worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
+                  .colour;
+        });
+      }
+    };
+    if (writer != nullptr) {
+      write_group(worker, groups.size() + index, group.kind, *writer, trace_rays);
+    } else {
+      NullRecorder recorder;
+      trace_rays(recorder, [](std::uint32_t) {});
+    }
+    if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
+    progress.add(group.count);
+  };
+
+  const auto start = std::chrono::steady_clock::now();
+  // In order: the writer lets no group run far ahead of one that is missing.
+  for_each_in_order(groups.size() + (plan != nullptr ? plan->groups.size() : 0), render.threads, [&](std::size_t i) {
+    if (i < groups.size()) {
+      trace_group(i);
+    } else {
+      trace_secondary_group(i - groups.size());
+    }
+  });
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  progress.finish();
+  // Rays of one pixel add up in the order of their path, whichever thread traced them.
+  for (std::size_t i = 0; i < secondary_colours.size(); ++i) {
+    const std::uint32_t pixel = plan->rays[i].pixel;
+    result.image.pixels[pixel] += secondary_colours[i];
+    if (render.pixel_costs) result.pixel_costs[pixel] += secondary_costs[i];
+    if (render.keep_sequences) {
+      auto& sequence = result.sequences[pixel];
+      sequence.insert(sequence.end(), secondary_sequences[i].begin(), secondary_sequences[i].end());
+    }
+  }
+  for (const Worker& worker : workers) {
+    result.secondary.add(worker.secondary_tracer.counters());
+    result.secondary.visits_unique += worker.secondary_unique;
+    result.counters.add(worker.tracer.counters());
+    result.counters.add(worker.secondary_tracer.counters());
+    if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
+  }
+  if (footprint) result.footprint_bytes = footprint->bytes();
+  return result;
+}
+
+}  // namespace grtx::frontend

@@ -1,0 +1,75 @@
+// Renders a view: rays into groups, groups over threads, image, counters and trace out.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/tracer_counters.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/traces/io.h"
+
+namespace grtx::frontend {
+
+struct SecondaryPlan;
+
+struct RenderOptions {
+  unsigned threads = 0;         ///< 0: all
+  bool linear_mapping = false;  ///< groups of consecutive pixels instead of tiles
+  unsigned warp_size = 32;      ///< rays of a group: 4, 8, 16 or 32
+  bool count_unique = false;    ///< visits_unique and footprint (slower)
+  bool keep_sequences = false;  ///< per-pixel blended ids, for tests
+  bool pixel_costs = false;     ///< fill RenderResult::pixel_costs
+  bool quiet = true;
+  const SecondaryPlan* secondary =
+      nullptr;  ///< of this view and these options (plan_secondary); null: primary rays only
+};
+
+/// What the rays of a pixel did, secondary ones included.
+struct PixelCost {
+  std::uint32_t visits = 0;       ///< nodes processed
+  std::uint32_t rounds = 0;       ///< traceRay calls
+  std::uint32_t blended = 0;      ///< hits
+  std::uint32_t checkpoints = 0;  ///< checkpoint entries written
+
+  PixelCost& operator+=(const PixelCost& o) {
+    visits += o.visits;
+    rounds += o.rounds;
+    blended += o.blended;
+    checkpoints += o.checkpoints;
+    return *this;
+  }
+};
+
+struct RenderResult {
+  Image image;
+  TracerCounters counters;            ///< of all rays
+  TracerCounters secondary;           ///< of the secondary rays among them
+  std::uint64_t footprint_bytes = 0;  ///< distinct node bytes touched by the view; 0 unless count_unique
+  double seconds = 0.0;               ///< tracing alone
+  std::vector<PixelCost> pixel_costs;  ///< by pixel, row by row, top row first; empty unless asked for
+  std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel, along its path; empty unless keep_sequences
+};
+
+inline constexpr unsigned kGroupRays = 32;  ///< unless RenderOptions::warp_size says otherwise
+
+/// Pixels of each group, in lane order: tiles, row by row, or runs of `warp_size`. A tile of 32 is 8x4 pixels, of 16
+/// 4x4, of 8 4x2, of 4 2x2. Throws Error for any other warp size.
+std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear,
+                                                   unsigned warp_size = kGroupRays);
+
+/// Header of the trace that render() will write for these inputs. Secondary groups follow the primary ones.
+traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
+                            const TracerOptions& options, const RenderOptions& render);
+
+/// writer: nullptr renders only. The image, counters and trace are the same for any number of threads.
+RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                    const Camera& camera, const TracerOptions& options, const RenderOptions& render,
+                    traces::Writer* writer);
+
+}  // namespace grtx::frontend

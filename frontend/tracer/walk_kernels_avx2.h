@@ -1,0 +1,12 @@
+#pragma once
+
+#include "grtx/frontend/tracer/walk_kernels.h"
+
+namespace grtx::frontend {
+
+#if defined(__x86_64__)
+/// The host must have AVX2.
+WalkKernels walk_kernels_avx2(unsigned slots);
+#endif
+
+}  // namespace grtx::frontend

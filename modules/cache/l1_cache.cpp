@@ -1,0 +1,343 @@
+#include "grtx/modules/cache/l1_cache.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr unsigned kAddressBits = 40;
+
+MemoryResponse answer(const MemoryRequest& r) {
+  return {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch};
+}
+
+std::size_t index(Region region) { return static_cast<std::size_t>(region); }
+
+}  // namespace
+
+L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : sc_module(name),
+      request("request", config.clients),
+      response("response", config.clients),
+      to_memory("to_memory"),
+      from_memory("from_memory"),
+      config_(config),
+      clock_(clock),
+      alarm_(clock, this, [](void* module) { static_cast<L1Cache*>(module)->tick(); }),
+      clients_(config.clients),
+      waiting_(config.clients),
+      response_due_(config.clients, kNever),
+      tags_(config.geometry),
+      mshrs_(config.mshr_entries, config.mshr_merges),
+      miss_queue_(config.miss_queue),
+      bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw Error("configuration", "l1", rule);
+  };
+  require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
+  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
+  require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
+  require(config.miss_queue >= 1, "the miss queue needs an entry");
+  require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
+  SC_METHOD(tick);
+  sensitive << alarm_.event();
+  dont_initialize();
+}
+
+void L1Cache::end_of_elaboration() {
+  down_ = to_memory.operator->();
+  up_ = from_memory.operator->();
+  up_->wake(&alarm_);
+  for (unsigned i = 0; i < config_.clients; ++i) {
+    clients_[i].request = request[i].operator->();
+    clients_[i].request->wake(&alarm_);
+    waiting_.watch(i, *clients_[i].request);
+    clients_[i].response = response[i].operator->();
+    const unsigned link = clients_[i].response->latency();
+    if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
+    clients_[i].hit_latency = config_.latency - link;
+  }
+}
+
+void L1Cache::tick() {
+  const Cycle now = clock_.cycle();
+  take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
+  take_requests(now);
+  send_miss(now);
+  send_responses(now);
+  alarm_.request(next_due(now));
+}
+
+// The fill port: one sector or acknowledgement a cycle.
+void L1Cache::take_response(Cycle now) {
+  const MemoryResponse* arrived = up_->front(now);
+  if (arrived == nullptr) return;
+  if (arrived->write) {
+    assert(writes_pending_ > 0 && arrived->client < clients_.size());
+    --writes_pending_;
+    clients_[arrived->client].fills.push({*arrived, now});
+    respond_at(now, arrived->client);
+  } else {
+    fill(now, arrived->tag, arrived->address);
+  }
+  up_->pop(now);
+}
+
+void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
+  assert(mshrs_.in_use(mshr) && mshrs_.sector_address(mshr) == address);
+  SectorCacheTags::Slot slot = tags_.find(address);
+  if (slot == SectorCacheTags::kNone) {
+    SectorCacheTags::Victim victim;
+    slot = tags_.insert(address, &victim);
+    if (victim.valid) ++counters_.evictions;
+    counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
+  }
+  const std::uint8_t sector = tags_.sector_bit(address);
+  tags_.set_valid(slot, sector);
+  if (!mshrs_.demanded(mshr)) tags_.set_unused_prefetch(slot, sector);
+  ++counters_.fills;
+  counters_.miss_latency.add(now - mshrs_.allocated(mshr));
+  for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
+    clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
+    respond_at(now, w.client);
+  }
+  ++version_;
+  count_mshr_cycles(now);
+  mshrs_.release(mshr);
+}
+
+// One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
+void L1Cache::take_requests(Cycle now) {
+  banks_taken_ = 0;
+  next_request_ = kNever;
+  bool won = false;
+  const auto take = [&](unsigned i) {
+    Client& client = clients_[i];
+    const MemoryRequest* head = client.request->front(now);
+    if (head == nullptr) {
+      next_request_ = std::min(next_request_, client.request->next_visible());
+      return;
+    }
+    MemoryRequest accepted = *head;
+    accepted.client = static_cast<std::uint8_t>(i);
+    accepted.sm = config_.sm;
+    if (!accept(now, client, accepted)) {
+      next_request_ = now;
+      return;
+    }
+    client.request->pop(now);
+    waiting_.popped(i, *client.request);
+    next_request_ = std::min(next_request_, client.request->next_visible());
+    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
+    won = true;
+  };
+  waiting_.for_each_from(first_client_, take);
+}
+
+bool L1Cache::stall(L1Stall reason) {
+  ++counters_.stalls[static_cast<std::size_t>(reason)];
+  return false;
+}
+
+bool L1Cache::refuse(Client& client, L1Stall reason) {
+  client.refused_at = version_;
+  client.refusal = reason;
+  return stall(reason);
+}
+
+bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
+  assert(access.address % kSectorBytes == 0);
+  // A blocked response port backs the hit pipeline up to the access port.
+  if (client.hits.size() >= config_.latency) return stall(L1Stall::response_port);
+  const std::uint64_t sector = access.address / kSectorBytes;
+  const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
+  if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
+  // A head that was refused is refused again as long as nothing has changed inside.
+  if (client.refused_at == version_) return stall(client.refusal);
+  const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
+  if (accepted) {
+    banks_taken_ |= bank;
+    client.refused_at = kNever;
+  }
+  return accepted;
+}
+
+bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access) {
+  const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
+  const std::uint8_t sector = tags_.sector_bit(access.address);
+  const bool hit = config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0);
+  const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
+  const bool miss = !hit && pending == MshrTable::kNone;
+  if (miss) {
+    if (mshrs_.full()) return refuse(client, L1Stall::mshr_full);
+    if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
+  } else if (!hit && mshrs_.merges_full(pending)) {
+    return refuse(client, L1Stall::merges_full);
+  }
+
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  if (hit) {
+    answer_hit(now, client, access);
+  } else if (!miss) {
+    if (!access.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
+    mshrs_.merge(pending, access);
+    ++version_;
+  } else {
+    count_mshr_cycles(now);
+    MemoryRequest down = access;
+    down.tag = mshrs_.allocate(now, access.address, access);
+    miss_queue_.push({down, now + config_.tag_latency});
+    ++version_;
+  }
+
+  if (access.prefetch) {
+    ++counters_.prefetches;
+    ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
+    return true;
+  }
+  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  ++region.reads;
+  ++(hit ? region.hits : miss ? region.misses : region.hits_on_miss);
+  if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
+  return true;
+}
+
+bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
+  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  if (config_.perfect) {
+    answer_hit(now, client, access);
+    ++region.writes;
+    ++region.write_hits;
+    return true;
+  }
+  if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
+  const SectorCacheTags::Slot slot = tags_.find(access.address);
+  const std::uint8_t sector = tags_.sector_bit(access.address);
+  ++region.writes;
+  if (slot != SectorCacheTags::kNone) {
+    tags_.touch(slot);
+    if ((tags_.valid(slot) & sector) != 0) {
+      ++region.write_hits;
+      reference(slot, sector);
+    }
+  }
+  miss_queue_.push({access, now + config_.tag_latency});
+  ++version_;
+  ++writes_pending_;
+  return true;
+}
+
+void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
+  client.hits.push({answer(access), now + client.hit_latency});
+  respond_at(now + client.hit_latency, access.client);
+}
+
+void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
+  if ((tags_.unused_prefetch(slot) & sector) == 0) return;
+  tags_.clear_unused_prefetch(slot, sector);
+  ++counters_.prefetches_useful;
+}
+
+void L1Cache::send_miss(Cycle now) {
+  if (miss_queue_.empty() || miss_queue_.front().due > now || !down_->can_push(now)) return;
+  const MemoryRequest& miss = miss_queue_.front().request;
+  ++(miss.write ? counters_.sent_writes : counters_.sent_reads);
+  down_->push(now, miss);
+  clock_.request(now + down_->latency());
+  miss_queue_.pop();
+  ++version_;
+}
+
+// One response per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
+void L1Cache::send_responses(Cycle now) {
+  if (next_response_ > now) return;
+  next_response_ = kNever;
+  for (std::size_t i = 0; i < clients_.size(); ++i) {
+    if (response_due_[i] <= now) send_response(now, i);
+    next_response_ = std::min(next_response_, response_due_[i]);
+  }
+}
+
+void L1Cache::send_response(Cycle now, std::size_t i) {
+  Client& client = clients_[i];
+  if (!client.response->can_push(now)) return;
+  const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
+  const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
+  RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
+  client.response->push(now, queue.front().response);
+  clock_.request(now + client.response->latency());
+  queue.pop();
+  ++counters_.responses;
+  const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
+  response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
+}
+
+Cycle L1Cache::next_due(Cycle now) const {
+  Cycle due = std::min({up_->next_visible(), next_request_, next_response_});
+  if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
+  return std::max(now + 1, due);
+}
+
+void L1Cache::count_mshr_cycles(Cycle now) {
+  counters_.mshr_cycles += mshrs_.used() * (now - mshr_counted_);
+  mshr_counted_ = now;
+}
+
+bool L1Cache::idle() const {
+  const bool quiet = std::all_of(clients_.begin(), clients_.end(), [](const Client& c) {
+    return c.hits.empty() && c.fills.empty() && c.request->empty();
+  });
+  return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_->empty();
+}
+
+L1Counters L1Cache::counters() const {
+  L1Counters counters = counters_;
+  counters.prefetches_unused += tags_.count_unused_prefetch();
+  return counters;
+}
+
+void L1Cache::statistics(StatisticList& list, const std::string& prefix) const { counters().describe(list, prefix); }
+
+Inventory L1Cache::inventory() const {
+  const unsigned mshr_bits = kAddressBits - 5 + 1;       // sector address, valid
+  const unsigned waiter_bits = 32 + 8 + 4 + 1;           // tag, client, region, prefetch
+  const unsigned miss_bits = kAddressBits - 5 + 32 + 2;  // address, tag or MSHR number, kind
+  const std::uint64_t lines = config_.geometry.sets() * config_.geometry.ways;
+  Inventory inventory;
+  inventory.module = this->name();
+  inventory.storage = {
+      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false, 256},
+      // Hundreds of ways are searched at once, by comparators beside each tag.
+      {"tags", config_.geometry.ways > 16 ? StorageKind::flip_flop : StorageKind::cache_tags,
+       tags_.tag_bits(kAddressBits, false), 1, 1, false},
+      {"mshr", StorageKind::flip_flop,
+       std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
+       false},
+      {"miss_queue", StorageKind::ram, std::uint64_t{config_.miss_queue} * miss_bits, 1, 1, false}};
+  inventory.operators = {
+      {"match", kAddressBits - 7, std::uint64_t{config_.geometry.ways} * config_.banks},  // tag comparators
+      {"match", kAddressBits - 5, config_.mshr_entries}};
+  return inventory;
+}
+
+void L1Cache::dump_state(std::ostream& out) const {
+  out << name() << ": mshr " << mshrs_.used() << '/' << config_.mshr_entries << ", miss queue " << miss_queue_.size()
+      << '/' << config_.miss_queue << ", writes pending " << writes_pending_ << '\n';
+  for (std::size_t i = 0; i < clients_.size(); ++i) {
+    const Client& c = clients_[i];
+    out << "  client " << i << ": requests " << c.request->size() << ", hit pipe " << c.hits.size() << ", fill queue "
+        << c.fills.size() << ", responses " << c.response->size() << '\n';
+  }
+  for (std::uint32_t entry = 0; entry < config_.mshr_entries; ++entry) {
+    if (!mshrs_.in_use(entry)) continue;
+    out << "  mshr " << entry << ": sector 0x" << std::hex << mshrs_.sector_address(entry) << std::dec
+        << " since cycle " << mshrs_.allocated(entry) << ", " << mshrs_.waiters(entry).size() << " waiting\n";
+  }
+}
+
+}  // namespace grtx::modules

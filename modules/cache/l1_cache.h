@@ -1,0 +1,170 @@
+// L1 data cache of an SM: sectored, write-through without write allocation, non-blocking with MSHRs, banked.
+// Paper Table I (128 KB, 128 B lines, 256-way, LRU, 20 cycles); facts of MSHRs and queues from Vulkan-Sim's GPGPU-Sim.
+// Costs one tag probe per accepted request; sleeps when nothing is in flight.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/cache/mshr_table.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/waiting_links.h"
+
+namespace grtx::modules {
+
+/// Why the request at the head of a client's port was not accepted in a cycle.
+enum class L1Stall : std::uint8_t { response_port, bank_conflict, mshr_full, merges_full, miss_queue_full, count };
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(L1Stall::count)> kL1StallNames = {
+    "response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"};
+
+/// Plain counts of one cache; the assembly adds those of several SMs. Demand and prefetch accesses are kept apart.
+struct L1Counters {
+  struct ByRegion {
+    std::uint64_t reads = 0;         ///< demand sector reads accepted = hits + hits_on_miss + misses
+    std::uint64_t hits = 0;          ///< sector present
+    std::uint64_t hits_on_miss = 0;  ///< merged into a pending MSHR
+    std::uint64_t misses = 0;        ///< allocated an MSHR
+    std::uint64_t writes = 0;        ///< sector writes accepted, all forwarded
+    std::uint64_t write_hits = 0;    ///< of these, sector present
+  };
+  std::array<ByRegion, kRegionCount> region{};
+  std::array<std::uint64_t, static_cast<std::size_t>(L1Stall::count)> stalls{};  ///< client-cycles
+  std::uint64_t prefetches = 0;                                                  ///< accepted = redundant + fetched
+  std::uint64_t prefetches_redundant = 0;                                        ///< sector present or already pending
+  std::uint64_t prefetches_fetched = 0;  ///< = useful + late + unused, once nothing is pending
+  std::uint64_t prefetches_useful = 0;   ///< first demand reference found the sector present
+  std::uint64_t prefetches_late = 0;     ///< first demand reference found it still pending
+  std::uint64_t prefetches_unused = 0;   ///< evicted, or resident at the end, without a demand reference
+  std::uint64_t responses = 0;
+  std::uint64_t fills = 0;
+  std::uint64_t evictions = 0;
+  std::uint64_t sent_reads = 0;  ///< to the crossbar
+  std::uint64_t sent_writes = 0;
+  std::uint64_t mshr_cycles = 0;  ///< occupied MSHR entries summed over cycles
+  Distribution miss_latency;      ///< from MSHR allocation to fill, core cycles
+
+  /// Demand and prefetch requests accepted.
+  std::uint64_t accesses() const;
+  /// Demand reads of node regions only.
+  ByRegion nodes() const;
+  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
+  ByRegion all() const;
+  L1Counters& operator+=(const L1Counters& other);
+  /// Appends them as prefix + ".name".
+  void describe(StatisticList& list, const std::string& prefix) const;
+};
+
+class L1Cache final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned clients = 2;  ///< request/response port pairs; by the assembly
+    std::uint8_t sm = 0;   ///< number that requests carry into the crossbar; by the assembly
+    /// 128 KB, 128 B lines, 256 ways = 4 sets: paper Table I [A]. 32 B sectors: Vulkan-Sim [B].
+    SectorCacheTags::Geometry geometry{};
+    unsigned latency = 20;     ///< cycles from request visible to hit response visible; paper Table I [A]
+    unsigned tag_latency = 1;  ///< cycles from acceptance to a miss leaving the cache, at least 1 [D: not in the paper]
+    unsigned banks = 4;        ///< sector-interleaved, one access a cycle each; Vulkan-Sim [B]
+    unsigned mshr_entries = 256;    ///< sectors outstanding; Vulkan-Sim [B]
+    unsigned mshr_merges = 8;       ///< requests of an entry, the first included; Vulkan-Sim [B]
+    unsigned miss_queue = 16;       ///< misses and writes waiting for the crossbar; Vulkan-Sim [B]
+    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first [D]
+    bool perfect = false;           ///< every access hits and nothing leaves the cache
+  };
+
+  SC_HAS_PROCESS(L1Cache);
+  /// clock: core domain. Throws Error for an impossible configuration.
+  L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request;    ///< [client], consumed here
+  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response;  ///< [client], produced here
+  sc_core::sc_port<Link<MemoryRequest>> to_memory;                      ///< misses and writes
+  sc_core::sc_port<Link<MemoryResponse>> from_memory;                   ///< fills and write acknowledgements
+
+  Inventory inventory() const;
+  void statistics(StatisticList& list, const std::string& prefix) const;
+  /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
+  L1Counters counters() const;
+  bool idle() const;
+  std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
+  std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
+  std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
+  const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
+  void dump_state(std::ostream& out) const;
+  const Config& config() const { return config_; }
+
+ private:
+  struct Pending {
+    MemoryResponse response;
+    Cycle due = 0;  ///< earliest cycle to enter the response link
+  };
+  struct Miss {
+    MemoryRequest request;
+    Cycle due = 0;
+  };
+  struct Client {
+    Link<MemoryRequest>* request = nullptr;
+    Link<MemoryResponse>* response = nullptr;
+    RingQueue<Pending> hits;            ///< the hit pipeline
+    RingQueue<Pending> fills;           ///< released by fills and write acknowledgements
+    unsigned hit_latency = 0;           ///< to entering the response link
+    std::uint64_t refused_at = kNever;  ///< version_ at which the cache refused the present head
+    L1Stall refusal = L1Stall::count;   ///< and why
+  };
+
+  void end_of_elaboration() override;
+  void tick();
+  void take_response(Cycle now);
+  void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
+  void take_requests(Cycle now);
+  bool accept(Cycle now, Client& client, const MemoryRequest& access);
+  bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
+  bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
+  bool stall(L1Stall reason);
+  bool refuse(Client& client, L1Stall reason);
+  void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
+  void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
+  void send_miss(Cycle now);
+  void send_responses(Cycle now);
+  void send_response(Cycle now, std::size_t client);
+  /// A response of the client has joined its queue, to be sent at `due` or later.
+  void respond_at(Cycle due, std::size_t client) {
+    response_due_[client] = std::min(response_due_[client], due);
+    next_response_ = std::min(next_response_, due);
+  }
+  Cycle next_due(Cycle now) const;
+  void count_mshr_cycles(Cycle now);
+
+  Config config_;
+  ClockDomain& clock_;
+  Alarm alarm_;
+  Link<MemoryRequest>* down_ = nullptr;
+  Link<MemoryResponse>* up_ = nullptr;
+  std::vector<Client> clients_;
+  WaitingLinks waiting_;             ///< requests of clients_
+  std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
+  SectorCacheTags tags_;
+  MshrTable mshrs_;
+  RingQueue<Miss> miss_queue_;
+  unsigned bank_mask_;  ///< banks - 1 for a power of two of banks, else 0
+  unsigned first_client_ = 0;
+  std::uint64_t banks_taken_ = 0;  ///< in the present cycle
+  std::uint64_t writes_pending_ = 0;
+  std::uint64_t version_ = 0;     ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
+  Cycle next_request_ = kNever;   ///< next cycle in which a client's head wants to be looked at
+  Cycle next_response_ = kNever;  ///< the earliest of response_due_
+  Cycle mshr_counted_ = 0;
+  L1Counters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,288 @@
+#include "grtx/modules/cache/l2_slice.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr unsigned kAddressBits = 40;
+
+std::size_t index(Region region) { return static_cast<std::size_t>(region); }
+
+}  // namespace
+
+L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : sc_module(name),
+      request("request"),
+      response("response"),
+      dram("dram", clock),
+      config_(config),
+      clock_(clock),
+      alarm_(clock, this, [](void* module) { static_cast<L2Slice*>(module)->tick(); }),
+      tags_(config.geometry),
+      mshrs_(config.mshr_entries, config.mshr_merges),
+      pipe_(std::size_t{config.latency} + config.queue) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw Error("configuration", "l2", rule);
+  };
+  config.interleave.check();
+  require(config.slice < config.interleave.slices, "slice number must be below the number of slices");
+  require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
+  require(config.geometry.line_bytes <= config.interleave.bytes, "a line must not be longer than the interleave");
+  require(config.queue >= 1, "the queue needs an entry");
+  require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
+  require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
+  SC_METHOD(tick);
+  sensitive << alarm_.event();
+  dont_initialize();
+}
+
+void L2Slice::end_of_elaboration() {
+  in_ = request.operator->();
+  out_ = response.operator->();
+  in_->wake(&alarm_);
+  dram.wake(&alarm_);
+}
+
+bool L2Slice::work_at(Cycle now) const {
+  return due_ <= now || in_->front(now) != nullptr || dram.front(now) != nullptr ||
+         (!dram_queue_.empty() && dram.can_send(now));
+}
+
+void L2Slice::tick() {
+  const Cycle now = clock_.cycle();
+  if (!work_at(now)) return alarm_.request(std::min(due_, next_arrival()));
+  prefetch_host(now);
+  take_request(now);
+  take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
+  look_up(now);
+  send_dram(now);
+  send_reply(now);
+  due_ = next_due(now);
+  alarm_.request(std::min(due_, std::max(now + 1, next_arrival())));
+}
+
+void L2Slice::take_request(Cycle now) {
+  const MemoryRequest* arrived = in_->front(now);
+  if (arrived == nullptr || pipe_.size() >= std::size_t{config_.latency} + config_.queue) return;
+  assert(config_.interleave.slice(arrived->address) == config_.slice);
+  pipe_.push({*arrived, now + config_.latency});
+  in_->pop(now);
+  ++counters_.requests_in;
+}
+
+// What the accesses of this and the next cycles will read: asks the host for it before it is needed.
+void L2Slice::prefetch_host(Cycle now) const {
+  if (config_.perfect) return;
+  if (const AtInitiator::Completion* completion = dram.front(now);
+      completion != nullptr && completion->context != kWriteBack) {
+    mshrs_.prefetch_entry(completion->context);
+    mshrs_.prefetch_find(completion->address);
+    tags_.prefetch(config_.interleave.local(completion->address));
+  }
+  for (std::size_t i = 0; i < 2 && i < pipe_.size() && pipe_[i].due <= now + 8; ++i) {
+    tags_.prefetch(config_.interleave.local(pipe_[i].request.address));
+    mshrs_.prefetch_find(pipe_[i].request.address);
+  }
+}
+
+bool L2Slice::stall(L2Stall reason) {
+  ++counters_.stalls[static_cast<std::size_t>(reason)];
+  return false;
+}
+
+// The fill port: one completion a cycle.
+void L2Slice::take_completion(Cycle now) {
+  const AtInitiator::Completion* completion = dram.front(now);
+  if (completion == nullptr) return;
+  if (!completion->ok) {
+    throw Error("dram", "address " + std::to_string(completion->address), "the DRAM model refused the transaction");
+  }
+  if (completion->context != kWriteBack && !fill(now, completion->context)) {
+    stall(L2Stall::fill);
+    return;
+  }
+  dram.pop();
+}
+
+bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
+  assert(mshrs_.in_use(mshr));
+  const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
+  if (replies_.size() + waiters.size() > config_.reply_queue) return false;
+  const std::uint64_t address = mshrs_.sector_address(mshr);
+  const std::uint64_t local = config_.interleave.local(address);
+  SectorCacheTags::Slot slot = tags_.find(local);
+  if (slot == SectorCacheTags::kNone) {
+    if (!room_for_victim(local)) return false;
+    slot = allocate(local);
+  }
+  tags_.set_valid(slot, tags_.sector_bit(local));
+  for (const MshrWaiter& w : waiters) {
+    replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
+  }
+  counters_.miss_latency.add(now - mshrs_.allocated(mshr));
+  count_mshr_cycles(now);
+  mshrs_.release(mshr);
+  return true;
+}
+
+void L2Slice::look_up(Cycle now) {
+  if (pipe_.empty() || pipe_.front().due > now) return;
+  const MemoryRequest& head = pipe_.front().request;
+  if (head.write ? write(head) : read(now, head)) pipe_.pop();
+}
+
+bool L2Slice::read(Cycle now, const MemoryRequest& access) {
+  const std::uint64_t local = config_.interleave.local(access.address);
+  const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(local);
+  const bool hit =
+      config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & tags_.sector_bit(local)) != 0);
+  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  if (hit) {
+    if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
+    reply(access);
+    ++region.hits;
+  } else if (const std::uint32_t pending = mshrs_.find(access.address); pending != MshrTable::kNone) {
+    if (mshrs_.merges_full(pending)) return stall(L2Stall::merges_full);
+    mshrs_.merge(pending, access);
+    ++region.hits_on_miss;
+  } else {
+    if (mshrs_.full()) return stall(L2Stall::mshr_full);
+    if (dram_queue_.size() >= config_.dram_queue) return stall(L2Stall::dram_queue);
+    count_mshr_cycles(now);
+    dram_queue_.push({access.address, mshrs_.allocate(now, access.address, access), false});
+    ++region.misses;
+  }
+  ++region.reads;
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  return true;
+}
+
+// A write covers its sector, so nothing is fetched; a fill that is still under way for the sector changes nothing.
+bool L2Slice::write(const MemoryRequest& access) {
+  if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
+  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  if (config_.perfect) {
+    ++region.write_hits;
+  } else {
+    const std::uint64_t local = config_.interleave.local(access.address);
+    const std::uint8_t sector = tags_.sector_bit(local);
+    SectorCacheTags::Slot slot = tags_.find(local);
+    if (slot == SectorCacheTags::kNone) {
+      if (!room_for_victim(local)) return stall(L2Stall::dram_queue);
+      slot = allocate(local);
+    } else {
+      tags_.touch(slot);
+    }
+    if ((tags_.valid(slot) & sector) != 0) ++region.write_hits;
+    tags_.set_valid(slot, sector);
+    tags_.set_dirty(slot, sector);
+  }
+  ++region.writes;
+  reply(access);
+  return true;
+}
+
+bool L2Slice::room_for_victim(std::uint64_t local) const {
+  const auto sectors = static_cast<std::size_t>(std::popcount(tags_.victim(local).dirty));
+  return dram_queue_.size() + sectors <= config_.dram_queue;
+}
+
+SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local) {
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = tags_.insert(local, &victim);
+  if (victim.valid) ++counters_.evictions;
+  for (unsigned sector = 0; sector < config_.geometry.sectors(); ++sector) {
+    if ((victim.dirty >> sector & 1) == 0) continue;
+    const std::uint64_t evicted = victim.address + std::uint64_t{sector} * config_.geometry.sector_bytes;
+    dram_queue_.push({config_.interleave.global(evicted, config_.slice), kWriteBack, true});
+  }
+  return slot;
+}
+
+void L2Slice::reply(const MemoryRequest& r) {
+  replies_.push({r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch});
+}
+
+void L2Slice::send_dram(Cycle now) {
+  if (dram_queue_.empty() || !dram.can_send(now)) return;
+  const DramRequest head = dram_queue_.front();
+  dram_queue_.pop();
+  ++(head.write ? counters_.dram_writes : counters_.dram_reads);
+  dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context);
+}
+
+void L2Slice::send_reply(Cycle now) {
+  if (replies_.empty() || !out_->can_push(now)) return;
+  out_->push(now, replies_.front());
+  clock_.request(now + out_->latency());
+  replies_.pop();
+  ++counters_.replies_out;
+}
+
+// First cycle in which something from outside shows, or the socket is free for a request that waits.
+Cycle L2Slice::next_arrival() const {
+  const Cycle next = std::min(in_->next_visible(), dram.next_visible());
+  return dram_queue_.empty() ? next : std::min(next, dram.next_send());
+}
+
+// While the socket is busy the end of its request phase wakes the slice, not this.
+Cycle L2Slice::next_due(Cycle now) const {
+  const Cycle soon = now + 1;
+  if (in_->front(now) != nullptr || !replies_.empty() || dram.front(now) != nullptr) return soon;
+  if (!dram_queue_.empty() && dram.can_send(now)) return soon;
+  return pipe_.empty() ? kNever : std::max(soon, pipe_.front().due);
+}
+
+void L2Slice::count_mshr_cycles(Cycle now) {
+  counters_.mshr_cycles += mshrs_.used() * (now - mshr_counted_);
+  mshr_counted_ = now;
+}
+
+bool L2Slice::idle() const {
+  return pipe_.empty() && replies_.empty() && dram_queue_.empty() && mshrs_.used() == 0 && dram.idle() && in_->empty();
+}
+
+Inventory L2Slice::inventory() const {
+  const unsigned request_bits = kAddressBits - 5 + 32 + 8 + 8 + 4 + 2;  // sector address, tag, client, SM, region, kind
+  const unsigned waiter_bits = 32 + 8 + 8 + 4 + 1;
+  const std::uint64_t lines = config_.geometry.sets() * config_.geometry.ways;
+  const std::uint64_t sector_bits = std::uint64_t{8} * config_.geometry.sector_bytes;
+  Inventory inventory;
+  inventory.module = this->name();
+  inventory.storage = {
+      {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, 1, 1, false, 256},
+      {"tags", StorageKind::cache_tags, tags_.tag_bits(kAddressBits, true), 1, 1, false},
+      {"mshr", StorageKind::flip_flop,
+       std::uint64_t{config_.mshr_entries} * (kAddressBits - 5 + 1 + std::uint64_t{config_.mshr_merges} * waiter_bits),
+       1, 1, false},
+      {"queue", StorageKind::ram, std::uint64_t{config_.queue} * (request_bits + sector_bits), 1, 1, false},
+      {"reply_queue", StorageKind::ram, std::uint64_t{config_.reply_queue} * (request_bits + sector_bits), 1, 1, false},
+      {"dram_queue", StorageKind::ram, std::uint64_t{config_.dram_queue} * (kAddressBits - 5 + 9 + sector_bits), 1, 1,
+       false}};
+  inventory.operators = {{"match", kAddressBits - 7, config_.geometry.ways},
+                         {"match", kAddressBits - 5, config_.mshr_entries}};
+  return inventory;
+}
+
+void L2Slice::dump_state(std::ostream& out) const {
+  out << name() << ": pipe " << pipe_.size() << ", replies " << replies_.size() << '/' << config_.reply_queue
+      << ", dram queue " << dram_queue_.size() << '/' << config_.dram_queue << ", dram outstanding "
+      << dram.outstanding() << ", mshr " << mshrs_.used() << '/' << config_.mshr_entries << '\n';
+  if (!pipe_.empty()) {
+    out << "  head: " << (pipe_.front().request.write ? "write" : "read") << " 0x" << std::hex
+        << pipe_.front().request.address << std::dec << " due cycle " << pipe_.front().due << '\n';
+  }
+  for (std::uint32_t entry = 0; entry < config_.mshr_entries; ++entry) {
+    if (!mshrs_.in_use(entry)) continue;
+    out << "  mshr " << entry << ": sector 0x" << std::hex << mshrs_.sector_address(entry) << std::dec
+        << " since cycle " << mshrs_.allocated(entry) << ", " << mshrs_.waiters(entry).size() << " waiting\n";
+  }
+}
+
+}  // namespace grtx::modules

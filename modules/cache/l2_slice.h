@@ -1,0 +1,145 @@
+// One slice of the shared L2: sectored, write-back, write-allocate without fetch, non-blocking, with a TLM-2.0 AT
+// socket to its DRAM channel. Paper Table I (4 MB, 16-way, 165 cycles); MSHRs and queues from Vulkan-Sim's GPGPU-Sim.
+// Costs one tag probe per access; sleeps when only DRAM requests are outstanding.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/cache/mshr_table.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+/// Why the access at the head of the slice's queue, or a fill, had to wait in a cycle.
+enum class L2Stall : std::uint8_t { reply_queue, mshr_full, merges_full, dram_queue, fill, count };
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(L2Stall::count)> kL2StallNames = {
+    "reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"};
+
+/// Plain counts of one slice; the assembly adds those of all slices.
+struct L2Counters {
+  struct ByRegion {
+    std::uint64_t reads = 0;  ///< = hits + hits_on_miss + misses
+    std::uint64_t hits = 0;
+    std::uint64_t hits_on_miss = 0;
+    std::uint64_t misses = 0;
+    std::uint64_t writes = 0;
+    std::uint64_t write_hits = 0;  ///< sector present; other writes allocate without a fetch
+  };
+  std::array<ByRegion, kRegionCount> region{};
+  std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> stalls{};
+  std::uint64_t requests_in = 0;
+  std::uint64_t replies_out = 0;
+  std::uint64_t dram_reads = 0;   ///< sectors
+  std::uint64_t dram_writes = 0;  ///< dirty sectors written back
+  std::uint64_t evictions = 0;    ///< lines
+  std::uint64_t mshr_cycles = 0;
+  Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
+
+  std::uint64_t accesses() const;
+  ByRegion nodes() const;
+  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
+  ByRegion all() const;
+  L2Counters& operator+=(const L2Counters& other);
+  /// Appends them as prefix + ".name".
+  void describe(StatisticList& list, const std::string& prefix) const;
+};
+
+class L2Slice final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned slice = 0;  ///< number of this slice; by the assembly
+    AddressInterleave interleave{};
+    /// Of this slice: 4 MB / 4 slices, 16 ways, 128 B lines: paper Table I [A], slices [C]; 32 B sectors [B].
+    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};
+    unsigned latency = 165;       ///< from request visible to hit reply pushed; tags are probed at its end, so a miss
+                                  ///< pays it too, as behind GPGPU-Sim's ROP delay; paper Table I [A]
+    unsigned queue = 64;          ///< accesses waiting at the tags; Vulkan-Sim [B]
+    unsigned mshr_entries = 192;  ///< sectors outstanding; Vulkan-Sim [B]
+    unsigned mshr_merges = 4;     ///< requests of an entry, the first included; Vulkan-Sim [B]
+    unsigned reply_queue = 64;    ///< Vulkan-Sim [B]
+    unsigned dram_queue = 64;     ///< reads and write-backs towards DRAM; Vulkan-Sim [B]
+    bool perfect = false;         ///< every access hits and DRAM is never asked
+  };
+
+  SC_HAS_PROCESS(L2Slice);
+  /// clock: core domain. Throws Error for an impossible configuration.
+  L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+
+  sc_core::sc_port<Link<MemoryRequest>> request;
+  sc_core::sc_port<Link<MemoryResponse>> response;
+  AtInitiator dram;  ///< bind `dram.socket`; addresses are global
+
+  Inventory inventory() const;
+  void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
+  const L2Counters& counters() const { return counters_; }
+  /// Dirty sectors may remain in the cache: they are written back on eviction only.
+  bool idle() const;
+  std::size_t mshr_used() const { return mshrs_.used(); }         ///< entries occupied now
+  std::size_t accesses_queued() const { return pipe_.size(); }    ///< on the way to the tags, or waiting there
+  std::size_t replies_queued() const { return replies_.size(); }  ///< waiting for the crossbar
+  std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
+  std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
+  void dump_state(std::ostream& out) const;
+  const Config& config() const { return config_; }
+
+ private:
+  static constexpr std::uint32_t kWriteBack = ~std::uint32_t{0};  ///< context of AT requests without an MSHR
+
+  struct Access {
+    MemoryRequest request;
+    Cycle due = 0;
+  };
+  struct DramRequest {
+    std::uint64_t address = 0;
+    std::uint32_t context = 0;
+    bool write = false;
+  };
+
+  void end_of_elaboration() override;
+  void tick();
+  bool work_at(Cycle now) const;
+  void take_request(Cycle now);
+  void take_completion(Cycle now);
+  bool fill(Cycle now, std::uint32_t mshr);
+  void look_up(Cycle now);
+  bool read(Cycle now, const MemoryRequest& access);
+  bool write(const MemoryRequest& access);
+  bool stall(L2Stall reason);
+  void prefetch_host(Cycle now) const;
+  bool room_for_victim(std::uint64_t local) const;
+  SectorCacheTags::Slot allocate(std::uint64_t local);
+  void reply(const MemoryRequest& access);
+  void send_dram(Cycle now);
+  void send_reply(Cycle now);
+  Cycle next_due(Cycle now) const;
+  Cycle next_arrival() const;
+  void count_mshr_cycles(Cycle now);
+
+  Config config_;
+  ClockDomain& clock_;
+  Alarm alarm_;
+  Link<MemoryRequest>* in_ = nullptr;
+  Link<MemoryResponse>* out_ = nullptr;
+  SectorCacheTags tags_;  ///< of slice-local addresses
+  MshrTable mshrs_;       ///< of global sector addresses
+  RingQueue<Access> pipe_;
+  RingQueue<MemoryResponse> replies_;
+  RingQueue<DramRequest> dram_queue_;
+  Cycle due_ = kNever;
+  Cycle mshr_counted_ = 0;
+  L2Counters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,235 @@
+#include "grtx/modules/dram/dram.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : sc_module(name),
+      sockets("socket", config.interleave.slices),
+      config_(config),
+      clock_(clock),
+      alarm_(Alarm::without_process(clock, this, [](void* dram) { static_cast<Dram*>(dram)->tick(); })) {
+  config.interleave.check();
+  for (unsigned i = 0; i < config.interleave.slices; ++i) {
+    ports_.emplace_back(config.channel);
+    sockets[i].register_nb_transport_fw(this, &Dram::nb_transport_fw, static_cast<int>(i));
+    sockets[i].register_b_transport(this, &Dram::b_transport, static_cast<int>(i));
+  }
+}
+
+::tlm::tlm_response_status Dram::check(const ::tlm::tlm_generic_payload& payload) const {
+  const std::uint64_t bytes = payload.get_data_length();
+  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
+  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  // A naturally aligned power of two cannot straddle channels or rows.
+  const std::uint64_t longest = std::min(config_.interleave.bytes, config_.channel.row_bytes);
+  if (!std::has_single_bit(bytes) || bytes > longest || payload.get_streaming_width() < bytes ||
+      config_.channel.queue * config_.channel.burst_bytes < bytes) {
+    return ::tlm::TLM_BURST_ERROR_RESPONSE;
+  }
+  if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  return ::tlm::TLM_OK_RESPONSE;
+}
+
+::tlm::tlm_sync_enum Dram::nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                           sc_core::sc_time& delay) {
+  Port& port = ports_[static_cast<std::size_t>(id)];
+  const Cycle edge = clock_.edge_after(delay.value());
+  if (phase == tlm::BEGIN_REQ) {
+    if (port.arriving != nullptr) SC_REPORT_ERROR("/grtx/dram", "BEGIN_REQ before END_REQ of the previous request");
+    payload.acquire();
+    port.arriving = &payload;
+    port.arrival = edge;
+    ++port.outstanding;
+  } else if (phase == tlm::END_RESP) {
+    if (port.responding != &payload) SC_REPORT_ERROR("/grtx/dram", "END_RESP without BEGIN_RESP");
+    port.responding = nullptr;
+    port.response_free = edge;
+    payload.release();
+  } else {
+    return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
+  }
+  port.due = std::min(port.due, edge);
+  alarm_.request(edge);
+  return ::tlm::TLM_ACCEPTED;
+}
+
+// Loosely timed: the unloaded latency of a closed row, no contention.
+void Dram::b_transport(int, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+  const DramTiming& t = config_.channel.timing;
+  const Cycle access = config_.perfect ? 0 : t.rcd + (payload.is_write() ? t.wl : t.cl) + t.ccd;
+  payload.set_response_status(check(payload));
+  delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
+}
+
+void Dram::tick() {
+  const Cycle now = clock_.cycle();
+  Cycle due = kNever;
+  for (unsigned id = 0; id < ports_.size(); ++id) {
+    Port& port = ports_[id];
+    if (port.due <= now) {
+      port.channel.run_until(now - 1);
+      collect_completions(port);
+      if (port.arriving != nullptr && port.arrival <= now) take_arrival(id, port, now);
+      begin_response(id, port, now);
+      port.due = next_due(port, now);
+    }
+    due = std::min(due, port.due);
+  }
+  alarm_.request(due);
+}
+
+void Dram::take_arrival(unsigned id, Port& port, Cycle now) {
+  ::tlm::tlm_generic_payload& payload = *port.arriving;
+  const ::tlm::tlm_response_status status = check(payload);
+  const unsigned bytes = payload.get_data_length();
+  if (status != ::tlm::TLM_OK_RESPONSE || config_.perfect) {
+    if (status != ::tlm::TLM_OK_RESPONSE) ++refused_;
+    if (config_.perfect) port.channel.count_unqueued(bytes, payload.is_write());
+    port.responses.push({&payload, now + config_.fixed_latency});
+  } else {
+    if (!port.channel.can_accept(bytes)) return;  // next_due() books the clock of the next attempt
+    port.channel.enqueue(now, reinterpret_cast<std::uintptr_t>(&payload),
+                         config_.interleave.local(payload.get_address()), bytes, payload.is_write());
+  }
+  payload.set_response_status(status);
+  port.arriving = nullptr;
+  ::tlm::tlm_phase phase = tlm::END_REQ;
+  sc_core::sc_time delay = clock_.ahead_of_kernel();
+  sockets[id]->nb_transport_bw(payload, phase, delay);
+}
+
+void Dram::collect_completions(Port& port) {
+  RingQueue<DramChannel::Completion>& completions = port.channel.completions();
+  while (!completions.empty()) {
+    const DramChannel::Completion& done = completions.front();
+    port.responses.push({reinterpret_cast<::tlm::tlm_generic_payload*>(done.id), done.done + config_.fixed_latency});
+    completions.pop();
+  }
+}
+
+void Dram::begin_response(unsigned id, Port& port, Cycle now) {
+  if (port.responses.empty() || port.responses.front().due > now) return;
+  if (port.responding != nullptr || port.response_free > now) return;
+  ::tlm::tlm_generic_payload& payload = *port.responses.front().payload;
+  port.responses.pop();
+  port.responding = &payload;
+  ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
+  sc_core::sc_time delay = clock_.ahead_of_kernel();
+  const ::tlm::tlm_sync_enum status = sockets[id]->nb_transport_bw(payload, phase, delay);
+  ++responses_;
+  --port.outstanding;
+  const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
+  if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
+  port.responding = nullptr;
+  port.response_free = clock_.edge_after(delay.value());
+  payload.release();
+}
+
+Cycle Dram::next_due(Port& port, Cycle now) {
+  Cycle due = kNever;
+  if (port.arriving != nullptr) {
+    if (port.arrival <= now) {
+      // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
+      // not be looked at before that clock, because the channel is already there.
+      const Cycle room = port.channel.run_until_room(port.arriving->get_data_length()) + 1;
+      full_clocks_ += room - port.arrival;
+      port.arrival = room;
+      collect_completions(port);
+    }
+    due = port.arrival;
+  }
+  if (!port.responses.empty()) {
+    if (port.responding == nullptr) due = std::min(due, std::max(port.responses.front().due, port.response_free));
+  } else if (const Cycle bound = port.channel.completion_bound(); bound != kNever) {
+    due = std::min(due, bound + config_.fixed_latency);
+  }
+  return due == kNever ? kNever : std::max(due, now + 1);
+}
+
+DramCounters Dram::counters() const {
+  DramCounters sum;
+  for (const Port& port : ports_) sum.channel += port.channel.counters();
+  sum.responses = responses_;
+  sum.refused = refused_;
+  sum.full_clocks = full_clocks_;
+  sum.clocks = clock_.now_fs() / clock_.period_fs();
+  const double peak = static_cast<double>(ports_.size()) * config_.channel.burst_bytes / config_.channel.timing.ccd;
+  if (sum.clocks > 0) {
+    sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(sum.clocks));
+  }
+  return sum;
+}
+
+std::vector<DramChannelCounters> Dram::all_channel_counters() const {
+  std::vector<DramChannelCounters> all;
+  for (const Port& port : ports_) all.push_back(port.channel.counters());
+  return all;
+}
+
+void Dram::statistics(StatisticList& list, const std::string& prefix) const {
+  describe(counters(), all_channel_counters(), list, prefix);
+}
+
+void describe(const DramCounters& c, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix) {
+  const std::uint64_t requests = c.channel.reads + c.channel.writes;
+  const auto mean = [&](std::uint64_t sum) {
+    return requests == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(requests);
+  };
+  list.add(prefix + ".reads", c.channel.reads, "requests", "read requests");
+  list.add(prefix + ".writes", c.channel.writes, "requests", "write requests");
+  list.add(prefix + ".bytes", c.channel.bytes, "B", "bytes read and written");
+  list.add(prefix + ".responses", c.responses, "requests", "responses begun");
+  list.add(prefix + ".row_hits", c.channel.row_hits, "requests", "requests that found their row open");
+  list.add(prefix + ".row_misses", c.channel.row_misses, "requests", "requests that needed an activate");
+  list.add(prefix + ".row_conflicts", c.channel.row_conflicts, "requests", "requests that needed a precharge first");
+  list.add(prefix + ".activates", c.channel.activates, "commands", "activate commands");
+  list.add(prefix + ".precharges", c.channel.precharges, "commands", "precharge commands");
+  list.add(prefix + ".bursts", c.channel.bursts, "commands", "column commands");
+  list.add(prefix + ".aged", c.channel.aged, "requests", "requests that reached the age cap of the scheduler");
+  list.add(prefix + ".queue_clocks", c.channel.queue_clocks, "burst-clocks", "queued bursts summed over memory clocks");
+  list.add(prefix + ".queue_full_clocks", c.full_clocks, "clocks", "a request waited for room in a channel's queue");
+  list.add(prefix + ".access_latency", mean(c.channel.latency_clocks), "clocks",
+           "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");
+  list.add(prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time");
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written");
+  }
+}
+
+bool Dram::idle() const {
+  return std::all_of(ports_.begin(), ports_.end(),
+                     [](const Port& p) { return p.outstanding == 0 && p.responding == nullptr; });
+}
+
+Inventory Dram::inventory() const {
+  // The memory controllers' part; the DRAM chips are not on the die.
+  const unsigned entry_bits = 40 - 5 + 1 + 8 * config_.channel.burst_bytes;
+  Inventory inventory;
+  inventory.module = this->name();
+  inventory.storage = {
+      {"queues", StorageKind::ram, ports_.size() * config_.channel.queue * entry_bits, 1, 1, false, entry_bits},
+      {"bank_state", StorageKind::flip_flop, ports_.size() * config_.channel.banks * (16 + 1 + 4 * 8), 1, 1, false}};
+  inventory.operators = {{"match", 16, ports_.size() * config_.channel.queue}};
+  return inventory;
+}
+
+void Dram::dump_state(std::ostream& out) const {
+  for (std::size_t i = 0; i < ports_.size(); ++i) {
+    const Port& port = ports_[i];
+    out << name() << " channel " << i << ": outstanding " << port.outstanding << ", responses " << port.responses.size()
+        << (port.arriving != nullptr ? ", request waiting" : "")
+        << (port.responding != nullptr ? ", response open" : "") << '\n';
+    port.channel.dump_state(out);
+  }
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,99 @@
+// The built-in DRAM: one TLM-2.0 AT target socket per channel, in a memory clock domain of its own (3500 MHz, Table I).
+// Channel model in dram_channel.h. Costs two calls into its initiator per request; sleeps between commands' effects.
+// An external DRAM simulator with 32-bit base-protocol sockets can take its place without a source change.
+#pragma once
+
+#include <tlm_utils/simple_target_socket.h>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <tlm>
+#include <vector>
+
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+struct DramCounters {
+  DramChannelCounters channel;  ///< summed over channels
+  std::uint64_t responses = 0;
+  std::uint64_t refused = 0;         ///< malformed transactions, answered with an error status
+  std::uint64_t full_clocks = 0;     ///< clocks a request waited for room in a full queue, END_REQ withheld
+  std::uint64_t clocks = 0;          ///< memory clocks since the start
+  double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
+};
+
+/// Adds the counts as prefix + ".name". channels: counts of each.
+void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix);
+
+class Dram final : public sc_core::sc_module {
+ public:
+  struct Config {
+    AddressInterleave interleave{};  ///< one channel per slice; 4 x 28 GB/s [C: the paper gives no channel count]
+    DramChannelConfig channel{};
+    Cycle fixed_latency = 256;  ///< memory clocks added to every response: 100 core cycles = 73 ns; Vulkan-Sim [B]
+    std::uint64_t bytes = 0;    ///< size of the memory; addresses beyond are refused; 0: unlimited
+    bool perfect = false;       ///< every request is done after fixed_latency, without banks or a data bus
+  };
+
+  /// clock: memory domain. Throws Error for an impossible configuration.
+  Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+
+  using Socket = tlm_utils::simple_target_socket_tagged<Dram, 32>;
+  sc_core::sc_vector<Socket> sockets;  ///< [channel]; addresses are global, the interleave makes them channel-local
+
+  Inventory inventory() const;
+  void statistics(StatisticList& list, const std::string& prefix) const;
+  DramCounters counters() const;
+  std::vector<DramChannelCounters> all_channel_counters() const;
+  const DramChannelCounters& channel_counters(unsigned channel) const { return ports_[channel].channel.counters(); }
+  bool idle() const;
+  unsigned channels() const { return static_cast<unsigned>(ports_.size()); }
+  std::uint64_t outstanding(unsigned channel) const { return ports_[channel].outstanding; }  ///< requests inside
+  void dump_state(std::ostream& out) const;
+  const Config& config() const { return config_; }
+
+ private:
+  struct Response {
+    ::tlm::tlm_generic_payload* payload = nullptr;
+    Cycle due = 0;
+  };
+  struct Port {
+    explicit Port(const DramChannelConfig& config) : channel(config) {}
+    DramChannel channel;
+    ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
+    Cycle arrival = 0;                               ///< clock from which it is seen
+    RingQueue<Response> responses;
+    ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
+    Cycle response_free = 0;                           ///< clock from which the next response may begin
+    Cycle due = kNever;
+    std::uint64_t outstanding = 0;
+  };
+
+  ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                       sc_core::sc_time& delay);
+  void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload) const;
+  void tick();
+  void take_arrival(unsigned id, Port& port, Cycle now);
+  void begin_response(unsigned id, Port& port, Cycle now);
+  void collect_completions(Port& port);
+  Cycle next_due(Port& port, Cycle now);
+
+  Config config_;
+  ClockDomain& clock_;
+  Alarm alarm_;
+  std::vector<Port> ports_;
+  std::uint64_t responses_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint64_t full_clocks_ = 0;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,322 @@
+#include "grtx/modules/dram/dram_channel.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+DramChannelCounters& DramChannelCounters::operator+=(const DramChannelCounters& o) {
+  reads += o.reads;
+  writes += o.writes;
+  bytes += o.bytes;
+  row_hits += o.row_hits;
+  row_misses += o.row_misses;
+  row_conflicts += o.row_conflicts;
+  activates += o.activates;
+  precharges += o.precharges;
+  bursts += o.bursts;
+  aged += o.aged;
+  queue_clocks += o.queue_clocks;
+  latency_clocks += o.latency_clocks;
+  return *this;
+}
+
+namespace {
+
+int shift_of(unsigned divisor) { return std::has_single_bit(divisor) ? std::countr_zero(divisor) : -1; }
+
+// A division by a variable takes as long as the rest of a request's way into the queue.
+std::uint64_t divided(std::uint64_t a, unsigned divisor, int shift) { return shift >= 0 ? a >> shift : a / divisor; }
+
+constexpr std::uint64_t kNoKey = ~std::uint64_t{0};
+
+std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& keys) {
+  std::uint64_t least = kNoKey;
+  for (; banks != 0; banks &= banks - 1) {
+    least = std::min(least, keys[static_cast<std::size_t>(std::countr_zero(banks))]);
+  }
+  return least;
+}
+
+}  // namespace
+
+DramChannel::DramChannel(const DramChannelConfig& config)
+    : config_(config),
+      row_shift_(shift_of(config.row_bytes)),
+      bank_shift_(shift_of(config.banks)),
+      entries_(config.queue),
+      banks_(config.banks),
+      oldest_key_(config.banks),
+      hit_key_(config.banks),
+      wake_(config.banks),
+      completions_(256) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw Error("configuration", "dram", rule);
+  };
+  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
+  require(!config.bank_xor || std::has_single_bit(config.banks), "bank_xor needs a power of two of banks");
+  require(config.queue >= 4, "the queue must hold a line of 4 bursts");
+  require(config.burst_bytes >= 1 && config.row_bytes >= config.burst_bytes, "a row must hold a burst");
+  require(config.age_cap < kNever / 4, "the age cap is out of range");
+  require(config.timing.ccd >= 1, "CCD must be at least 1 clock");
+  for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
+}
+
+void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write) {
+  assert(can_accept(bytes) && next_ >= now);
+  count_queue(now);
+  const std::uint32_t number = free_.back();
+  free_.pop_back();
+  Entry& e = entries_[number];
+  const std::uint64_t row_number = divided(address, config_.row_bytes, row_shift_);
+  const std::uint64_t row = divided(row_number, config_.banks, bank_shift_);
+  auto number_of_bank = static_cast<std::uint32_t>(row_number - row * config_.banks);
+  if (config_.bank_xor) number_of_bank ^= static_cast<std::uint32_t>(row & (config_.banks - 1));
+  Bank& bank = banks_[number_of_bank];
+  e.id = id;
+  e.row = row;
+  e.order = next_order_++;
+  e.enqueued = now;
+  e.newer = kNone;
+  e.older = bank.newest;
+  e.bank = number_of_bank;
+  e.remaining = bursts(bytes);
+  e.write = write;
+  e.activated = e.precharged = false;
+  if (bank.newest != kNone) {
+    entries_[bank.newest].newer = number;
+  } else {
+    set_oldest(bank, number);
+  }
+  bank.newest = number;
+  if (bank.open && bank.hit == kNone && bank.row == e.row) set_hit(bank, number);
+  busy_banks_ |= std::uint64_t{1} << e.bank;
+  first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
+  refresh(now, e.bank);
+  ++queued_;
+  queued_bursts_ += e.remaining;
+  ++(write ? counters_.writes : counters_.reads);
+  counters_.bytes += bytes;
+  next_ = now;
+}
+
+// What the bank waits for: a column command for its hit, or a row command for its oldest request. A bank that may not
+// yet have it, or whose oldest request ages, is looked at again when its time has come.
+void DramChannel::refresh(Cycle now, std::uint32_t number) {
+  const std::uint64_t bit = std::uint64_t{1} << number;
+  Bank& bank = banks_[number];
+  banks_that(bank.ready) &= ~bit;
+  bank.ready = Ready::none;
+  if ((timed_ & bit) != 0) unbook(number);
+  if (bank.oldest == kNone) return;
+  Cycle at = 0;
+  Cycle wake = kNever;
+  Ready ready = Ready::none;
+  const bool hit_is_oldest = bank.hit == bank.oldest;
+  if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
+    at = bank.can_column;
+    ready = bank.hit_write ? Ready::write : Ready::read;
+    if (!hit_is_oldest) wake = bank.ages_at;
+  } else {
+    at = bank.open ? bank.can_precharge : bank.can_activate;
+    ready = bank.open ? Ready::precharge : Ready::activate;
+  }
+  if (at <= now) {
+    bank.ready = ready;
+    banks_that(ready) |= bit;
+  } else {
+    wake = std::min(wake, at);
+  }
+  if (wake != kNever) book(std::min(wake, now + kWheel - 1), number);
+}
+
+void DramChannel::book(Cycle clock, std::uint32_t bank) {
+  timed_ |= std::uint64_t{1} << bank;
+  wake_[bank] = static_cast<std::uint8_t>(clock % kWheel);
+  wakes_[clock % kWheel] |= std::uint64_t{1} << bank;
+  wake_clocks_ |= std::uint64_t{1} << clock % kWheel;
+}
+
+void DramChannel::unbook(std::uint32_t bank) {
+  timed_ &= ~(std::uint64_t{1} << bank);
+  std::uint64_t& banks = wakes_[wake_[bank]];
+  banks &= ~(std::uint64_t{1} << bank);
+  if (banks == 0) wake_clocks_ &= ~(std::uint64_t{1} << wake_[bank]);
+}
+
+void DramChannel::wake_banks(Cycle now) {
+  for (std::uint64_t rest = wakes_[now % kWheel]; rest != 0; rest &= rest - 1) {
+    refresh(now, static_cast<std::uint32_t>(std::countr_zero(rest)));
+  }
+}
+
+// Whether a hit other than `column` is past the age cap and the oldest hit of all.
+bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
+  if (now < first_ages_at_) return false;
+  first_ages_at_ = kNever;
+  std::uint64_t order = ~std::uint64_t{0};
+  std::uint32_t oldest = kNone;
+  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
+    const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
+    first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
+    if (bank.hit == kNone || (bank.hit != bank.oldest && now >= bank.ages_at)) continue;
+    if (entries_[bank.hit].order >= order) continue;
+    order = entries_[bank.hit].order;
+    oldest = bank.hit;
+  }
+  return oldest != kNone && oldest != column && aged(entries_[oldest], now);
+}
+
+// First ready, first come: the oldest row hit whose timing allows it gets the column command; the oldest request whose
+// bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
+// bank serves no younger hits, and the data bus waits for it once its row is open.
+void DramChannel::step(Cycle now) {
+  if ((wake_clocks_ >> now % kWheel & 1) != 0) wake_banks(now);
+  const std::uint64_t columns =
+      (next_read_ <= now ? banks_that(Ready::read) : 0) | (next_write_ <= now ? banks_that(Ready::write) : 0);
+  const std::uint64_t rows = banks_that(Ready::precharge) | (next_activate_ <= now ? banks_that(Ready::activate) : 0);
+  const std::uint64_t row = least_key(rows, oldest_key_);
+  const std::uint64_t column = least_key(columns, hit_key_);
+  const bool held_back = column != kNoKey && older_hit_has_aged(now, banks_[column % 64].hit);
+  if (row != kNoKey) {
+    issue_row(now, banks_[row % 64].oldest);
+    refresh(now, row % 64);
+  }
+  if (column != kNoKey && !held_back) {
+    issue_column(now, banks_[column % 64].hit);
+    refresh(now, column % 64);
+  }
+  if (busy_banks_ == 0) {
+    next_ = kNever;
+    return;
+  }
+  Cycle next = kNever;
+  if (wake_clocks_ != 0) {
+    next =
+        now + 1 + static_cast<Cycle>(std::countr_zero(std::rotr(wake_clocks_, static_cast<int>((now + 1) % kWheel))));
+  }
+  if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
+  if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
+  if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
+  if (banks_that(Ready::precharge) != 0) next = 0;
+  next_ = std::max(next, now + 1);
+}
+
+void DramChannel::issue_column(Cycle now, std::uint32_t number) {
+  const DramTiming& t = config_.timing;
+  Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  next_read_ = std::max(next_read_, now + (e.write ? t.write_to_read() : t.ccd));
+  next_write_ = std::max(next_write_, now + (e.write ? t.ccd : t.read_to_write()));
+  bank.can_precharge = std::max(bank.can_precharge, now + (e.write ? t.write_to_precharge() : t.rtp));
+  count_queue(now);
+  ++counters_.bursts;
+  --queued_bursts_;
+  if (--e.remaining > 0) return;
+  const Cycle done = now + (e.write ? t.wl : t.cl) + t.ccd;
+  ++(e.precharged ? counters_.row_conflicts : e.activated ? counters_.row_misses : counters_.row_hits);
+  if (aged(e, now)) ++counters_.aged;
+  counters_.latency_clocks += done - e.enqueued;
+  completions_.push({e.id, done});
+  remove(number);
+}
+
+void DramChannel::issue_row(Cycle now, std::uint32_t number) {
+  const DramTiming& t = config_.timing;
+  Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  if (bank.open) {
+    bank.open = false;
+    bank.hit = kNone;
+    bank.can_activate = std::max(now + t.rp, bank.last_activate + t.rc);
+    e.precharged = true;
+    ++counters_.precharges;
+    return;
+  }
+  bank.open = true;
+  bank.row = e.row;
+  bank.last_activate = now;
+  bank.can_column = now + t.rcd;
+  bank.can_precharge = now + t.ras;
+  next_activate_ = now + t.rrd;
+  e.activated = true;
+  ++counters_.activates;
+  find_hit(bank, bank.oldest);
+}
+
+// The oldest entry of the open row, from this one on.
+void DramChannel::find_hit(Bank& bank, std::uint32_t from) {
+  while (from != kNone && entries_[from].row != bank.row) from = entries_[from].newer;
+  set_hit(bank, from);
+}
+
+void DramChannel::set_hit(Bank& bank, std::uint32_t entry) {
+  bank.hit = entry;
+  if (entry == kNone) return;
+  const Entry& e = entries_[entry];
+  hit_key_[e.bank] = key(e);
+  bank.hit_write = e.write;
+}
+
+void DramChannel::set_oldest(Bank& bank, std::uint32_t entry) {
+  bank.oldest = entry;
+  if (entry == kNone) return;
+  const Entry& e = entries_[entry];
+  oldest_key_[e.bank] = key(e);
+  bank.ages_at = e.enqueued + config_.age_cap + 1;
+}
+
+void DramChannel::remove(std::uint32_t number) {
+  const Entry& e = entries_[number];
+  Bank& bank = banks_[e.bank];
+  if (e.older != kNone) {
+    entries_[e.older].newer = e.newer;
+  } else {
+    set_oldest(bank, e.newer);
+  }
+  (e.newer != kNone ? entries_[e.newer].older : bank.newest) = e.older;
+  if (bank.oldest == kNone) busy_banks_ &= ~(std::uint64_t{1} << e.bank);
+  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest of its row
+  free_.push_back(number);
+  --queued_;
+}
+
+Cycle DramChannel::run_until_room(unsigned bytes) {
+  Cycle clock = next_;
+  while (!can_accept(bytes)) {
+    clock = next_;
+    assert(clock != kNever);
+    step(clock);
+  }
+  return clock;
+}
+
+Cycle DramChannel::completion_bound() const {
+  if (queued_ == 0) return kNever;
+  return next_ + std::min(config_.timing.cl, config_.timing.wl) + config_.timing.ccd;
+}
+
+void DramChannel::count_queue(Cycle now) {
+  counters_.queue_clocks += queued_bursts_ * (now - queue_counted_);
+  queue_counted_ = now;
+}
+
+void DramChannel::dump_state(std::ostream& out) const {
+  out << "  queue " << queued_bursts_ << '/' << config_.queue << " bursts, completions " << completions_.size();
+  if (next_ != kNever) out << ", next command at clock " << next_;
+  out << '\n';
+  for (std::size_t b = 0; b < banks_.size(); ++b) {
+    const Bank& bank = banks_[b];
+    for (std::uint32_t i = bank.oldest; i != kNone; i = entries_[i].newer) {
+      const Entry& e = entries_[i];
+      out << "    bank " << b << (bank.open ? " row " + std::to_string(bank.row) : std::string(" closed")) << ": "
+          << (e.write ? "write" : "read") << " row " << e.row << " since clock " << e.enqueued << '\n';
+    }
+  }
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,156 @@
+#include "grtx/modules/kernel/clock_domain.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace grtx::modules {
+
+void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::SC_FS); }
+
+ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
+    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
+  assert(mhz > 0.0);
+  SC_METHOD(on_wake);
+  sensitive << wake_;
+  dont_initialize();
+}
+
+std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint64_t>(std::llround(1e9 / mhz)); }
+
+void ClockDomain::allow_ahead(std::uint64_t until_fs) {
+  if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
+}
+
+std::size_t ClockDomain::add(const Registered& alarm) {
+  const std::size_t index = alarms_.size();
+  alarms_.push_back(alarm);
+  wanted_.push_back(kNever);
+  if (index / 64 == due_.size()) {
+    due_.emplace_back();
+    far_.push_back(0);
+  }
+  return index;
+}
+
+void ClockDomain::place_far(std::size_t alarm, Cycle cycle) {
+  far_[alarm / 64] |= bit_of(alarm);
+  far_from_ = std::min(far_from_, cycle);
+}
+
+void ClockDomain::forget(std::size_t alarm) {
+  std::uint64_t& far = far_[alarm / 64];
+  if ((far & bit_of(alarm)) != 0) {
+    far &= ~bit_of(alarm);
+    return;
+  }
+  const Cycle cycle = wanted_[alarm];
+  due_[alarm / 64].at[cycle % kWheel] &= ~bit_of(alarm);
+  std::uint64_t left = 0;
+  for (const Wheel& wheel : due_) left |= wheel.at[cycle % kWheel];
+  if (left == 0) busy_ &= ~bit_of(cycle);
+}
+
+void ClockDomain::set(std::size_t alarm, Cycle cycle) {
+  cycle = std::max(cycle, soonest_);
+  if (wanted_[alarm] != kNever) forget(alarm);
+  wanted_[alarm] = cycle;
+  place(alarm, cycle);
+  if (cycle < next_) schedule(cycle);
+}
+
+// Alarms and bookings that have come within reach of the wheel enter it.
+void ClockDomain::bring_near() {
+  while (!far_booked_.empty() && *far_booked_.begin() - cycle_ < kWheel) {
+    booked_ |= bit_of(*far_booked_.begin());
+    far_booked_.erase(far_booked_.begin());
+  }
+  if (far_from_ >= cycle_ + kWheel) return;
+  far_from_ = kNever;
+  for (std::size_t word = 0; word < far_.size(); ++word) {
+    for (std::uint64_t rest = std::exchange(far_[word], 0); rest != 0; rest &= rest - 1) {
+      const std::size_t alarm = word * 64 + static_cast<std::size_t>(std::countr_zero(rest));
+      place(alarm, wanted_[alarm]);
+    }
+  }
+}
+
+// After the present cycle. Nothing beyond the wheel is earlier than what is in it.
+Cycle ClockDomain::earliest() const {
+  const std::uint64_t near = busy_ | booked_;
+  if (near != 0) {
+    const int distance = std::countr_zero(std::rotr(near, static_cast<int>((cycle_ + 1) % kWheel)));
+    return cycle_ + 1 + static_cast<Cycle>(distance);
+  }
+  Cycle earliest = far_booked_.empty() ? kNever : *far_booked_.begin();
+  for (std::size_t word = 0; word < far_.size(); ++word) {
+    for (std::uint64_t rest = far_[word]; rest != 0; rest &= rest - 1) {
+      earliest = std::min(earliest, wanted_[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))]);
+    }
+  }
+  return earliest;
+}
+
+void ClockDomain::schedule(Cycle cycle) {
+  next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
+  if (ahead_ == nullptr || !ahead_->running_) notify_kernel();
+}
+
+void ClockDomain::notify_kernel() {
+  wake_.notify(sc_core::sc_time::from_value(next_ * period_fs_) - sc_core::sc_time_stamp());
+}
+
+void ClockDomain::request_earlier(Cycle cycle) {
+  // An edge that has already fired cannot fire again; a past edge is the next one not before now.
+  const Cycle earliest = edge_at_or_after_now();
+  const Cycle target = std::max({cycle, earliest, soonest_});
+  book(target);
+  if (target < next_) schedule(target);
+}
+
+void ClockDomain::on_wake() {
+  step();
+  if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
+}
+
+void ClockDomain::run_alarm(std::size_t index) {
+  wanted_[index] = kNever;
+  const Registered& due = alarms_[index];
+  if (due.run != nullptr) {
+    due.run(due.module);
+    next_wanted_ |= observed_;
+  } else {
+    due.alarm->event_.notify();
+    next_wanted_ = true;  // who has not run yet mostly wants the next cycle
+  }
+}
+
+// One cycle. Modules run here, and by immediate notifications all other clocked processes in this evaluation phase.
+void ClockDomain::step() {
+  cycle_ = next_;
+  soonest_ = cycle_ + 1;
+  bring_near();
+  const std::size_t slot = cycle_ % kWheel;
+  busy_ &= ~bit_of(slot);
+  booked_ &= ~bit_of(slot);
+  next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
+  next_wanted_ = !idle_skip_;
+  ++ticks_;
+  if (!idle_skip_) {
+    for (std::size_t alarm = 0; alarm < alarms_.size(); ++alarm) {
+      if (wanted_[alarm] != kNever) forget(alarm);
+      run_alarm(alarm);
+    }
+  } else {
+    for (std::size_t word = 0; word < due_.size(); ++word) {
+      for (std::uint64_t rest = std::exchange(due_[word].at[slot], 0); rest != 0; rest &= rest - 1) {
+        run_alarm(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
+      }
+    }
+  }
+  if (observed_) tick_.notify();
+  next_ = next_wanted_ ? cycle_ + 1 : earliest();
+}
+
+}  // namespace grtx::modules

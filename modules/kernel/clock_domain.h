@@ -1,0 +1,185 @@
+// A clock domain: edges on an integer grid of time, no free-running clock. It ticks in the cycles that somebody asked
+// for, and in each of them wakes only the processes whose alarm is due.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <set>
+#include <systemc>
+#include <vector>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/kernel/run_ahead.h"
+
+namespace grtx::modules {
+
+inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
+
+class Alarm;
+
+/// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
+/// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
+/// requested cycle to the next; while modules are busy that is one kernel notification a cycle, or none (RunAhead).
+/// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
+class ClockDomain final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(ClockDomain);
+  /// mhz: frequency, rounded to an integer period in fs. idle_skip false ticks every cycle (for tests).
+  ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip = true);
+
+  /// Fires in every cycle that the domain does not skip.
+  const sc_core::sc_event& tick() const {
+    observed_ = true;
+    return tick_;
+  }
+  /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
+  Cycle cycle() const { return cycle_; }
+  std::uint64_t period_fs() const { return period_fs_; }
+  /// Of a clock of that frequency, as every domain rounds it.
+  static std::uint64_t period_fs(double mhz);
+  /// Asks for a tick() at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
+  /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.
+  /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
+  void request(Cycle cycle) {
+    if (cycle < next_) return request_earlier(cycle);
+    book(cycle);
+  }
+  /// The present: the kernel's time, or that of the last tick where the domain runs ahead of the kernel.
+  std::uint64_t now_fs() const {
+    const std::uint64_t kernel = kernel_fs();
+    return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
+  }
+  /// How far that is ahead of the kernel: the delay to annotate in a TLM call.
+  sc_core::sc_time ahead_of_kernel() const { return sc_core::sc_time::from_value(now_fs() - kernel_fs()); }
+  /// First edge at or after the present, for callers outside the domain.
+  Cycle edge_at_or_after_now() const { return (now_fs() + period_fs_ - 1) / period_fs_; }
+  /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible
+  /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
+  Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() + delay_fs) / period_fs_ + 1; }
+  std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
+  /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
+  void allow_ahead(std::uint64_t until_fs);
+
+ private:
+  friend class Alarm;
+  friend class DirectCalls;
+  friend class RunAhead;
+
+  // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
+  // farther away are looked at again when they come within reach.
+  static constexpr Cycle kWheel = 64;
+  static constexpr std::uint64_t bit_of(std::uint64_t i) { return std::uint64_t{1} << i % 64; }
+  struct Wheel {
+    std::array<std::uint64_t, kWheel> at{};  ///< [cycle modulo kWheel]: alarms that are due
+  };
+  struct Registered {
+    Alarm* alarm = nullptr;
+    void (*run)(void* module) = nullptr;  ///< null: a process waits for the alarm's event
+    void* module = nullptr;
+  };
+
+  std::uint64_t kernel_fs() const {
+    return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_fs_ : sc_core::sc_time_stamp().value();
+  }
+  std::size_t add(const Registered& alarm);
+  void set(std::size_t alarm, Cycle cycle);
+  void forget(std::size_t alarm);
+  void place(std::size_t alarm, Cycle cycle) {
+    if (cycle - cycle_ >= kWheel) return place_far(alarm, cycle);
+    due_[alarm / 64].at[cycle % kWheel] |= bit_of(alarm);
+    busy_ |= bit_of(cycle);
+  }
+  void place_far(std::size_t alarm, Cycle cycle);
+  void book(Cycle cycle) {
+    if (cycle - cycle_ < kWheel) {
+      booked_ |= bit_of(cycle);
+    } else if (cycle != kNever) {
+      far_booked_.insert(cycle);
+    }
+  }
+  void bring_near();
+  Cycle earliest() const;
+  void schedule(Cycle cycle);
+  void notify_kernel();
+  void request_earlier(Cycle cycle);
+  void run_alarm(std::size_t alarm);
+  void on_wake();
+  void step();
+
+  std::uint64_t period_fs_;
+  bool idle_skip_;
+  sc_core::sc_event wake_;
+  sc_core::sc_event tick_;
+  mutable bool observed_ = false;  ///< somebody has asked for tick_
+  bool direct_ = false;            ///< modules built now are called by the domain's process
+  RunAhead* ahead_ = nullptr;
+  Cycle cycle_ = 0;
+  Cycle next_ = kNever;
+  bool next_wanted_ = false;  ///< something needs the cycle after the present one
+  std::uint64_t ticks_ = 0;
+
+  std::vector<Registered> alarms_;
+  std::vector<Cycle> wanted_;       ///< by alarm; kNever: not set
+  Cycle soonest_ = 0;               ///< the first cycle that has not ticked: no alarm can be set for an earlier one
+  std::vector<Wheel> due_;          ///< by 64 alarms
+  std::uint64_t busy_ = 0;          ///< cycles of the wheel with an alarm
+  std::uint64_t booked_ = 0;        ///< cycles of the wheel that were asked for by request()
+  std::vector<std::uint64_t> far_;  ///< by 64 alarms: those beyond the wheel when they were set
+  Cycle far_from_ = kNever;         ///< none of them is due before
+  std::set<Cycle> far_booked_;
+};
+
+/// The wake-up call of one clocked process. It keeps the earliest request only: a process that runs asks again for what
+/// is left to do, arrivals on its links included (Link::wake() asks for them when they are sent).
+class Alarm {
+ public:
+  using Call = void (*)(void* module);
+
+  explicit Alarm(ClockDomain& domain) : Alarm(domain, {this, nullptr, nullptr}) {}
+  /// The same for a process that may be called directly (DirectCalls): run(module) does what the process does.
+  Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, {this, domain.direct_ ? run : nullptr, module}) {}
+  /// The same for a module that needs no process: that of the domain calls run(module).
+  static Alarm without_process(ClockDomain& domain, void* module, Call run) {
+    return Alarm(domain, {nullptr, run, module});
+  }
+  Alarm(const Alarm&) = delete;
+  Alarm& operator=(const Alarm&) = delete;
+
+  const sc_core::sc_event& event() const { return event_; }
+  /// The process runs at `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
+  void request(Cycle cycle) {
+    if (cycle < domain_.wanted_[index_]) domain_.set(index_, cycle);
+  }
+
+ private:
+  friend class ClockDomain;
+
+  Alarm(ClockDomain& domain, const ClockDomain::Registered& registered)
+      : domain_(domain), index_(domain.add(registered)) {}
+
+  ClockDomain& domain_;
+  std::size_t index_;
+  sc_core::sc_event event_;
+};
+
+/// While one of these lives, modules that are built are called by the process of the clock domain; their own processes
+/// then sleep. An activation by the kernel costs as much as the work of a small module in a cycle. Results do not
+/// depend on it, since modules meet through registered links only.
+class DirectCalls {
+ public:
+  explicit DirectCalls(ClockDomain& domain) : domain_(domain) { domain_.direct_ = true; }
+  ~DirectCalls() { domain_.direct_ = false; }
+  DirectCalls(const DirectCalls&) = delete;
+  DirectCalls& operator=(const DirectCalls&) = delete;
+
+ private:
+  ClockDomain& domain_;
+};
+
+/// Call first in sc_main and in every test fixture.
+void set_time_resolution_to_fs();
+
+}  // namespace grtx::modules

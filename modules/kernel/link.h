@@ -1,0 +1,112 @@
+// A registered link between two modules: one producer, one consumer, latency >= 1 cycle, finite capacity.
+// Items sent in cycle c are visible from c + latency; space freed in cycle c is visible to the producer from c + 1.
+// So results never depend on the order in which the kernel runs the two processes within a cycle.
+//
+// Modules reach links through sc_core::sc_port<Link<T>>; the methods are not virtual, so a port costs a pointer.
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/kernel/clock_domain.h"
+
+namespace grtx::modules {
+
+template <typename T>
+class alignas(64) Link final : public virtual sc_core::sc_interface {
+ public:
+  Link(std::string name, unsigned latency, std::size_t capacity)
+      : latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity), name_(std::move(name)) {
+    assert(latency >= 1 && capacity >= 1 && capacity <= ~std::uint32_t{0});
+  }
+
+  const std::string& name() const { return name_; }
+  /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
+  void wake(Alarm* consumer) { consumer_ = consumer; }
+  /// A push into the empty link sets this bit of the consumer's, which so knows the few of its many links that are not
+  /// empty.
+  void announce(std::uint64_t* word, unsigned bit) {
+    announced_ = word;
+    announced_bit_ = std::uint64_t{1} << bit;
+  }
+
+  // Producer side.
+  bool can_push(Cycle now) const { return occupied(now) < capacity_; }
+  std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
+  void push(Cycle now, const T& item) {
+    assert(can_push(now));
+    slots_[tail_] = {item, now + latency_};
+    tail_ = next(tail_);
+    if (size_++ == 0) {
+      visible_ = now + latency_;
+      if (announced_ != nullptr) *announced_ |= announced_bit_;
+    }
+    ++pushed_;
+    if (consumer_ != nullptr) consumer_->request(now + latency_);
+  }
+
+  // Consumer side.
+  /// Oldest item if it has arrived by `now`, else nullptr.
+  const T* front(Cycle now) const { return visible_ <= now ? &slots_[head_].item : nullptr; }
+  void pop(Cycle now) {
+    assert(front(now) != nullptr);
+    if (last_pop_cycle_ != now) {
+      last_pop_cycle_ = now;
+      popped_this_cycle_ = 0;
+    }
+    ++popped_this_cycle_;
+    head_ = next(head_);
+    if (--size_ == 0) {
+      head_ = tail_ = 0;  // stays in the same few lines of the host's cache
+      visible_ = kNever;
+    } else {
+      visible_ = slots_[head_].visible;
+    }
+  }
+  /// Cycle at which the oldest item becomes visible; kNever when empty.
+  Cycle next_visible() const { return visible_; }
+
+  /// The item that was sent last, if that was in cycle `now`; for observers that look after the cycle.
+  const T* sent(Cycle now) const {
+    const Slot& newest = slots_[tail_ == 0 ? capacity_ - 1 : tail_ - 1];
+    return size_ != 0 && newest.visible == now + latency_ ? &newest.item : nullptr;
+  }
+
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  unsigned latency() const { return latency_; }
+  std::uint64_t pushed() const { return pushed_; }
+
+ private:
+  struct Slot {
+    T item{};
+    Cycle visible = 0;
+  };
+  std::uint32_t next(std::uint32_t i) const { return i + 1 == capacity_ ? 0 : i + 1; }
+  // A slot popped in this very cycle still counts: the producer learns of it at the next edge.
+  std::uint32_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
+
+  // Consumers look at their links in most cycles, mostly to find nothing: what they read then is one line of the host's
+  // cache, without the slots.
+  Cycle visible_ = kNever;  ///< of the oldest item
+  std::uint32_t size_ = 0;
+  std::uint32_t popped_this_cycle_ = 0;
+  Cycle last_pop_cycle_ = kNever;
+  std::uint32_t head_ = 0;
+  std::uint32_t tail_ = 0;
+  std::uint32_t latency_;
+  std::uint32_t capacity_;
+  std::vector<Slot> slots_;
+  std::uint64_t pushed_ = 0;
+  Alarm* consumer_ = nullptr;
+  std::uint64_t* announced_ = nullptr;
+  std::uint64_t announced_bit_ = 0;
+  std::string name_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,50 @@
+#include "grtx/modules/kernel/run_ahead.h"
+
+#include <algorithm>
+#include <systemc>
+
+#include "grtx/modules/kernel/clock_domain.h"
+
+namespace grtx::modules {
+
+RunAhead::RunAhead(ClockDomain& first, ClockDomain& second, bool enabled)
+    : domains_{&first, &second}, enabled_(enabled) {
+  for (ClockDomain* domain : domains_) domain->ahead_ = this;
+}
+
+RunAhead::~RunAhead() {
+  for (ClockDomain* domain : domains_) domain->ahead_ = nullptr;
+}
+
+// Called by the process of a domain after its tick. Returns whether it ticked on, or has at least notified the kernel
+// of what comes next.
+bool RunAhead::run() {
+  const std::uint64_t kernel = sc_core::sc_time_stamp().value();
+  if (!enabled_ || until_fs_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
+  for (ClockDomain* domain : domains_) domain->wake_.cancel();
+  std::uint64_t until = until_fs_;
+  if (sc_core::sc_pending_activity()) {
+    until = std::min<std::uint64_t>(until, kernel + sc_core::sc_time_to_pending_activity().value());
+  }
+  running_ = true;
+  kernel_fs_ = kernel;
+  do {
+    ClockDomain* earliest = nullptr;
+    std::uint64_t at = until;
+    for (ClockDomain* domain : domains_) {
+      if (domain->next_ == kNever || domain->next_ * domain->period_fs_ >= at) continue;
+      earliest = domain;
+      at = domain->next_ * domain->period_fs_;
+    }
+    if (earliest == nullptr) break;
+    now_fs_ = at;
+    earliest->step();
+  } while (!sc_core::sc_pending_activity_at_current_time());
+  running_ = false;
+  for (ClockDomain* domain : domains_) {
+    if (domain->next_ != kNever) domain->notify_kernel();
+  }
+  return true;
+}
+
+}  // namespace grtx::modules

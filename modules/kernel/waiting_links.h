@@ -1,0 +1,39 @@
+// Which of a module's many input links hold something: a module that is called in a busy cycle looks at few of them.
+#pragma once
+
+#include "grtx/modules/kernel/index_set.h"
+#include "grtx/modules/kernel/link.h"
+
+namespace grtx::modules {
+
+class WaitingLinks {
+ public:
+  explicit WaitingLinks(unsigned links) : numbers_(links) {}
+
+  /// Link number `i` of this module, the consumer. Neither is to move afterwards.
+  template <typename T>
+  void watch(unsigned i, Link<T>& link) {
+    link.announce(numbers_.word_of(i), i % 64);
+  }
+  /// To be called when something was taken from link number `i`.
+  template <typename T>
+  void popped(unsigned i, const Link<T>& link) {
+    if (link.empty()) numbers_.erase(i);
+  }
+
+  /// f(number) for each that is not empty, lowest first. f may take from the link.
+  template <typename F>
+  void for_each(F&& f) const {
+    numbers_.for_each(f);
+  }
+  /// The same, beginning with number `first` and going once around.
+  template <typename F>
+  void for_each_from(unsigned first, F&& f) const {
+    numbers_.for_each_from(first, f);
+  }
+
+ private:
+  IndexSet numbers_;
+};
+
+}  // namespace grtx::modules

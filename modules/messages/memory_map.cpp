@@ -1,0 +1,66 @@
+#include "grtx/modules/messages/memory_map.h"
+
+#include <algorithm>
+
+namespace grtx::modules {
+namespace {
+
+// Regions start on DRAM row boundaries, so that no burst straddles two of them.
+constexpr std::uint64_t kAlignment = 4096;
+
+// An eviction buffer holds at most the any-hit calls of one round that did not fit; a header does not know how many
+// that are, so the region is sized as the checkpoint buffer is (the paper gives both together) unless the config says
+// more.
+constexpr std::uint64_t kMinimumEvictions = 256;
+
+constexpr std::uint64_t kCacheLine = 128;
+
+constexpr std::uint64_t round_up(std::uint64_t bytes, std::uint64_t unit) { return (bytes + unit - 1) / unit * unit; }
+
+// The rays of a warp fill their buffers in step. With a stride of an even number of lines their current entries would
+// all fall into the same few cache sets and DRAM banks; an odd number of lines spreads them.
+constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
+  const std::uint64_t lines = (bytes + kCacheLine - 1) / kCacheLine;
+  return (lines | 1) * kCacheLine;
+}
+
+}  // namespace
+
+MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config)
+    : gaussian_bytes_(header.gaussian_record_bytes),
+      sh_bytes_(header.sh_record_bytes),
+      k_(header.tracing == "single" ? 2 * header.k : header.k),
+      warp_size_(header.warp_size),
+      resident_warps_(config.resident_warps) {
+  const std::uint64_t warps = static_cast<std::uint64_t>(config.sms) * config.resident_warps;
+  const std::uint64_t rays = warps * header.warp_size;
+  std::uint64_t cursor = 0;
+  const auto place = [&](const char* name, std::uint64_t bytes) {
+    const std::uint64_t base = cursor;
+    extents_.push_back({name, base, bytes});
+    cursor = round_up(cursor + bytes, kAlignment);
+    return base;
+  };
+  place("node_image", header.node_image_bytes);
+  gaussian_ = place("gaussian", header.gaussians * gaussian_bytes_);
+  sh_ = place("sh", header.gaussians * sh_bytes_);
+  k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
+  if (header.checkpoint) {
+    checkpoint_capacity_ = header.checkpoint_capacity;
+    checkpoint_stride_ = spread_stride(checkpoint_capacity_ * traces::kCheckpointEntryBytes);
+    checkpoint_ = place("checkpoint", rays * 2 * checkpoint_stride_);
+    eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
+                                                       : std::max(header.checkpoint_capacity, kMinimumEvictions);
+    eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes);
+    eviction_ = place("eviction", rays * eviction_stride_);
+  }
+  pixel_ = place("pixel", static_cast<std::uint64_t>(header.width) * header.height * kPixelBytes);
+  if (config.stack_sectors != 0) {
+    stack_sectors_ = config.stack_sectors;
+    stack_stride_ = spread_stride(stack_sectors_ * kSectorBytes);
+    stack_ = place("stack", rays * stack_stride_);
+  }
+  end_ = cursor;
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,185 @@
+#include "grtx/modules/noc/crossbar.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/kernel/link_inventory.h"
+
+namespace grtx::modules {
+namespace {
+
+void require(bool holds, const char* rule) {
+  if (!holds) throw Error("configuration", "crossbar", rule);
+}
+
+}  // namespace
+
+template <typename Packet>
+template <typename Destination>
+Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
+  // Requests for the outputs, from the heads of the inputs.
+  const unsigned n = static_cast<unsigned>(inputs_.size());
+  Cycle due = kNever;
+  waiting_.for_each([&](unsigned i) {
+    const Packet* head = inputs_[i]->front(now);
+    if (head == nullptr) {
+      due = std::min(due, inputs_[i]->next_visible());
+      return;
+    }
+    const unsigned to = destination(*head);
+    Output& output = outputs_[to];
+    if (output.buffer.size() >= output.capacity) {
+      ++counters_.blocked_cycles;
+      due = now + 1;
+      return;
+    }
+    // Distance from the round-robin pointer: the nearest input wins.
+    const unsigned distance = i >= output.next_input ? i - output.next_input : i + n - output.next_input;
+    if (output.contenders++ != 0) {
+      ++counters_.conflict_cycles;
+      due = now + 1;
+      if (distance > output.distance) return;
+    }
+    output.winner = i;
+    output.distance = distance;
+    busy_.insert(to);
+  });
+
+  busy_.for_each([&](unsigned i) {
+    Output& output = outputs_[i];
+    if (output.contenders > 0) {
+      output.contenders = 0;
+      Link<Packet>& input = *inputs_[output.winner];
+      output.buffer.push({*input.front(now), now + output.hold});
+      input.pop(now);
+      waiting_.popped(output.winner, input);
+      due = std::min(due, input.next_visible());
+      output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
+      ++counters_.packets_in;
+    }
+    if (output.buffer.front().due <= now && deliver(now, clock, output)) {
+      busy_.erase(i);
+    } else {
+      due = std::min(due, output.buffer.front().due);
+    }
+  });
+  return std::max(due, now + 1);
+}
+
+// Hands the oldest packet over, if there is room; returns whether it was the last.
+template <typename Packet>
+bool CrossbarNetwork<Packet>::deliver(Cycle now, ClockDomain& clock, Output& output) {
+  if (!output.link->can_push(now)) return false;
+  output.link->push(now, output.buffer.front().packet);
+  clock.request(now + output.link->latency());
+  output.buffer.pop();
+  ++counters_.packets_out;
+  return output.buffer.empty();
+}
+
+template <typename Packet>
+bool CrossbarNetwork<Packet>::idle() const {
+  return std::all_of(outputs_.begin(), outputs_.end(), [](const Output& o) { return o.buffer.empty(); }) &&
+         std::all_of(inputs_.begin(), inputs_.end(), [](const Link<Packet>* link) { return link->empty(); });
+}
+
+template <typename Packet>
+void CrossbarNetwork<Packet>::dump_state(std::ostream& out) const {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) out << " in" << i << ' ' << inputs_[i]->size();
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    out << " out" << i << ' ' << outputs_[i].buffer.size() << '+' << outputs_[i].link->size();
+  }
+  out << '\n';
+}
+
+Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : sc_module(name),
+      request_in("request_in", config.sms),
+      request_out("request_out", config.interleave.slices),
+      response_in("response_in", config.interleave.slices),
+      response_out("response_out", config.sms),
+      config_(config),
+      clock_(clock),
+      request_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_requests(); }),
+      reply_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_replies(); }),
+      requests_(config.sms, config.interleave.slices, config.latency, config.output_buffer),
+      replies_(config.interleave.slices, config.sms, config.latency, config.output_buffer) {
+  require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
+  require(config.latency >= 1, "latency must be at least 1 cycle");
+  config.interleave.check();
+  SC_METHOD(tick_requests);
+  sensitive << request_alarm_.event();
+  dont_initialize();
+  SC_METHOD(tick_replies);
+  sensitive << reply_alarm_.event();
+  dont_initialize();
+}
+
+void Crossbar::end_of_elaboration() {
+  const char* too_long = "latency is shorter than that of an output link";
+  for (unsigned sm = 0; sm < config_.sms; ++sm) {
+    require(response_out[sm]->latency() <= config_.latency, too_long);
+    requests_.bind_input(sm, request_in[sm].operator->());
+    request_in[sm]->wake(&request_alarm_);
+    replies_.bind_output(sm, response_out[sm].operator->());
+  }
+  for (unsigned slice = 0; slice < config_.interleave.slices; ++slice) {
+    require(request_out[slice]->latency() <= config_.latency, too_long);
+    requests_.bind_output(slice, request_out[slice].operator->());
+    replies_.bind_input(slice, response_in[slice].operator->());
+    response_in[slice]->wake(&reply_alarm_);
+  }
+}
+
+// The networks share nothing, so each has a process of its own and sleeps when it is empty.
+void Crossbar::tick_requests() {
+  const auto to_slice = [this](const MemoryRequest& r) { return config_.interleave.slice(r.address); };
+  request_alarm_.request(requests_.step(clock_.cycle(), clock_, to_slice));
+}
+
+void Crossbar::tick_replies() {
+  const auto to_sm = [](const MemoryResponse& r) { return static_cast<unsigned>(r.sm); };
+  reply_alarm_.request(replies_.step(clock_.cycle(), clock_, to_sm));
+}
+
+bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }
+
+void Crossbar::statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
+
+void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix) {
+  const auto add = [&](const std::string& p, const CrossbarCounters::Network& n) {
+    list.add(p + ".packets", n.packets_out, "packets", "packets delivered");
+    list.add(p + ".conflict_cycles", n.conflict_cycles, "packet-cycles", "a head packet lost the arbitration");
+    list.add(p + ".blocked_cycles", n.blocked_cycles, "packet-cycles", "a head packet's output buffer was full");
+  };
+  add(prefix + ".request", counters.request);
+  add(prefix + ".reply", counters.reply);
+}
+
+Inventory Crossbar::inventory() const {
+  const std::uint64_t slots = std::uint64_t{config_.latency} + config_.output_buffer;
+  const unsigned slices = config_.interleave.slices;
+  Inventory inventory;
+  inventory.module = this->name();
+  inventory.storage = {{"request_buffers", StorageKind::ram, slots * slices * kPacketBits, 1, 1, false},
+                       {"reply_buffers", StorageKind::ram, slots * config_.sms * kPacketBits, 1, 1, false}};
+  inventory.operators = {{"mux", kPacketBits, std::uint64_t{2} * config_.sms * slices},
+                         {"arbiter", config_.sms, slices},
+                         {"arbiter", slices, config_.sms}};
+  return inventory;
+}
+
+void Crossbar::dump_state(std::ostream& out) const {
+  out << name() << ": requests";
+  requests_.dump_state(out);
+  out << name() << ": replies";
+  replies_.dump_state(out);
+}
+
+template class CrossbarNetwork<MemoryRequest>;
+template class CrossbarNetwork<MemoryResponse>;
+
+}  // namespace grtx::modules

@@ -1,0 +1,94 @@
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+#include <string>
+
+namespace grtx::modules {
+
+void AnyHitCollector::Counters::add(const Counters& other) {
+  batches += other.batches;
+  lanes += other.lanes;
+  timeouts += other.timeouts;
+  wait_cycles += other.wait_cycles;
+}
+
+void AnyHitCollector::Counters::describe(StatisticList& list, const std::string& prefix) const {
+  list.add(prefix + ".batches", batches, "batches", "any-hit shader invocations");
+  list.add(prefix + ".lanes", lanes, "lanes", "any-hit calls of lanes, in all batches");
+  list.add(prefix + ".lanes_per_batch", batches == 0 ? 0.0 : static_cast<double>(lanes) / static_cast<double>(batches),
+           "lanes", "mean lanes of a batch");
+  list.add(prefix + ".timeouts", timeouts, "batches", "batches sent before all active lanes had a hit");
+  list.add(prefix + ".wait_cycles", wait_cycles, "cycles", "first waiting lane to invocation, summed over batches");
+}
+
+AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer)
+    : sc_module(name), config_(config), buffer_(buffer) {}
+
+void AnyHitCollector::arrive(Cycle now, LaneId id) {
+  const unsigned entry = entry_of(id);
+  Warp& warp = buffer_.warp(entry);
+  if (warp.in_state(LaneState::waiting_any_hit) == 0) {
+    warp.any_hit_since = now;
+    if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
+  }
+  buffer_.move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
+}
+
+AnyHitBatch batch_of(const Warp& warp) {
+  AnyHitBatch batch;
+  batch.slot = warp.slot;
+  batch.round = warp.round;
+  batch.lanes = warp.in_state(LaneState::waiting_any_hit);
+  for_each_bit(batch.lanes, [&](unsigned i) {
+    batch.outcome[i] = warp.lane[i].event.outcome();
+    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
+  });
+  return batch;
+}
+
+bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
+  LaneMask eligible = 0;
+  for_each_bit(candidates_, [&](unsigned e) {
+    if (due(buffer_.warp(e)) <= now) eligible |= bit(e);
+  });
+  if (eligible == 0 || !out.can_push(now)) return false;
+  const unsigned entry = buffer_.oldest(eligible);
+  const Warp& warp = buffer_.warp(entry);
+  const AnyHitBatch batch = batch_of(warp);
+  ++counters_.batches;
+  counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
+  if (batch.lanes != warp.active()) ++counters_.timeouts;
+  counters_.wait_cycles += now - warp.any_hit_since;
+  out.push(now, batch);
+  buffer_.move(entry, batch.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
+  candidates_ &= ~bit(entry);
+  return true;
+}
+
+Cycle AnyHitCollector::earliest(Cycle now) const {
+  Cycle next = kNever;
+  for_each_bit(candidates_, [&](unsigned e) { next = std::min(next, due(buffer_.warp(e))); });
+  return next == kNever ? kNever : std::max(next, now + 1);
+}
+
+Inventory AnyHitCollector::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  unsigned bits = 1;
+  while (bits < 32 && (config_.timeout >> bits) != 0) ++bits;
+  inventory.storage.push_back({"timers", StorageKind::flip_flop, std::uint64_t{buffer_.entries()} * bits});
+  inventory.operators.push_back({"int_compare", bits, buffer_.entries()});
+  return inventory;
+}
+
+void AnyHitCollector::dump_state(std::ostream& out) const {
+  for_each_bit(candidates_, [&](unsigned e) {
+    const Warp& warp = buffer_.warp(e);
+    out << name() << ": entry " << e << " has " << std::popcount(warp.in_state(LaneState::waiting_any_hit))
+        << " lanes waiting since cycle " << warp.any_hit_since << '\n';
+  });
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,67 @@
+// Any-hit collector of the RT unit: gathers the lanes of a warp that have a hit into one invocation of the any-hit
+// shader. Paper: Section IV-B: invoked "when all active rays in a warp hit a primitive or a timeout occurs". Cost: a
+// timer a warp.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/messages/warp_messages.h"
+
+namespace grtx::modules {
+
+/// What the any-hit shader is told of the lanes of a warp that wait for it.
+AnyHitBatch batch_of(const Warp& warp);
+
+class AnyHitCollector final : public sc_core::sc_module {
+ public:
+  struct Config {
+    std::uint64_t timeout = 64;  ///< cycles after the first waiting lane; not in the paper
+  };
+  struct Counters {
+    std::uint64_t batches = 0;
+    std::uint64_t lanes = 0;        ///< lanes in all batches
+    std::uint64_t timeouts = 0;     ///< batches sent although an unfinished lane had no hit yet
+    std::uint64_t wait_cycles = 0;  ///< batch cycles from the first waiting lane to the invocation
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer);
+
+  /// The lane, now in an intersection unit, has a hit for the any-hit shader.
+  void arrive(Cycle now, LaneId id);
+  /// Sends the batch of the oldest warp whose condition holds. A warp has at most one batch at the shader.
+  bool fire(Cycle now, Link<AnyHitBatch>& out) { return candidates_ != 0 && fire_oldest(now, out); }
+  /// The shader has finished these lanes; the warp may send its next batch.
+  void finished(unsigned entry) {
+    if (buffer_.warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
+  }
+  /// Earliest cycle after `now` in which fire() can send something if no lane changes its state.
+  Cycle next_due(Cycle now) const { return candidates_ == 0 ? kNever : earliest(now); }
+
+  LaneMask candidates() const { return candidates_; }  ///< entries whose lanes wait and may be sent
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  bool fire_oldest(Cycle now, Link<AnyHitBatch>& out);
+  Cycle earliest(Cycle now) const;
+  Cycle due(const Warp& warp) const {
+    const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();
+    return all ? 0 : warp.any_hit_since + config_.timeout;
+  }
+  Config config_;
+  WarpBuffer& buffer_;
+  LaneMask candidates_ = 0;  ///< entries with a waiting lane and no batch at the shader
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

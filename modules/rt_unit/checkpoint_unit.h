@@ -1,0 +1,136 @@
+// Checkpoint unit of the RT unit: addresses, combines and writes checkpoint entries, and reads them back for replay.
+// Paper: Section IV-B, "Traversal Checkpointing and Replay" and "Checkpoint and Eviction Buffer".
+// Cost: address generation; beyond the paper's table, one open sector a lane for writing and one for reading
+// (switches).
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+class CheckpointUnit final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned lanes = 4;         ///< entries (or last sectors) taken from lanes in a cycle, >= 1
+    unsigned write_queue = 16;  ///< sectors waiting to be written, >= 2
+    bool write_combine =
+        true;  ///< a lane's entries gather in its open sector; else each entry writes every sector it touches
+    bool read_buffer = true;  ///< a lane keeps the last sector it read; else each entry reads every sector it touches
+  };
+  struct Counters {
+    std::uint64_t entries_written = 0;
+    std::uint64_t entries_read = 0;
+    std::uint64_t sectors_written = 0;
+    std::uint64_t sectors_read = 0;
+    std::uint64_t acknowledged = 0;        ///< write responses
+    std::uint64_t returned = 0;            ///< read responses
+    std::uint64_t straddling_written = 0;  ///< entries that lie in two sectors
+    std::uint64_t straddling_read = 0;
+    std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
+    std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// order: the trace's checkpoint_order. capacity: entries of a buffer. sm: whose per-ray buffers are addressed.
+  CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
+                 const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm);
+
+  /// A lane begins round `round` in resident slot `slot`. source_entries: entries it will replay (used by lifo order).
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries);
+  bool reads_backwards() const { return lifo_; }
+
+  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether it must
+  /// wait; then accept() names the lane when all is taken.
+  bool submit(LaneId id, unsigned entries, bool last);
+  /// The lane needs its next source entry. Returns whether it is there already; else respond() names the lane later.
+  bool read(LaneId id);
+
+  /// Takes at most one response. Names the lane whose entry is complete, if any.
+  std::optional<LaneId> respond(Cycle now, Link<MemoryResponse>& in) {
+    const MemoryResponse* response = in.front(now);
+    if (response == nullptr) return std::nullopt;
+    const bool write = response->write;
+    const auto id = static_cast<LaneId>(response->tag);
+    in.pop(now);
+    return receive(id, write);
+  }
+  /// Sends at most one request. Reads go first, unless their sector still waits in the write queue.
+  bool issue(Cycle now, Link<MemoryRequest>& out) {
+    return (!reads_.empty() || !writes_.empty()) && issue_front(now, out);
+  }
+  /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room; f(lane) when a lane is
+  /// done.
+  template <typename F>
+  void accept(F&& f) {
+    if (submitted_.empty()) return;
+    unsigned budget = config_.lanes;
+    while (!submitted_.empty() && take(submitted_.front(), budget)) {
+      const LaneId id = submitted_.front();
+      submitted_.pop();
+      f(id);
+    }
+    if (!submitted_.empty()) ++counters_.blocked_cycles;
+  }
+
+  /// Work that needs a tick in the next cycle.
+  bool busy() const { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
+  bool idle() const { return !busy() && outstanding_ == 0; }
+  std::size_t lanes_submitting() const { return submitted_.size(); }
+  std::size_t lanes_reading() const { return reads_.size(); }                       ///< with sectors to request
+  std::size_t writes_queued() const { return writes_.size(); }                      ///< sectors
+  std::uint64_t outstanding() const { return outstanding_; }                        ///< requests sent, not answered
+  std::uint32_t source_offset(LaneId id) const { return lanes_[id].read; }          ///< entries read in the round
+  std::uint32_t destination_offset(LaneId id) const { return lanes_[id].written; }  ///< entries written in the round
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  static constexpr std::uint64_t kNoSector = ~std::uint64_t{0};
+  struct LaneContext {
+    std::uint64_t source = 0;        ///< address of source entry 0
+    std::uint64_t destination = 0;   ///< address of destination entry 0
+    std::uint64_t held = kNoSector;  ///< sector in the lane's read buffer
+    std::uint64_t to_read[2] = {};   ///< sectors of the entry being read, by number
+    std::uint32_t source_entries = 0;
+    std::uint32_t read = 0;
+    std::uint32_t written = 0;
+    std::uint8_t pending = 0;  ///< entries submitted, not taken
+    bool flush = false;        ///< the open sector must be written after them
+    std::uint8_t reads_to_send = 0;
+    std::uint8_t reads_missing = 0;
+  };
+  std::optional<LaneId> receive(LaneId id, bool write);
+  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  bool take(LaneId id, unsigned& budget);
+  bool open_sector(const LaneContext& lane) const;
+  bool write_waits(std::uint64_t sector) const;
+
+  Config config_;
+  const MemoryMap& map_;
+  bool lifo_;
+  std::uint64_t capacity_;
+  unsigned sm_;
+  std::vector<LaneContext> lanes_;
+  BoundedQueue<LaneId> submitted_;
+  BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
+  BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
+  std::uint64_t outstanding_ = 0;
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

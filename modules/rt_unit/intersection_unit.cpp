@@ -1,0 +1,119 @@
+#include "grtx/modules/rt_unit/intersection_unit.h"
+
+#include <algorithm>
+#include <ostream>
+#include <string>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+void IntersectionUnit::Counters::add(const Counters& other) {
+  operations += other.operations;
+  tests += other.tests;
+  busy_cycles += other.busy_cycles;
+  queue_cycles += other.queue_cycles;
+  queue_max = std::max(queue_max, other.queue_max);
+}
+
+void IntersectionUnit::Counters::describe(StatisticList& list, const std::string& prefix) const {
+  list.add(prefix + ".operations", operations, "operations", "lane operations started");
+  list.add(prefix + ".tests", tests, "tests", "tests: more than operations when each child box is a test of its own");
+  list.add(prefix + ".busy_cycles", busy_cycles, "pipeline cycles", "tests times initiation interval");
+  list.add(prefix + ".queue_cycles", queue_cycles, "lane cycles", "time lanes waited for a free pipeline");
+  list.add(prefix + ".queue_max", queue_max, "lanes", "longest queue before the pipelines");
+}
+
+IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
+                                   DataPath path)
+    : sc_module(name),
+      config_(config),
+      path_(std::move(path)),
+      free_from_(config.count),
+      lanes_(std::size_t{entries} * kMaxLanes) {
+  if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
+  if (config.latency < 1) throw Error("configuration", basename() + std::string(".latency"), "must be at least 1");
+  if (config.interval < 1) throw Error("configuration", basename() + std::string(".interval"), "must be at least 1");
+}
+
+void IntersectionUnit::start_queued(Cycle now) {
+  Cycle earliest = kNever;
+  for (Cycle& free_from : free_from_) {
+    if (free_from <= now) {
+      if (queue_.empty()) {
+        earliest = now;
+        break;
+      }
+      const Request request = queue_.front();
+      queue_.pop();
+      const Cycle occupied = Cycle{request.tests} * config_.interval;
+      free_from = now + occupied;
+      // Results are ordered by due cycle; only operations of several tests can be overtaken.
+      const Cycle due = now + config_.latency + occupied - config_.interval;
+      flights_.push({due, request.lane});
+      for (std::size_t i = flights_.size() - 1; i > 0 && flights_[i - 1].due > due; --i) {
+        std::swap(flights_[i - 1], flights_[i]);
+      }
+      ++counters_.operations;
+      counters_.tests += request.tests;
+      counters_.busy_cycles += occupied;
+      counters_.queue_cycles += now - request.queued - 1;
+    }
+    earliest = std::min(earliest, free_from);
+  }
+  next_free_ = earliest;
+}
+
+Inventory IntersectionUnit::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  // A pipeline that starts a test every `interval` cycles uses each operator that often for one test.
+  for (Operators o : path_.operators) {
+    o.count = (o.count + config_.interval - 1) / config_.interval * config_.count;
+    inventory.operators.push_back(std::move(o));
+  }
+  inventory.storage.push_back({"queue", StorageKind::ram, lanes_ * 8, 1, 1, false, 8});  // lane numbers
+  // Registers between stages: as many bits a stage as the operators work on, one stage a cycle of latency, one test in
+  // each `interval` stages.
+  const std::uint64_t stages = (config_.latency + config_.interval - 1) / config_.interval;
+  inventory.storage.push_back(
+      {"pipeline_registers", StorageKind::flip_flop, config_.count * stages * path_.stage_bits});
+  return inventory;
+}
+
+void IntersectionUnit::dump_state(std::ostream& out) const {
+  out << name() << ": " << queue_.size() << " queued, " << flights_.size() << " in flight";
+  if (!flights_.empty()) out << ", next result in cycle " << flights_.front().due;
+  out << '\n';
+}
+
+// Counts: slab box 6 add, 6 mul, 10 min/max/compare; six children are ordered by the 12-exchange network (5 for four).
+// Register bits of a stage: 1,089 in 6 stages a box and 216 for the sort of six, 2,496 in 6 stages the triangle, 788 in
+// 5 the sphere, 1,248 in 3 the transform (Yosys, a register after each operator).
+DataPath ray_box_path(unsigned boxes) {
+  // Optimal sorting networks for 1..8 inputs (Knuth, The Art of Computer Programming 3, 5.3.4).
+  constexpr std::uint64_t kExchanges[9] = {0, 0, 1, 3, 5, 9, 12, 16, 19};
+  const std::uint64_t n = boxes;
+  return {{{"fp_add", 32, 6 * n},
+           {"fp_mul", 32, 6 * n},
+           {"fp_compare", 32, 10 * n},
+           {"exchange", 36, kExchanges[std::min(boxes, 8u)]}},
+          182 * boxes};
+}
+
+// Moeller-Trumbore without a divider: edges and origin 9 add, two cross products 12 mul 6 add, four dot products 12 mul
+// 8 add.
+DataPath ray_triangle_path() { return {{{"fp_add", 32, 23}, {"fp_mul", 32, 24}, {"fp_compare", 32, 4}}, 416}; }
+
+// a = d.d, b = o.d, c = o.o - 1, b^2 - a c; the entry distance needs one square root and one reciprocal.
+DataPath ray_sphere_path() {
+  return {{{"fp_add", 32, 8},
+           {"fp_mul", 32, 11},
+           {"fp_compare", 32, 3},
+           {"fp_square_root", 32, 1},
+           {"fp_reciprocal", 32, 1}},
+          158};
+}
+
+DataPath ray_transform_path() { return {{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416}; }
+
+}  // namespace grtx::modules

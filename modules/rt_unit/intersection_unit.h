@@ -1,0 +1,110 @@
+// Intersection unit of the RT unit: `count` equal pipelines (ray-box, ray-triangle, ray-sphere or ray-transform) that
+// all warps share, behind one queue served in order. Paper: Section IV-B, "three types of fixed-function units". Cost:
+// the operators of one test times the pipelines; the queue is bounded by the lanes of the warp buffer.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+/// What one pipeline is made of.
+struct DataPath {
+  std::vector<Operators> operators;  ///< of a test a cycle
+  unsigned stage_bits = 0;           ///< register bits between two stages, mean
+};
+
+class IntersectionUnit final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned count = 4;     ///< pipelines
+    unsigned latency = 13;  ///< cycles from start to result, >= 1
+    unsigned interval = 1;  ///< cycles between two starts of a pipeline, >= 1
+  };
+  struct Counters {
+    std::uint64_t operations = 0;    ///< lane operations started
+    std::uint64_t tests = 0;         ///< of them, single tests (children, when each is an operation of its own)
+    std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
+    std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
+    std::uint64_t queue_max = 0;     ///< longest queue
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// entries: warps of the warp buffer. path: of one pipeline.
+  IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, DataPath path);
+
+  /// Lane `id` asks for `tests` (>= 1) tests one after the other in one pipeline. At most one request a lane.
+  void enqueue(Cycle now, LaneId id, unsigned tests) {
+    if (queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
+    queue_.push({now, id, static_cast<std::uint16_t>(tests)});
+    if (queue_.size() > counters_.queue_max) counters_.queue_max = queue_.size();
+  }
+  /// Starts queued operations, in order, on the pipelines free in this cycle.
+  void start(Cycle now) {
+    if (!queue_.empty() && now >= next_free_) start_queued(now);
+    due_ = flights_.empty() ? kNever : flights_.front().due;
+    if (!queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
+  }
+  /// Calls f(lane id) for each result due by now, in order of due cycle, then start.
+  template <typename F>
+  void collect(Cycle now, F&& f) {
+    while (!flights_.empty() && flights_.front().due <= now) {
+      const LaneId id = flights_.front().lane;
+      flights_.pop();
+      f(id);
+    }
+  }
+  /// First cycle in which collect() or start() can do something; from that cycle on call both, in this order.
+  Cycle due() const { return due_; }
+  bool idle() const { return queue_.empty() && flights_.empty(); }
+  std::size_t queued() const { return queue_.size(); }       ///< lanes waiting for a pipeline
+  std::size_t in_flight() const { return flights_.size(); }  ///< lanes whose result is not due yet
+  /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
+  unsigned busy_pipelines(Cycle now) const {
+    return static_cast<unsigned>(
+        std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
+  }
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Request {
+    Cycle queued = 0;
+    LaneId lane = 0;
+    std::uint16_t tests = 1;
+  };
+  struct Flight {
+    Cycle due = 0;
+    LaneId lane = 0;
+  };
+  void start_queued(Cycle now);
+
+  Config config_;
+  DataPath path_;
+  RingQueue<Request> queue_;      ///< at most one a lane of the warp buffer
+  RingQueue<Flight> flights_;     ///< ascending due cycle
+  std::vector<Cycle> free_from_;  ///< by pipeline
+  Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
+  Cycle due_ = kNever;
+  std::size_t lanes_;  ///< of the warp buffer
+  Counters counters_;
+};
+
+/// From the counts of published data paths; registers as synthesised with one cut after each operator.
+DataPath ray_box_path(unsigned boxes);  ///< slab tests of all children and their sort by t
+DataPath ray_triangle_path();           ///< Moeller-Trumbore
+DataPath ray_sphere_path();             ///< unit sphere at the origin
+DataPath ray_transform_path();          ///< affine transform of origin and direction
+
+}  // namespace grtx::modules

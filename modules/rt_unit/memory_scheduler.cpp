@@ -1,0 +1,185 @@
+#include "grtx/modules/rt_unit/memory_scheduler.h"
+
+#include <cassert>
+#include <numeric>
+#include <ostream>
+#include <string>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+std::uint64_t MemoryScheduler::Counters::node_visits() const {
+  return std::accumulate(visits.begin(), visits.end(), std::uint64_t{0});
+}
+std::uint64_t MemoryScheduler::Counters::node_fetches() const {
+  return std::accumulate(fetches.begin(), fetches.end(), std::uint64_t{0});
+}
+std::uint64_t MemoryScheduler::Counters::node_sectors() const {
+  return std::accumulate(sectors.begin(), sectors.end(), std::uint64_t{0});
+}
+
+void MemoryScheduler::Counters::add(const Counters& other) {
+  for (std::size_t r = 0; r < kRegionCount; ++r) {
+    visits[r] += other.visits[r];
+    fetches[r] += other.fetches[r];
+    sectors[r] += other.sectors[r];
+  }
+  shader_batches += other.shader_batches;
+  shader_sectors += other.shader_sectors;
+  fetch_latency.merge(other.fetch_latency);
+}
+
+void MemoryScheduler::Counters::describe(StatisticList& list, const std::string& prefix) const {
+  list.add(prefix + ".node_visits", node_visits(), "visits", "lane visits of nodes replayed");
+  list.add(prefix + ".node_fetches", node_fetches(), "fetches", "node fetches after merging equal addresses of a warp");
+  list.add(prefix + ".node_sectors", node_sectors(), "requests", "32 B sector requests sent for node fetches");
+  for (std::size_t r = 0; r < kRegionCount; ++r) {
+    if (!is_node(static_cast<Region>(r))) continue;
+    const std::string region(kRegionNames[r]);
+    list.add(prefix + ".node_visits." + region, visits[r], "visits", "lane visits of nodes in region " + region);
+    list.add(prefix + ".node_fetches." + region, fetches[r], "fetches", "node fetches in region " + region);
+    list.add(prefix + ".node_sectors." + region, sectors[r], "requests", "sector requests in region " + region);
+  }
+  list.add(prefix + ".shader_fetch.batches", shader_batches, "batches", "node fetch calls to the SIMT core");
+  list.add(prefix + ".shader_fetch.sectors", shader_sectors, "sectors", "node sectors read by the SIMT core");
+  list.add(prefix + ".node_fetch_latency", fetch_latency.mean(), "cycles",
+           "mean time from the visit until the last sector of the fetch is back");
+  list.add(prefix + ".node_fetch_latency_max", fetch_latency.max(), "cycles", "longest node fetch");
+}
+
+MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
+                                 const traces::Header& header, unsigned entries)
+    : sc_module(name),
+      config_(config),
+      traffic_(header, config.traffic),
+      fetches_(std::size_t{entries} * kMaxLanes),
+      under_way_(entries),
+      queue_(config.queue > 0 ? config.queue : 1),
+      merge_(entries, AddressIndex(kMaxLanes)) {
+  if (config.queue < kMaxLanes) throw Error("configuration", "rt.memory.queue", "must hold the 32 fetches of a warp");
+  if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
+    throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
+  }
+}
+
+// Nodes are 64 B aligned, so the bit of 32 tells a fetch with the header from one without.
+std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
+  return address / kSectorBytes | (header ? 1u : 0u);
+}
+
+void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
+  assert(has_room());
+  now_ = now;
+  if (config_.merge_in_flight) return;
+  for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
+  visited_.clear();
+  visited_entry_ = entry;
+}
+
+void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
+  const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
+  ++counters_.visits[region];
+  const LaneMask lane = bit(lane_of(id));
+  const std::uint64_t key = merge_key(address, header);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
+    assert(fetches_[under_way].kind == kind);
+    fetches_[under_way].lanes |= lane;
+    return;
+  }
+  merge.insert(key, id);
+  if (!config_.merge_in_flight) visited_.push_back(key);
+  ++counters_.fetches[region];
+  unsigned sectors = traffic_.sectors(kind);
+  if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
+  const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+  if (leaf && traffic_.descriptor_read()) ++sectors;
+  const auto count = static_cast<std::uint8_t>(sectors);
+  fetches_[id] = {address, lane, now_, kind, header, count, count};
+  under_way_[entry_of(id)] |= lane;
+  queue_.push({id, 0});
+}
+
+// Order: descriptor (if any), the node's sectors, the BLAS header (if any).
+SectorAccess MemoryScheduler::sector_of(const Fetch& f, unsigned index) const {
+  const unsigned body = traffic_.sectors(f.kind);
+  const unsigned lead = f.header ? 0 : f.sectors - body;
+  if (index >= lead + body) return {traffic_.blas_header() + kSectorBytes * (index - lead - body), Region::blas};
+  return {f.address + (index < lead ? 0 : kSectorBytes * (index - lead)), traffic_.region(f.kind, f.address)};
+}
+
+bool MemoryScheduler::issue_front(Cycle now, Link<MemoryRequest>& out) {
+  if (!out.can_push(now)) return false;
+  Pending& p = queue_.front();
+  const Fetch& f = fetches_[p.fetch];
+  const SectorAccess sector = sector_of(f, p.next);
+  MemoryRequest request;
+  request.address = sector.address;
+  request.tag = p.fetch;
+  request.region = sector.region;
+  out.push(now, request);
+  ++counters_.sectors[static_cast<std::size_t>(request.region)];
+  ++outstanding_;
+  if (++p.next == f.sectors) queue_.pop();
+  return true;
+}
+
+NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
+  NodeFetchBatch batch;
+  batch.slot = slot;
+  batch.entry = static_cast<std::uint16_t>(entry);
+  for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
+    const LaneId id = queue_.front().fetch;
+    const Fetch& f = fetches_[id];
+    batch.fetches |= bit(lane_of(id));
+    for (unsigned s = 0; s < f.sectors; ++s) {
+      batch.sectors.push_back(sector_of(f, s));
+      ++counters_.sectors[static_cast<std::size_t>(batch.sectors.back().region)];
+    }
+    outstanding_ += f.sectors;
+    counters_.shader_sectors += f.sectors;
+  }
+  ++counters_.shader_batches;
+  return batch;
+}
+
+MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
+  assert(f.missing > 0 && outstanding_ > 0);
+  --outstanding_;
+  if (--f.missing > 0) return {};
+  return complete(now, id);
+}
+
+MemoryScheduler::Completed MemoryScheduler::complete(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
+  counters_.fetch_latency.add(now - f.asked);
+  const Completed completed{entry_of(id), f.lanes, f.kind};
+  under_way_[entry_of(id)] &= ~bit(lane_of(id));
+  if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.address, f.header));
+  f.lanes = 0;
+  return completed;
+}
+
+Inventory MemoryScheduler::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  // A record: lanes, node address (48 bits), kind, sectors still missing.
+  inventory.storage.push_back({"fetches", StorageKind::ram, fetches_.size() * (kMaxLanes + 48 + 3 + 4)});
+  inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (8 + 3)});
+  inventory.operators.push_back({"match", 48, std::uint64_t{kMaxLanes} * (kMaxLanes - 1) / 2});
+  return inventory;
+}
+
+void MemoryScheduler::dump_state(std::ostream& out) const {
+  out << name() << ": " << queue_.size() << " fetches to issue, " << outstanding_ << " sectors outstanding\n";
+  for (std::size_t e = 0; e < under_way_.size(); ++e) {
+    for_each_bit(under_way_[e], [&](unsigned lane) {
+      const Fetch& f = fetches_[e * kMaxLanes + lane];
+      out << "  entry " << e << " lane " << lane << " node " << f.address << " lanes " << std::popcount(f.lanes)
+          << " missing " << unsigned{f.missing} << " since " << f.asked << '\n';
+    });
+  }
+}
+
+}  // namespace grtx::modules

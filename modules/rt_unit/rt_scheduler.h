@@ -1,0 +1,115 @@
+// RT scheduler: selects one warp a cycle, hands the next event of its ready lanes to the units, and takes the results.
+// Includes t-value validation: culling of stack entries beyond t_max, and of source entries when replaying.
+// Paper: Section IV-B, "Baseline Architecture" and "Traversal Checkpointing and Replay". Cost: an age matrix.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <systemc>
+
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/rt_unit/memory_scheduler.h"
+#include "grtx/modules/rt_unit/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/stack_unit.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/warp_selection.h"
+
+namespace grtx::modules {
+
+/// Why no warp was scheduled in a cycle. Judged on the oldest warp, first reason that applies in this order.
+enum class Stall : std::uint8_t {
+  empty,       ///< no warp in the buffer
+  queue_full,  ///< a lane is ready, but the memory scheduler's queue lacks room
+  memory,      ///< a lane waits for a node
+  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
+  unit,        ///< a lane is queued at or inside an intersection unit
+  any_hit,     ///< all unfinished lanes wait for the any-hit shader
+  retire,      ///< all lanes have finished; the SIMT core's queue of finished calls is full, or another warp retires
+  count
+};
+inline constexpr std::size_t kStalls = static_cast<std::size_t>(Stall::count);
+inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "queue_full", "memory",  "checkpoint",
+                                                                      "stack", "unit",       "any_hit", "retire"};
+
+class RtScheduler final : public sc_core::sc_module {
+ public:
+  struct Config {
+    std::string policy = "oldest_first";  ///< oldest_first (Vulkan-Sim), round_robin, greedy_then_oldest
+  };
+  struct Counters {
+    std::uint64_t selections = 0;     ///< cycles in which a warp was scheduled
+    std::uint64_t lanes_handled = 0;  ///< lanes handled in them
+    std::uint64_t lanes_active = 0;   ///< unfinished lanes of the scheduled warps
+    std::array<std::uint64_t, kStalls> stall{};
+    // Events of the trace that were executed.
+    std::uint64_t visits_internal = 0;
+    std::uint64_t visits_instance = 0;
+    std::uint64_t visits_leaf = 0;
+    std::uint64_t culls = 0;
+    std::uint64_t replay_takes = 0;
+    std::uint64_t replay_forwards = 0;
+    std::uint64_t any_hit_calls = 0;
+    std::uint64_t events() const {
+      return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
+    }
+    double simt_efficiency() const {
+      return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
+    }
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// checkpoint, prefetcher, stack: may be null when not elaborated.
+  RtScheduler(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer, MemoryScheduler& memory,
+              AnyHitCollector& any_hit, CheckpointUnit* checkpoint, SiblingPrefetcher* prefetcher, StackUnit* stack);
+
+  /// A call has entered the buffer: prepares the checkpoint unit and the prefetcher for its lanes.
+  void begin(unsigned entry);
+  /// Handles the next event of all ready lanes of the selected warp, if any can be selected.
+  void schedule(Cycle now);
+  /// The lane's intersection result is there.
+  void unit_result(Cycle now, LaneId id);
+  /// The lane's source entry is there.
+  void entry_read(LaneId id);
+  /// The lane's checkpoint entries (and last sector) are handed over.
+  void entries_taken(LaneId id);
+  /// The lane's stack entries have been spilled, or filled.
+  void stack_settled(LaneId id);
+  /// The any-hit shader has finished these lanes of a warp.
+  void any_hit_done(const AnyHitDone& done);
+
+  /// Adds `cycles` in which nothing happened to the stall reason of the present state.
+  void count_idle(Cycle cycles) { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
+  /// Reason of the present state: what a cycle counts in which nothing happens.
+  Stall stall_reason() const;
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+
+ private:
+  /// The lane's event is done: writes its entries, moves it on from `from`.
+  void complete(LaneId id, unsigned checkpoints, LaneState from);
+  /// Submits the entries of the lane's last event, its stack being settled.
+  void hand_over(LaneId id, unsigned checkpoints, LaneState from);
+  void visit(LaneId id, const Warp& warp, const traces::Event& event);
+  void replay(LaneId id, LaneState from);
+  void pop(LaneId id);
+  [[noreturn]] void refuse(LaneId id, const char* rule) const;
+
+  std::unique_ptr<WarpSelection> selection_;
+  WarpBuffer& buffer_;
+  MemoryScheduler& memory_;
+  AnyHitCollector& any_hit_;
+  CheckpointUnit* checkpoint_;
+  SiblingPrefetcher* prefetcher_;
+  StackUnit* stack_;
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

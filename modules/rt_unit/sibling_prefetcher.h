@@ -1,0 +1,111 @@
+// Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit.
+// Paper: Section V, "Simulation Infrastructure" (stands for undisclosed optimisations of real GPUs; not part of GRTX).
+// Cost: a few records {node, hit children} a lane and a small queue.
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::modules {
+
+class SiblingPrefetcher final : public sc_core::sc_module {
+ public:
+  struct Config {
+    unsigned records = 4;  ///< internal visits remembered a lane, 1..8; a new one replaces the oldest
+    unsigned queue = 32;   ///< nodes waiting for issue, >= 1; a prefetch that finds it full is dropped
+  };
+  struct Counters {
+    std::uint64_t triggers = 0;  ///< internal visits whose siblings were prefetched
+    std::uint64_t nodes = 0;     ///< sibling nodes queued
+    std::uint64_t merged = 0;    ///< sibling nodes that another lane had just asked for or that were queued already
+    std::uint64_t dropped = 0;   ///< sibling nodes that found the queue full
+    std::uint64_t sectors = 0;   ///< requests sent
+    std::uint64_t responses = 0;
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const NodeTraffic& traffic,
+                    unsigned entries);
+
+  /// A lane begins a round: what it remembers is void.
+  void begin_lane(LaneId id) {
+    newest_[id] = 0;
+    for (unsigned i = 0; i < config_.records; ++i) records_of(id)[i].hit = 0;
+  }
+  /// Asks the host for what note_internal() or note_leaf() of this lane will read.
+  void prefetch_host(LaneId id) const { prefetch_for_read(&records_[std::size_t{id} * config_.records]); }
+  /// The lane's visit of group.nodes[definition] found the children in `hit`.
+  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
+  /// Starts the visits of one warp in one cycle.
+  void begin_warp() { triggered_count_ = 0; }
+  /// The lane asks for the leaf at `address` (in units of kNodeUnit).
+  void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address);
+
+  /// Sends at most one sector.
+  bool issue(Cycle now, Link<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
+  /// Takes at most one response.
+  void respond(Cycle now, Link<MemoryResponse>& in) {
+    if (in.front(now) == nullptr) return;
+    in.pop(now);
+    assert(outstanding_ > 0);
+    --outstanding_;
+    ++counters_.responses;
+  }
+
+  bool busy() const { return !queue_.empty(); }
+  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
+  std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  static constexpr unsigned kMaxRecords = 8;
+  struct Record {
+    std::uint32_t definition = 0;
+    std::uint32_t begin = 0;  ///< addresses of the children, in kNodeUnit, as [begin, end)
+    std::uint32_t end = 0;
+    std::uint8_t hit = 0;  ///< 0: empty
+    bool armed = false;
+  };
+  struct Triggered {
+    std::uint32_t definition = 0;
+    std::uint8_t asked = 0;  ///< siblings of this node asked for in this cycle
+  };
+  struct Pending {
+    std::uint64_t address = 0;
+    traces::NodeKind kind = traces::NodeKind::internal;
+    std::uint8_t next = 0;
+  };
+  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
+  void push(traces::NodeKind kind, std::uint64_t address);
+
+  Config config_;
+  const NodeTraffic& traffic_;
+  std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
+  std::vector<Record> records_;           ///< config.records a lane
+  std::vector<std::uint8_t> newest_;      ///< of a lane's records
+  BoundedQueue<Pending> queue_;
+  std::array<Triggered, kMaxLanes> triggered_{};
+  unsigned triggered_count_ = 0;
+  std::uint64_t outstanding_ = 0;
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,114 @@
+#include "grtx/modules/rt_unit/stack_unit.h"
+
+#include <algorithm>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+void StackUnit::Counters::add(const Counters& other) {
+  spills += other.spills;
+  fills += other.fills;
+  acknowledged += other.acknowledged;
+  returned += other.returned;
+  max_spilled = std::max(max_spilled, other.max_spilled);
+}
+
+void StackUnit::Counters::describe(StatisticList& list, const std::string& prefix) const {
+  list.add(prefix + ".spills", spills, "requests",
+           "32 B writes of stack entries that the warp buffer has no place for");
+  list.add(prefix + ".fills", fills, "requests", "32 B reads of stack entries from memory");
+  list.add(prefix + ".max_spilled", max_spilled, "entries", "most stack entries of a lane in memory");
+}
+
+StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps,
+                     unsigned sm)
+    : sc_module(name),
+      on_chip_(on_chip),
+      map_(map),
+      sm_(sm),
+      lanes_(std::size_t{warps} * kMaxLanes),
+      queue_(std::size_t{warps} * kMaxLanes) {
+  if (on_chip < kEntriesOfSector) {
+    throw Error("configuration", "rt.warp_buffer.stack_entries", "must be at least 2 when the stack spills");
+  }
+}
+
+void StackUnit::begin_lane(LaneId id, std::uint16_t slot) {
+  lanes_[id] = {};
+  lanes_[id].ray = map_.ray_slot(sm_, slot, lane_of(id));
+}
+
+bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
+  LaneContext& lane = lanes_[id];
+  assert(lane.to_spill == 0 && depth >= lane.in_memory);
+  std::uint32_t here = depth - lane.in_memory;
+  if (here > on_chip_) {
+    lane.first_spill = lane.in_memory / kEntriesOfSector;
+    for (; here > on_chip_; here -= kEntriesOfSector) {
+      lane.in_memory += kEntriesOfSector;
+      ++lane.to_spill;
+    }
+    counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.in_memory);
+  } else if (here == 0 && takes_top && lane.in_memory > 0) {
+    lane.in_memory -= kEntriesOfSector;
+  } else {
+    return false;
+  }
+  queue_.push(id);
+  return true;
+}
+
+bool StackUnit::send(Cycle now, LaneId id, Link<MemoryRequest>& out) {
+  LaneContext& lane = lanes_[id];
+  MemoryRequest request;
+  request.tag = id;
+  request.region = Region::stack;
+  request.write = lane.to_spill > 0;
+  const std::uint32_t sector = request.write ? lane.first_spill++ : lane.in_memory / kEntriesOfSector;
+  request.address = map_.stack_sector(lane.ray, sector);
+  out.push(now, request);
+  ++outstanding_;
+  if (!request.write) {
+    ++counters_.fills;
+    queue_.pop();
+    return false;  // waits for the response
+  }
+  ++counters_.spills;
+  if (--lane.to_spill > 0) return false;
+  queue_.pop();
+  return true;
+}
+
+std::optional<LaneId> StackUnit::respond(Cycle now, Link<MemoryResponse>& in) {
+  const MemoryResponse* response = in.front(now);
+  if (response == nullptr) return std::nullopt;
+  const bool write = response->write;
+  const auto id = static_cast<LaneId>(response->tag);
+  in.pop(now);
+  assert(outstanding_ > 0);
+  --outstanding_;
+  if (write) {
+    ++counters_.acknowledged;
+    return std::nullopt;
+  }
+  ++counters_.returned;
+  return id;
+}
+
+Inventory StackUnit::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  inventory.storage.push_back({"queue", StorageKind::ram, lanes_.size() * 8});
+  inventory.storage.push_back({"offsets", StorageKind::ram, lanes_.size() * 8});  // entries in memory
+  inventory.operators.push_back({"int_add", 64, 2});                              // base + slot offset + entry offset
+  inventory.operators.push_back({"int_compare", 8, kMaxLanes});                   // depth against the entries on chip
+  return inventory;
+}
+
+void StackUnit::dump_state(std::ostream& out) const {
+  out << name() << ": " << queue_.size() << " lanes to spill or fill, " << outstanding_ << " requests outstanding\n";
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,84 @@
+// Stack unit of the RT unit: a lane keeps the top of its traversal stack in the warp buffer and the rest in memory.
+// Paper: the stack is "in the warp buffer", its depth is not given; that deeper entries spill is an assumption.
+// Cost: a queue of lanes and an offset a lane. docs/modules/stack_unit.md states the timing.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+class StackUnit final : public sc_core::sc_module {
+ public:
+  /// Entries of 16 B (8 B address, 4 B t, padded) that move together: one sector.
+  static constexpr unsigned kEntriesOfSector = 2;
+
+  struct Counters {
+    std::uint64_t spills = 0;        ///< sectors written
+    std::uint64_t fills = 0;         ///< sectors read
+    std::uint64_t acknowledged = 0;  ///< write responses
+    std::uint64_t returned = 0;      ///< read responses
+    std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
+    void add(const Counters& other);
+    void describe(StatisticList& list, const std::string& prefix) const;
+  };
+
+  /// on_chip: entries of a lane in the warp buffer, >= 2. warps: of the warp buffer. sm: whose stack areas are used.
+  StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps, unsigned sm);
+
+  /// A lane begins a round in resident slot `slot` with nothing spilled.
+  void begin_lane(LaneId id, std::uint16_t slot);
+  /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Returns whether the lane
+  /// must wait for a spill or a fill; then issue() or respond() names it.
+  bool settle(LaneId id, std::uint32_t depth, bool takes_top);
+
+  /// Sends at most one sector, lanes in order of settle(); f(lane) when it was the lane's last spill.
+  template <typename F>
+  bool issue(Cycle now, Link<MemoryRequest>& out, F&& f) {
+    if (queue_.empty() || !out.can_push(now)) return false;
+    const LaneId id = queue_.front();
+    if (send(now, id, out)) f(id);
+    return true;
+  }
+  /// Takes at most one response. Names the lane whose fill is there, if any.
+  std::optional<LaneId> respond(Cycle now, Link<MemoryResponse>& in);
+
+  /// Work that needs a tick in the next cycle.
+  bool busy() const { return !queue_.empty(); }
+  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  const Counters& counters() const { return counters_; }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct LaneContext {
+    std::uint64_t ray = 0;          ///< ray slot
+    std::uint32_t in_memory = 0;    ///< entries spilled; a multiple of kEntriesOfSector
+    std::uint32_t first_spill = 0;  ///< sector of the area to write next
+    std::uint8_t to_spill = 0;      ///< sectors
+  };
+  /// Sends the lane's next sector; true when it was its last spill.
+  bool send(Cycle now, LaneId id, Link<MemoryRequest>& out);
+
+  unsigned on_chip_;
+  const MemoryMap& map_;
+  unsigned sm_;
+  std::vector<LaneContext> lanes_;
+  BoundedQueue<LaneId> queue_;  ///< a lane waits for one thing at a time, so it is never full
+  std::uint64_t outstanding_ = 0;
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

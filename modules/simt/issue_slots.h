@@ -1,0 +1,40 @@
+// The warp schedulers of an SM as resources that shader phases reserve: one warp instruction a cycle and scheduler.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/base/strong.h"
+
+namespace grtx::modules {
+
+/// Warp slot s belongs to scheduler s mod schedulers. A phase is served as a whole, first come first served: the caller
+/// reserves in the order in which phases became ready.
+class IssueSlots {
+ public:
+  IssueSlots(unsigned schedulers, unsigned instruction_latency) : free_(schedulers, 0), latency_(instruction_latency) {}
+
+  /// Reserves `instructions` issue cycles for the warp in `slot`, beginning at max(now + 1, scheduler free). Returns
+  /// the cycle in which the result of the last one is there: begin + instructions + latency.
+  Cycle reserve(unsigned slot, std::uint64_t instructions, Cycle now) {
+    Cycle& free = free_[slot % free_.size()];
+    const Cycle begin = free > now + 1 ? free : now + 1;
+    free = begin + instructions;
+    busy_cycles_ += instructions;
+    wait_cycles_ += begin - (now + 1);
+    return free + latency_;
+  }
+
+  std::uint64_t busy_cycles() const { return busy_cycles_; }  ///< issue cycles used, all schedulers
+  std::uint64_t wait_cycles() const { return wait_cycles_; }  ///< cycles phases waited for their scheduler
+  /// First cycle from which the scheduler of `slot` is free.
+  Cycle free_from(unsigned slot) const { return free_[slot % free_.size()]; }
+
+ private:
+  std::vector<Cycle> free_;
+  Cycle latency_;
+  std::uint64_t busy_cycles_ = 0;
+  std::uint64_t wait_cycles_ = 0;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,67 @@
+// Load-store unit of the SIMT core: sends the sectors of shader phases to the L1, one a cycle, in the order of arrival,
+// and counts what each warp still waits for.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <vector>
+
+#include "grtx/modules/messages/coalescer.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_request.h"
+
+namespace grtx::modules {
+
+struct LoadStoreCounters {
+  std::array<std::uint64_t, kRegionCount> loads{};   ///< sectors
+  std::array<std::uint64_t, kRegionCount> stores{};  ///< sectors
+  std::uint64_t blocked_cycles = 0;                  ///< ticks in which a request was there but the L1 took none
+  std::uint64_t deepest_queue = 0;                   ///< most sectors waiting at a time
+
+  std::uint64_t sectors() const;
+  void add(const LoadStoreCounters& o);
+};
+
+/// Kernel-free. The tag of a request is its warp slot; loads and stores of a slot are told apart by `write`.
+class LoadStoreUnit {
+ public:
+  LoadStoreUnit(unsigned resident_warps, std::uint8_t l1_client);
+
+  /// Queues sectors of the warp in `slot` behind all that wait already.
+  void enqueue(unsigned slot, const std::vector<SectorAccess>& sectors, bool write);
+  /// Sends the oldest request if `requests` takes one in cycle `now`; true when it did.
+  bool send(Cycle now, Link<MemoryRequest>& requests);
+  /// Accounts a response; returns its warp slot.
+  unsigned receive(const MemoryResponse& response);
+
+  /// Sectors of `slot` queued or in flight.
+  std::uint32_t loads_pending(unsigned slot) const { return loads_pending_[slot]; }
+  std::uint32_t stores_pending(unsigned slot) const { return stores_pending_[slot]; }
+  bool empty() const { return size_ == 0; }                    ///< nothing waits to be sent
+  bool idle() const { return size_ == 0 && in_flight_ == 0; }  ///< nothing waits for a response either
+  std::uint64_t in_flight() const { return in_flight_; }
+  std::size_t queued() const { return size_; }
+  const LoadStoreCounters& counters() const { return counters_; }
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Waiting {
+    std::uint64_t address = 0;
+    std::uint16_t slot = 0;
+    Region region = Region::ray;
+    bool write = false;
+  };
+  void grow(std::size_t at_least);
+
+  std::uint8_t client_;
+  std::vector<Waiting> ring_;  ///< power of two; grows to the most that ever waited
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+  std::uint64_t in_flight_ = 0;
+  std::vector<std::uint32_t> loads_pending_;
+  std::vector<std::uint32_t> stores_pending_;
+  LoadStoreCounters counters_;
+};
+
+}  // namespace grtx::modules

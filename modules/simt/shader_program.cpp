@@ -1,0 +1,272 @@
+#include "grtx/modules/simt/shader_program.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/messages/lane_loop.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr std::uint64_t kFieldBytes = 4;              // t or id of a k-buffer entry
+constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
+
+// Lanes of `lanes` whose loop runs longer than `iteration`.
+template <typename Counts>
+LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) {
+  LaneMask still = 0;
+  for_each_bit(lanes, [&](unsigned lane) {
+    if (counts[lane] > iteration) still |= bit(lane);
+  });
+  return still;
+}
+
+// Most distinct sectors of one warp instruction: every lane reads a record of its own.
+std::size_t most_sectors(const traces::Header& header) {
+  const std::uint64_t bytes = std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes});
+  return static_cast<std::size_t>(kMaxLanes * (bytes / kSectorBytes + 2));
+}
+
+}  // namespace
+
+void ShaderCounters::add(const ShaderCounters& o) {
+  warp_rounds += o.warp_rounds;
+  ray_rounds += o.ray_rounds;
+  any_hit_batches += o.any_hit_batches;
+  any_hit_calls += o.any_hit_calls;
+  evictions += o.evictions;
+  eviction_moves += o.eviction_moves;
+  entries_processed += o.entries_processed;
+  entries_blended += o.entries_blended;
+  load_instructions += o.load_instructions;
+  store_instructions += o.store_instructions;
+  k_buffer_mismatches += o.k_buffer_mismatches;
+}
+
+ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
+                             unsigned resident_warps)
+    : map_(map),
+      costs_(costs),
+      sm_(sm),
+      k_(header.k),
+      checkpoint_(header.checkpoint),
+      single_(header.tracing == "single"),
+      closest_(header.tracing == "closest"),
+      sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
+      gaussian_bytes_(header.gaussian_record_bytes),
+      sh_bytes_(header.sh_record_bytes),
+      warps_(resident_warps),
+      coalescer_(most_sectors(header)) {
+  if (header.warp_size == 0 || header.warp_size > kMaxLanes) {
+    throw Error("trace header", "warp_size", "must be 1 to " + std::to_string(kMaxLanes) + " for the hardware model");
+  }
+}
+
+void ShaderProgram::find_active(Warp& warp) {
+  LaneMask active = 0;
+  for (unsigned lane = 0; lane < warp.group->rays.size(); ++lane) {
+    if (warp.group->rays[lane].rounds.size() > warp.round) active |= bit(lane);
+  }
+  warp.active = active;
+}
+
+void ShaderProgram::load(Region region, ShaderPhase& phase) {
+  coalescer_.begin(region, phase.loads);
+  ++counters_.load_instructions;
+}
+
+void ShaderProgram::store(Region region, ShaderPhase& phase) {
+  coalescer_.begin(region, phase.stores);
+  ++counters_.store_instructions;
+}
+
+void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
+  assert(group.rays.size() <= kMaxLanes);
+  Warp& warp = warps_[slot];
+  warp.group = &group;
+  warp.round = 0;
+  warp.sort_pass = 0;
+  warp.fill.fill(0);
+  warp.evictions.fill(0);
+  warp.first_processed.fill(0);
+  find_active(warp);
+}
+
+void ShaderProgram::prologue(unsigned, ShaderPhase& phase) { phase.reset(PhaseKind::prologue, costs_.raygen_prologue); }
+
+void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
+  Warp& warp = warps_[slot];
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
+  LaneCounts preloaded{};
+  LaneCounts remaining{};
+  LaneMask moving = 0;  // lanes that rewrite what stays in their eviction buffer
+  std::uint32_t most_entries = 0;
+  for_each_bit(warp.active, [&](unsigned lane) {
+    most_entries = std::max(most_entries, warp.evictions[lane]);
+    preloaded[lane] = std::min<std::uint32_t>(round_of(warp, lane).preloaded, k_);
+    // A trace that moves more than was evicted is refused by trace-check; here it must only stay inside the buffer.
+    remaining[lane] = warp.evictions[lane] - std::min(warp.evictions[lane], preloaded[lane]);
+    if (preloaded[lane] > 0) moving |= bit(lane);
+  });
+  phase.reset(PhaseKind::evict_move,
+              costs_.evict_move_fixed + std::uint64_t{costs_.evict_move_per_entry} * most_entries);
+
+  for (std::uint32_t i = 0; i < most_entries; ++i) {
+    load(Region::eviction, phase);
+    for_each_bit(running(warp.active, warp.evictions, i), [&](unsigned lane) {
+      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), i), traces::kEvictionEntryBytes);
+    });
+  }
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(warp.active, preloaded, i);
+    if (lanes == 0) break;
+    for (unsigned field = 0; field < 2; ++field) {
+      store(Region::k_buffer, phase);
+      for_each_bit(lanes,
+                   [&](unsigned lane) { coalescer_.touch(map_.k_buffer(warp_slot, i, field, lane), kFieldBytes); });
+    }
+  }
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(moving, remaining, i);
+    if (lanes == 0) break;
+    store(Region::eviction, phase);
+    for_each_bit(lanes, [&](unsigned lane) {
+      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), i), traces::kEvictionEntryBytes);
+    });
+  }
+  for_each_bit(warp.active, [&](unsigned lane) {
+    counters_.eviction_moves += preloaded[lane];
+    warp.fill[lane] = static_cast<std::uint16_t>(preloaded[lane]);
+    warp.evictions[lane] = remaining[lane];
+  });
+}
+
+void ShaderProgram::trace_call(unsigned slot, ShaderPhase& phase) {
+  ++counters_.warp_rounds;
+  counters_.ray_rounds += static_cast<std::uint64_t>(std::popcount(warps_[slot].active));
+  phase.reset(PhaseKind::trace_call, costs_.trace_call);
+}
+
+void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
+  Warp& warp = warps_[batch.slot];
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, batch.slot);
+  ++counters_.any_hit_batches;
+  counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
+  if (single_) return any_hit_single(batch, phase);
+
+  // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
+  // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+  using Entries = std::array<std::uint32_t, kMaxLanes>;
+  LaneCounts reads{};
+  LaneCounts writes{};
+  Entries last_read{};  // entry of the first read; the next ones lie before it
+  Entries last_written{};
+  LaneMask evicting = 0;
+  std::uint32_t most_shifts = 0;
+  for_each_bit(batch.lanes, [&](unsigned lane) {
+    const std::uint32_t fill = warp.fill[lane];
+    const std::uint32_t shifts = std::min<std::uint32_t>(batch.shifts[lane], k_);
+    const traces::LeafOutcome outcome = batch.outcome[lane];
+    assert(traces::calls_any_hit(outcome));
+    most_shifts = std::max(most_shifts, shifts);
+    last_read[lane] = fill == 0 ? 0 : fill - 1;
+    if (outcome == traces::LeafOutcome::inserted || outcome == traces::LeafOutcome::displaced) {
+      const std::uint32_t fill_after = std::min(fill + 1, k_);
+      const std::uint32_t fallen_out = fill + 1 - fill_after;
+      reads[lane] = std::min(shifts + 1 + fallen_out, fill);
+      writes[lane] = std::min(shifts + 1, fill_after);
+      last_written[lane] = fill_after - 1;
+      warp.fill[lane] = static_cast<std::uint16_t>(fill_after);
+    } else {
+      reads[lane] = std::min(shifts + 1, fill);
+    }
+    if (checkpoint_ && (outcome == traces::LeafOutcome::displaced || outcome == traces::LeafOutcome::rejected)) {
+      evicting |= bit(lane);
+    }
+  });
+  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
+
+  const auto walk = [&](const LaneCounts& counts, const Entries& last, bool is_store) {
+    for_each_entry(
+        warp_slot, batch.lanes, counts, [&](unsigned lane, std::uint32_t i) { return last[lane] - i; }, is_store,
+        phase);
+  };
+  walk(reads, last_read, false);
+  walk(writes, last_written, true);
+  if (evicting != 0) {
+    store(Region::eviction, phase);
+    for_each_bit(evicting, [&](unsigned lane) {
+      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, batch.slot, lane), warp.evictions[lane]++),
+                       traces::kEvictionEntryBytes);
+      ++counters_.evictions;
+    });
+  }
+}
+
+void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) {
+  phase.reset(PhaseKind::node_fetch, costs_.node_fetch);
+  phase.loads = batch.sectors;
+  ++counters_.load_instructions;
+}
+
+void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
+  Warp& warp = warps_[slot];
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
+  LaneCounts processed{};
+  LaneCounts first{};  // where the sorted entries of a lane begin
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    processed[lane] = round.processed_count;
+    if (!closest_ && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
+    if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
+  });
+  phase.reset(PhaseKind::blend, costs_.blend_fixed);
+
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(warp.active, processed, i);
+    if (lanes == 0) break;
+    const auto entry = [&](unsigned lane) { return warp.group->rays[lane].processed[warp.first_processed[lane] + i]; };
+    for (unsigned field = 0; field < 2 && !closest_; ++field) {
+      load(Region::k_buffer, phase);
+      for_each_bit(lanes, [&](unsigned lane) {
+        coalescer_.touch(map_.k_buffer(warp_slot, first[lane] + i, field, lane), kFieldBytes);
+      });
+    }
+    LaneMask blending = 0;
+    load(Region::gaussian, phase);
+    for_each_bit(lanes, [&](unsigned lane) {
+      const traces::Processed p = entry(lane);
+      coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
+      if (p.blended != 0) blending |= bit(lane);
+    });
+    phase.instructions += costs_.blend_per_entry;
+    counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
+    if (blending == 0) continue;  // no lane takes the branch that evaluates the colour
+    counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
+    load(Region::sh, phase);
+    for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });
+    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
+  }
+
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    warp.first_processed[lane] += round.processed_count;
+    warp.fill[lane] = 0;
+    warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
+  });
+  warp.sort_pass = 0;
+  ++warp.round;
+  find_active(warp);
+}
+
+void ShaderProgram::epilogue(unsigned slot, ShaderPhase& phase) {
+  const Warp& warp = warps_[slot];
+  phase.reset(PhaseKind::epilogue, costs_.epilogue);
+  if (warp.group->rays.empty()) return;
+  store(Region::ray, phase);
+  for (const traces::Ray& ray : warp.group->rays) coalescer_.touch(map_.pixel(ray.pixel), MemoryMap::kPixelBytes);
+}
+
+}  // namespace grtx::modules

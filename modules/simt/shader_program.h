@@ -1,0 +1,183 @@
+// What the two shaders of the paper's Listing 1 cost: instructions and memory sectors of each phase of a warp. Plain
+// policy without SystemC; every decision (who is inserted, evicted, blended) comes from the trace.
+// SIMT: lanes run in lock step, so a loop costs the iterations of its longest lane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "grtx/modules/messages/coalescer.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::modules {
+
+/// Warp instructions. The paper gives none of these; values are estimates from counting the operations of Listing 1
+/// (confidence C: plausible, unconfirmed), to be swept.
+struct ShaderCosts {
+  unsigned raygen_prologue = 40;      ///< pixel to ray, payload and offsets cleared
+  unsigned trace_call = 6;            ///< traceRayEXT: operands to the RT unit
+  unsigned evict_move_fixed = 8;      ///< moveEvictToKBuf: bounds and loop set-up
+  unsigned evict_move_per_entry = 4;  ///< per entry of the longest eviction buffer (selection of the k nearest)
+  unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
+  unsigned any_hit_per_shift = 3;     ///< per k-buffer entry moved: compare, two moves
+  unsigned sort_per_entry = 6;        ///< single-round: an entry in one merge pass: compare, select, advance
+  unsigned blend_fixed = 10;          ///< loop set-up and the test for early ray termination
+  unsigned blend_per_entry = 24;      ///< response, alpha, transmittance
+  unsigned sh_per_coefficient = 4;    ///< basis value and three colour channels
+  unsigned epilogue = 10;             ///< pixel address and colour
+  unsigned node_fetch = 24;           ///< when shaders fetch nodes: a step of the traversal loop, with its stack in
+                                      ///< shared memory: pop, address, intersect instruction, four pushes, loop
+};
+
+enum class PhaseKind : std::uint8_t {
+  prologue,
+  evict_move,
+  trace_call,
+  any_hit,
+  sort,
+  blend,
+  epilogue,
+  node_fetch,  ///< when shaders fetch nodes for the RT unit
+  count
+};
+inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::count);
+inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
+    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"};
+
+/// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
+struct ShaderPhase {
+  PhaseKind kind = PhaseKind::prologue;
+  std::uint64_t instructions = 0;
+  std::vector<SectorAccess> loads;
+  std::vector<SectorAccess> stores;
+
+  void reset(PhaseKind k, std::uint64_t n) {
+    kind = k;
+    instructions = n;
+    loads.clear();
+    stores.clear();
+  }
+};
+
+/// Functional work done, for conservation checks against the totals of the trace.
+struct ShaderCounters {
+  std::uint64_t warp_rounds = 0;        ///< trace calls
+  std::uint64_t ray_rounds = 0;         ///< rounds of rays executed
+  std::uint64_t any_hit_batches = 0;    ///< any-hit shader invocations of a warp
+  std::uint64_t any_hit_calls = 0;      ///< of these, lanes
+  std::uint64_t evictions = 0;          ///< entries written by the any-hit shader
+  std::uint64_t eviction_moves = 0;     ///< entries moved from eviction buffers to k-buffers
+  std::uint64_t entries_processed = 0;  ///< k-buffer entries looked at when blending
+  std::uint64_t entries_blended = 0;
+  std::uint64_t load_instructions = 0;  ///< warp memory instructions
+  std::uint64_t store_instructions = 0;
+  std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
+                                          ///< every correct run
+
+  void add(const ShaderCounters& o);
+};
+
+/// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():
+/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend; at last epilogue.
+class ShaderProgram {
+ public:
+  /// Throws Error if the header's warp size exceeds kMaxLanes.
+  ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
+                unsigned resident_warps);
+
+  /// A new warp in `slot`. The group must outlive its epilogue.
+  void begin(unsigned slot, const traces::RayGroup& group);
+  /// Lanes whose ray has a round with the warp's present round number.
+  LaneMask active_lanes(unsigned slot) const { return warps_[slot].active; }
+  std::uint32_t round(unsigned slot) const { return warps_[slot].round; }
+  const traces::RayGroup* group(unsigned slot) const { return warps_[slot].group; }
+  /// Whether rounds start with an evict_move phase (checkpointing is on).
+  bool moves_evictions() const { return checkpoint_; }
+
+  // Each fills `phase` (reusing its memory) and advances the warp's state.
+  void prologue(unsigned slot, ShaderPhase& phase);
+  void evict_move(unsigned slot, ShaderPhase& phase);
+  void trace_call(unsigned slot, ShaderPhase& phase);
+  void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
+  void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
+  /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
+  bool sorts(unsigned slot) const;
+  void sort(unsigned slot, ShaderPhase& phase);
+  /// Blends the warp's round and moves on to the next one.
+  void blend(unsigned slot, ShaderPhase& phase);
+  void epilogue(unsigned slot, ShaderPhase& phase);
+
+  const ShaderCounters& counters() const { return counters_; }
+  unsigned sh_coefficients() const { return sh_coefficients_; }
+
+ private:
+  struct Warp {
+    const traces::RayGroup* group = nullptr;
+    std::uint32_t round = 0;
+    LaneMask active = 0;
+    unsigned sort_pass = 0;                                  ///< merge passes done in this round
+    std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
+    std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
+    std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
+  };
+  using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
+
+  const traces::Round& round_of(const Warp& warp, unsigned lane) const {
+    return warp.group->rays[lane].rounds[warp.round];
+  }
+  void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
+  unsigned sort_passes(std::uint32_t entries) const;
+  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step.
+  template <typename IndexAt>
+  void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                      bool is_store, ShaderPhase& phase);
+  void find_active(Warp& warp);
+  void load(Region region, ShaderPhase& phase);
+  void store(Region region, ShaderPhase& phase);
+
+  const MemoryMap& map_;
+  ShaderCosts costs_;
+  unsigned sm_;
+  unsigned k_;
+  bool checkpoint_;
+  bool single_;   ///< header.tracing
+  bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
+  unsigned sh_coefficients_;
+  std::uint64_t gaussian_bytes_;
+  std::uint64_t sh_bytes_;
+  std::vector<Warp> warps_;
+  Coalescer coalescer_;
+  ShaderCounters counters_;
+};
+
+template <typename IndexAt>
+void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                                   bool is_store, ShaderPhase& phase) {
+  constexpr std::uint64_t kFieldBytes = 4;  // t or id of a k-buffer entry
+  for (std::uint32_t i = 0;; ++i) {
+    LaneMask running = 0;  // lanes whose loop is longer than i
+    for_each_bit(lanes, [&](unsigned lane) {
+      if (counts[lane] > i) running |= bit(lane);
+    });
+    if (running == 0) return;
+    for (unsigned field = 0; field < 2; ++field) {
+      if (is_store) {
+        store(Region::k_buffer, phase);
+      } else {
+        load(Region::k_buffer, phase);
+      }
+      for_each_bit(running, [&](unsigned lane) {
+        coalescer_.touch(map_.k_buffer(warp_slot, at(lane, i), field, lane), kFieldBytes);
+      });
+    }
+  }
+}
+
+}  // namespace grtx::modules

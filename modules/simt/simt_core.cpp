@@ -1,0 +1,426 @@
+#include "grtx/modules/simt/simt_core.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <ostream>
+#include <string_view>
+#include <utility>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/messages/lane_loop.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr unsigned kMaxResidentWarps = 64;  // bits of a mask
+
+const SimtCoreConfig& checked(const SimtCoreConfig& config) {
+  if (config.resident_warps == 0 || config.resident_warps > kMaxResidentWarps) {
+    throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
+  }
+  if (config.schedulers == 0) throw Error("configuration", "schedulers", "must be at least 1");
+  return config;
+}
+
+constexpr std::array<std::string_view, 9> kStepNames = {"free", "prologue", "evict_move", "trace_call", "tracing",
+                                                        "sort", "blend",    "epilogue",   "draining"};
+
+constexpr WarpActivity executing(PhaseKind kind) {
+  if (kind == PhaseKind::blend) return WarpActivity::blend;
+  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
+  if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
+  return WarpActivity::raygen;
+}
+
+}  // namespace
+
+SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
+                   const traces::Header& header, const MemoryMap& map)
+    : sc_module(name),
+      domain_(domain),
+      alarm_(domain, this, [](void* module) { static_cast<SimtCore*>(module)->on_tick(); }),
+      config_(checked(config)),
+      program_(header, map, config.costs, config.sm, config.resident_warps),
+      issue_slots_(config.schedulers, config.instruction_latency),
+      lsu_(config.resident_warps, config.l1_client),
+      slots_(config.resident_warps),
+      trace_calls_(config.resident_warps),
+      any_hits_done_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
+      nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
+      ends_(config.resident_warps) {
+  batches_.reserve(config.resident_warps);
+  SC_METHOD(on_tick);
+  sensitive << alarm_.event();
+  dont_initialize();
+}
+
+void SimtCore::start_of_simulation() {
+  launch_ = launch.operator->();
+  ended_ = ended.operator->();
+  const auto units = static_cast<std::size_t>(trace_call.size());
+  for (std::size_t u = 0; u < units; ++u) {
+    const auto i = static_cast<int>(u);
+    RtLinks links{trace_call[i], trace_done[i], any_hit_batch[i], any_hit_done[i], nullptr, nullptr};
+    if (node_fetch.size() > 0) {
+      links.node_fetch = node_fetch[i];
+      links.node_fetch_done = node_fetch_done[i];
+      links.node_fetch->wake(&alarm_);
+    }
+    links.trace_done->wake(&alarm_);
+    links.any_hit_batch->wake(&alarm_);
+    rt_.push_back(links);
+  }
+  memory_request_ = memory_request.operator->();
+  memory_response_ = memory_response.operator->();
+  launch_->wake(&alarm_);
+  memory_response_->wake(&alarm_);
+}
+
+Cycle SimtCore::earliest_due() const {
+  if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !nodes_fetched_.empty() || !ends_.empty()) {
+    return 0;
+  }
+  Cycle due = std::min({next_ready_, memory_response_->next_visible(), launch_->next_visible()});
+  for (const RtLinks& rt : rt_) {
+    due = std::min({due, rt.any_hit_batch->next_visible(), rt.trace_done->next_visible()});
+    if (rt.node_fetch != nullptr) due = std::min(due, rt.node_fetch->next_visible());
+  }
+  return due;
+}
+
+void SimtCore::on_tick() {
+  const Cycle now = domain_.cycle();
+  Cycle due = earliest_due();
+  if (due <= now) {
+    last_active_ = now;
+    accept_response(now);
+    accept_messages(now);
+    finish_phases(now);
+    // What the RT unit asked for goes first everywhere: lanes wait for it there.
+    for_each_bit(std::exchange(starting_service_, 0), [&](unsigned slot) { start_service(slot, now); });
+    for_each_bit(std::exchange(starting_ray_generation_, 0), [&](unsigned slot) { start_ray_generation(slot, now); });
+    const LaneMask loaded = std::exchange(loaded_, 0);
+    LaneMask ray_generation = 0;
+    for_each_bit(loaded, [&](unsigned slot) {
+      if (slots_[slot].service != Service::none) {
+        issue(slot, now);
+      } else {
+        ray_generation |= bit(slot);
+      }
+    });
+    for_each_bit(ray_generation, [&](unsigned slot) { issue(slot, now); });
+    send(now);
+    due = std::max(earliest_due(), now + 1);
+  }
+  alarm_.request(due);
+}
+
+void SimtCore::accept_response(Cycle now) {
+  const MemoryResponse* response = memory_response_->front(now);
+  if (response == nullptr) return;
+  const bool write = response->write;
+  const unsigned slot = lsu_.receive(*response);
+  memory_response_->pop(now);
+  if (!write && lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
+  if (write) end_if_drained(slot, now);
+}
+
+void SimtCore::accept_messages(Cycle now) {
+  for (const LaunchWarp* warp; (warp = launch_->front(now)) != nullptr; launch_->pop(now)) {
+    Slot& slot = slots_[warp->slot];
+    assert(slot.step == Step::free);
+    program_.begin(warp->slot, *warp->group);
+    slot.step = Step::prologue;
+    slot.activity = WarpActivity::raygen;
+    slot.since = now;
+    starting_ray_generation_ |= bit(warp->slot);
+  }
+  for (const RtLinks& rt : rt_) {
+    for (const TraceDone* done; (done = rt.trace_done->front(now)) != nullptr; rt.trace_done->pop(now)) {
+      Slot& slot = slots_[done->slot];
+      assert(slot.step == Step::tracing && slot.service == Service::none && done->round == program_.round(done->slot));
+      slot.step = program_.sorts(done->slot) ? Step::sort : Step::blend;
+      starting_ray_generation_ |= bit(done->slot);
+    }
+    for (const AnyHitBatch* batch; (batch = rt.any_hit_batch->front(now)) != nullptr; rt.any_hit_batch->pop(now)) {
+      assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
+      batches_.push_back(*batch);
+      if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
+    }
+    if (rt.node_fetch == nullptr) continue;
+    for (const NodeFetchBatch* batch; (batch = rt.node_fetch->front(now)) != nullptr; rt.node_fetch->pop(now)) {
+      assert(slots_[batch->slot].step == Step::tracing);
+      fetches_.push_back(*batch);
+      if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
+    }
+  }
+}
+
+void SimtCore::finish_phases(Cycle now) {
+  if (next_ready_ > now) return;
+  LaneMask service = 0;
+  LaneMask ray_generation = 0;
+  next_ready_ = kNever;
+  for (unsigned slot = 0; slot < slots_.size(); ++slot) {
+    const Cycle ready = slots_[slot].ready;
+    if (ready <= now) {
+      (slots_[slot].service != Service::none ? service : ray_generation) |= bit(slot);
+      slots_[slot].ready = kNever;
+    } else {
+      next_ready_ = std::min(next_ready_, ready);
+    }
+  }
+  for_each_bit(service, [&](unsigned slot) { finish_service(slot, now); });
+  for_each_bit(ray_generation, [&](unsigned slot) {
+    store(slot);
+    finish_ray_generation(slot, now);
+  });
+}
+
+bool SimtCore::service_waits(unsigned slot) const {
+  const auto same_warp = [&](const auto& batch) { return batch.slot == slot; };
+  return std::any_of(batches_.begin(), batches_.end(), same_warp) ||
+         std::any_of(fetches_.begin(), fetches_.end(), same_warp);
+}
+
+void SimtCore::finish_service(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  store(slot);
+  if (warp.service == Service::any_hit) {
+    AnyHitDone done;
+    done.slot = static_cast<std::uint16_t>(slot);
+    done.lanes = warp.any_hit_lanes;
+    any_hits_done_.push(done);
+  } else {
+    nodes_fetched_.push({static_cast<std::uint16_t>(slot), warp.fetched});
+  }
+  warp.service = Service::none;
+  enter(slot, WarpActivity::trace, now);
+  if (service_waits(slot)) starting_service_ |= bit(slot);
+}
+
+void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
+  switch (slots_[slot].step) {
+    case Step::prologue:
+    case Step::blend:
+      next_round(slot);
+      break;
+    case Step::evict_move:
+      slots_[slot].step = Step::trace_call;
+      starting_ray_generation_ |= bit(slot);
+      break;
+    case Step::sort:
+      slots_[slot].step = program_.sorts(slot) ? Step::sort : Step::blend;
+      starting_ray_generation_ |= bit(slot);
+      break;
+    case Step::trace_call:
+      slots_[slot].step = Step::tracing;
+      enter(slot, WarpActivity::trace, now);
+      trace_calls_.push(static_cast<std::uint16_t>(slot));
+      break;
+    case Step::epilogue:
+      slots_[slot].step = Step::draining;
+      enter(slot, WarpActivity::drain, now);
+      end_if_drained(slot, now);
+      break;
+    default:
+      assert(false);
+  }
+}
+
+void SimtCore::next_round(unsigned slot) {
+  if (program_.active_lanes(slot) == 0) {
+    slots_[slot].step = Step::epilogue;
+  } else {
+    slots_[slot].step = program_.moves_evictions() ? Step::evict_move : Step::trace_call;
+  }
+  starting_ray_generation_ |= bit(slot);
+}
+
+// A warp has one program counter: it serves one request at a time, any-hit shaders before node fetches, each kind in
+// order of arrival.
+void SimtCore::start_service(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  assert(warp.service == Service::none);
+  const auto same_warp = [&](const auto& waiting) { return waiting.slot == slot; };
+  if (const auto batch = std::find_if(batches_.begin(), batches_.end(), same_warp); batch != batches_.end()) {
+    warp.service = Service::any_hit;
+    warp.any_hit_lanes = batch->lanes;
+    program_.any_hit(*batch, phase_);
+    batches_.erase(batch);
+  } else {
+    const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
+    assert(fetch != fetches_.end());
+    warp.service = Service::node_fetch;
+    warp.fetched = {fetch->entry, fetch->fetches};
+    program_.node_fetch(*fetch, phase_);
+    fetches_.erase(fetch);
+  }
+  load(slot, now);
+}
+
+void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
+  switch (slots_[slot].step) {
+    case Step::prologue:
+      program_.prologue(slot, phase_);
+      break;
+    case Step::evict_move:
+      program_.evict_move(slot, phase_);
+      break;
+    case Step::trace_call:
+      program_.trace_call(slot, phase_);
+      break;
+    case Step::sort:
+      program_.sort(slot, phase_);
+      break;
+    case Step::blend:
+      program_.blend(slot, phase_);
+      break;
+    case Step::epilogue:
+      program_.epilogue(slot, phase_);
+      break;
+    default:
+      assert(false);
+  }
+  load(slot, now);
+}
+
+void SimtCore::load(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  warp.kind = phase_.kind;
+  warp.instructions = phase_.instructions;
+  warp.stores.swap(phase_.stores);
+  if (phase_.loads.empty()) {
+    loaded_ |= bit(slot);
+  } else {
+    lsu_.enqueue(slot, phase_.loads, false);
+    enter(slot, WarpActivity::memory, now);
+  }
+}
+
+void SimtCore::issue(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  enter(slot, executing(warp.kind), now);
+  warp.ready = issue_slots_.reserve(slot, warp.instructions, now);
+  next_ready_ = std::min(next_ready_, warp.ready);
+  counters_.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
+  ++counters_.phases[static_cast<std::size_t>(warp.kind)];
+}
+
+void SimtCore::store(unsigned slot) {
+  if (!slots_[slot].stores.empty()) lsu_.enqueue(slot, slots_[slot].stores, true);
+}
+
+void SimtCore::end_if_drained(unsigned slot, Cycle now) {
+  if (slots_[slot].step != Step::draining || lsu_.stores_pending(slot) != 0) return;
+  slots_[slot].step = Step::free;
+  counters_.warp_cycles[static_cast<std::size_t>(slots_[slot].activity)] += now - slots_[slot].since;
+  ++counters_.warps;
+  ends_.push(static_cast<std::uint16_t>(slot));
+}
+
+void SimtCore::send(Cycle now) {
+  if (lsu_.send(now, *memory_request_)) domain_.request(now + memory_request_->latency());
+  const auto rt_of = [this](std::uint16_t slot) -> const RtLinks& { return rt_[slot % rt_.size()]; };
+  if (!any_hits_done_.empty()) {
+    Link<AnyHitDone>& link = *rt_of(any_hits_done_.front().slot).any_hit_done;
+    if (link.can_push(now)) {
+      link.push(now, any_hits_done_.front());
+      any_hits_done_.pop();
+      domain_.request(now + link.latency());
+    }
+  }
+  if (!nodes_fetched_.empty()) {
+    Link<NodeFetchDone>& link = *rt_of(nodes_fetched_.front().slot).node_fetch_done;
+    if (link.can_push(now)) {
+      link.push(now, nodes_fetched_.front().done);
+      nodes_fetched_.pop();
+      domain_.request(now + link.latency());
+    }
+  }
+  Link<TraceCall>* const calls = trace_calls_.empty() ? nullptr : rt_of(trace_calls_.front()).trace_call;
+  if (calls != nullptr && calls->can_push(now)) {
+    TraceCall call;
+    call.slot = trace_calls_.front();
+    call.group = program_.group(call.slot);
+    call.round = program_.round(call.slot);
+    call.lanes = program_.active_lanes(call.slot);
+    calls->push(now, call);
+    trace_calls_.pop();
+    domain_.request(now + calls->latency());
+  }
+  if (!ends_.empty() && ended_->can_push(now)) {
+    WarpEnded end;
+    end.slot = ends_.front();
+    ended_->push(now, end);
+    ends_.pop();
+    domain_.request(now + ended_->latency());
+  }
+}
+
+void SimtCore::enter(unsigned slot, WarpActivity activity, Cycle now) {
+  Slot& warp = slots_[slot];
+  counters_.warp_cycles[static_cast<std::size_t>(warp.activity)] += now - warp.since;
+  warp.activity = activity;
+  warp.since = now;
+}
+
+unsigned SimtCore::resident() const {
+  return static_cast<unsigned>(
+      std::count_if(slots_.begin(), slots_.end(), [](const Slot& slot) { return slot.step != Step::free; }));
+}
+
+bool SimtCore::idle() const {
+  return resident() == 0 && lsu_.idle() && batches_.empty() && fetches_.empty() && trace_calls_.empty() &&
+         any_hits_done_.empty() && nodes_fetched_.empty() && ends_.empty();
+}
+
+SimtCounters SimtCore::counters() const {
+  SimtCounters counters = counters_;
+  for (const Slot& slot : slots_) {
+    if (slot.step == Step::free) continue;
+    counters.warp_cycles[static_cast<std::size_t>(slot.activity)] += domain_.cycle() - slot.since;
+  }
+  counters.issue_busy_cycles = issue_slots_.busy_cycles();
+  counters.issue_wait_cycles = issue_slots_.wait_cycles();
+  counters.shader = program_.counters();
+  counters.memory = lsu_.counters();
+  return counters;
+}
+
+Inventory SimtCore::inventory() const {
+  // Lane count and register file dominate; the control of a warp is its program counter, lane mask and scoreboard.
+  constexpr std::uint64_t kWarpControlBits = 32 + kMaxLanes + 64;
+  const std::uint64_t lanes = static_cast<std::uint64_t>(config_.schedulers) * kMaxLanes;
+  Inventory inventory;
+  inventory.module = name();
+  inventory.storage.push_back({"register_file", StorageKind::ram, config_.registers * 32, 3, 1, false, 32 * kMaxLanes});
+  inventory.storage.push_back(
+      {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
+  inventory.operators.push_back({"fp_fma", 32, lanes});
+  inventory.operators.push_back({"int_add", 32, lanes});
+  inventory.operators.push_back({"fp_compare", 32, lanes});
+  return inventory;
+}
+
+void SimtCore::dump_state(std::ostream& out) const {
+  out << name() << ": last active in cycle " << last_active_ << ", " << resident() << " warps resident, "
+      << batches_.size() << " any-hit batches and " << fetches_.size()
+      << " node fetches waiting; to send: " << trace_calls_.size() << " trace calls, " << any_hits_done_.size()
+      << " any-hits done, " << nodes_fetched_.size() << " nodes fetched, " << ends_.size() << " ends\n";
+  for (unsigned slot = 0; slot < slots_.size(); ++slot) {
+    const Slot& warp = slots_[slot];
+    if (warp.step == Step::free) continue;
+    out << "  slot " << slot << ": group " << program_.group(slot)->index << " round " << program_.round(slot) << " "
+        << kStepNames[static_cast<std::size_t>(warp.step)]
+        << (warp.service == Service::any_hit      ? " in any-hit"
+            : warp.service == Service::node_fetch ? " fetching nodes"
+                                                  : "")
+        << " since cycle " << warp.since << ", loads pending " << lsu_.loads_pending(slot) << ", stores pending "
+        << lsu_.stores_pending(slot) << "\n";
+  }
+  lsu_.dump_state(out);
+}
+
+}  // namespace grtx::modules

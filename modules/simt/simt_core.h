@@ -1,0 +1,159 @@
+// SIMT core of an SM (paper, Section IV and Listing 1): runs the ray generation shader of each resident warp and the
+// any-hit shader that the RT unit invokes. Four in-order warp schedulers (Table I) and a load-store unit.
+// Cost: the SM's own; GRTX adds nothing here. docs/modules/simt_core.md states its timing to the cycle.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/simt/issue_slots.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/messages/warp_messages.h"
+
+namespace grtx::modules {
+
+struct SimtCoreConfig {
+  unsigned sm = 0;                   ///< index of the SM, for the addresses of its per-ray buffers
+  unsigned schedulers = 4;           ///< warp schedulers (Table I: 128 lanes, 4 schedulers; confidence A)
+  unsigned resident_warps = 32;      ///< warp slots, at most 64; must equal MemoryMapConfig's (Vulkan-Sim: 32; B)
+  unsigned instruction_latency = 4;  ///< cycles from issue to result of an ALU instruction (C)
+  std::uint8_t l1_client = 1;        ///< port of the L1 that the load-store unit uses
+  std::uint64_t registers = 65536;   ///< 32-bit registers, for the inventory only (Vulkan-Sim SM75 configuration; B)
+  ShaderCosts costs;
+};
+
+class SimtCore final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(SimtCore);
+  /// `map` must outlive the module. Throws Error if the header or the configuration is outside what the core can run.
+  SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
+           const traces::Header& header, const MemoryMap& map);
+
+  // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
+  sc_core::sc_port<Link<LaunchWarp>> launch{"launch"};
+  sc_core::sc_port<Link<WarpEnded>> ended{"ended"};
+  // One binding an RT unit, the same number and order for all; the warp in slot s belongs to RT unit s mod their
+  // number.
+  sc_core::sc_port<Link<TraceCall>, 0> trace_call{"trace_call"};
+  sc_core::sc_port<Link<TraceDone>, 0> trace_done{"trace_done"};
+  sc_core::sc_port<Link<AnyHitBatch>, 0> any_hit_batch{"any_hit_batch"};
+  sc_core::sc_port<Link<AnyHitDone>, 0> any_hit_done{"any_hit_done"};
+  /// Bound when the shaders fetch the nodes for the RT units.
+  sc_core::sc_port<Link<NodeFetchBatch>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch{"node_fetch"};
+  sc_core::sc_port<Link<NodeFetchDone>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch_done{"node_fetch_done"};
+  sc_core::sc_port<Link<MemoryRequest>> memory_request{"memory_request"};
+  sc_core::sc_port<Link<MemoryResponse>> memory_response{"memory_response"};
+
+  /// No warp is resident and nothing waits in any queue.
+  bool idle() const;
+  unsigned resident() const;
+  unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
+  bool occupied(unsigned slot) const { return slots_[slot].step != Step::free; }
+  /// Of an occupied slot, like group() and round().
+  WarpActivity activity(unsigned slot) const { return slots_[slot].activity; }
+  const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
+  std::uint32_t round(unsigned slot) const { return program_.round(slot); }
+  const LoadStoreUnit& load_store() const { return lsu_; }
+  /// Last cycle in which it did anything: until then nothing that can be seen from outside has changed.
+  Cycle last_active() const { return last_active_; }
+  /// Counters up to the domain's present cycle.
+  SimtCounters counters() const;
+  void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  /// Where the ray generation shader of a warp stands.
+  enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
+
+  /// What a warp does for the RT unit while it is being traced.
+  enum class Service : std::uint8_t { none, any_hit, node_fetch };
+
+  /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.
+  struct RtLinks {
+    Link<TraceCall>* trace_call = nullptr;
+    Link<TraceDone>* trace_done = nullptr;
+    Link<AnyHitBatch>* any_hit_batch = nullptr;
+    Link<AnyHitDone>* any_hit_done = nullptr;
+    Link<NodeFetchBatch>* node_fetch = nullptr;
+    Link<NodeFetchDone>* node_fetch_done = nullptr;
+  };
+  struct NodesFetched {
+    std::uint16_t slot = 0;
+    NodeFetchDone done;
+  };
+
+  struct Slot {
+    Step step = Step::free;
+    Service service = Service::none;  ///< what it executes for the RT unit (step is tracing)
+    WarpActivity activity = WarpActivity::raygen;
+    Cycle since = 0;       ///< of this activity
+    Cycle ready = kNever;  ///< when the instructions of the running phase are done
+    PhaseKind kind = PhaseKind::prologue;
+    std::uint64_t instructions = 0;    ///< of the running phase
+    std::vector<SectorAccess> stores;  ///< of the running phase
+    LaneMask any_hit_lanes = 0;        ///< of the running any-hit shader
+    NodeFetchDone fetched;             ///< of the running node fetch
+  };
+
+  void start_of_simulation() override;
+  void on_tick();
+  Cycle earliest_due() const;
+  void accept_response(Cycle now);
+  void accept_messages(Cycle now);
+  void finish_phases(Cycle now);
+  void finish_ray_generation(unsigned slot, Cycle now);
+  void finish_service(unsigned slot, Cycle now);
+  void start_service(unsigned slot, Cycle now);
+  bool service_waits(unsigned slot) const;
+  void start_ray_generation(unsigned slot, Cycle now);
+  void load(unsigned slot, Cycle now);
+  void issue(unsigned slot, Cycle now);
+  void send(Cycle now);
+  void next_round(unsigned slot);
+  void store(unsigned slot);
+  void end_if_drained(unsigned slot, Cycle now);
+  void enter(unsigned slot, WarpActivity activity, Cycle now);
+
+  ClockDomain& domain_;
+  Alarm alarm_;
+  SimtCoreConfig config_;
+  ShaderProgram program_;
+  IssueSlots issue_slots_;
+  LoadStoreUnit lsu_;
+  std::vector<Slot> slots_;
+  ShaderPhase phase_;                    ///< scratch
+  std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
+  std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
+  Cycle next_ready_ = kNever;            ///< earliest Slot::ready
+  Cycle last_active_ = 0;
+  // Warp slots (a bit each) with something to do in the present cycle.
+  LaneMask starting_service_ = 0;
+  LaneMask starting_ray_generation_ = 0;
+  LaneMask loaded_ = 0;  ///< all loads of the phase are back
+  // Messages to send, at most one of each kind a cycle.
+  RingQueue<std::uint16_t> trace_calls_;
+  RingQueue<AnyHitDone> any_hits_done_;
+  RingQueue<NodesFetched> nodes_fetched_;
+  RingQueue<std::uint16_t> ends_;
+  SimtCounters counters_;
+
+  // The ports' links, looked up once.
+  Link<LaunchWarp>* launch_ = nullptr;
+  Link<WarpEnded>* ended_ = nullptr;
+  std::vector<RtLinks> rt_;
+  Link<MemoryRequest>* memory_request_ = nullptr;
+  Link<MemoryResponse>* memory_response_ = nullptr;
+};
+
+}  // namespace grtx::modules

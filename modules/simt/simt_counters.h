@@ -1,0 +1,48 @@
+// What the SIMT core of an SM counts; counters of several SMs add up.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::modules {
+
+/// What a resident warp does in a cycle; exactly one of these.
+enum class WarpActivity : std::uint8_t {
+  raygen,   ///< prologue, evict move, trace call, sort or epilogue: waiting for its issue slot or executing
+  blend,    ///< the same for the blending phase
+  any_hit,  ///< the same for the any-hit shader
+  memory,   ///< any phase: waiting for its loads
+  trace,    ///< handed to the RT unit, no any-hit shader running
+  fetch,    ///< fetches nodes for the RT unit (when shaders do): waiting for its issue slot or executing
+  drain,    ///< finished but for the acknowledgements of its stores
+  count
+};
+inline constexpr std::size_t kWarpActivities = static_cast<std::size_t>(WarpActivity::count);
+inline constexpr std::array<std::string_view, kWarpActivities> kWarpActivityNames = {
+    "raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"};
+
+struct SimtCounters {
+  std::uint64_t warps = 0;                                   ///< warps that ended
+  std::array<std::uint64_t, kPhaseKinds> instructions{};     ///< warp instructions
+  std::array<std::uint64_t, kPhaseKinds> phases{};           ///< phases executed
+  std::array<std::uint64_t, kWarpActivities> warp_cycles{};  ///< resident warps summed over cycles, by activity
+  std::uint64_t issue_busy_cycles = 0;                       ///< issue slots used, all schedulers
+  std::uint64_t issue_wait_cycles = 0;                       ///< cycles that phases waited for their scheduler
+  ShaderCounters shader;
+  LoadStoreCounters memory;
+
+  void add(const SimtCounters& o);
+  std::uint64_t all_instructions() const;
+  std::uint64_t resident_warp_cycles() const;  ///< occupancy integral: sum of warp_cycles
+};
+
+/// Adds all counters to `list`, names beginning with `prefix` and a dot.
+void describe(const SimtCounters& counters, StatisticList& list, const std::string& prefix);
+
+}  // namespace grtx::modules

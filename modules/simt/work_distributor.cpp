@@ -1,0 +1,168 @@
+#include "grtx/modules/simt/work_distributor.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <ostream>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/messages/lane_loop.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr LaneMask all_slots(unsigned slots) { return slots >= 64 ? ~LaneMask{0} : bit(slots) - 1; }
+
+const WorkDistributorConfig& checked(const WorkDistributorConfig& config) {
+  if (config.sms == 0) throw Error("configuration", "sms", "must be at least 1");
+  if (config.resident_warps == 0 || config.resident_warps > 64) {
+    throw Error("configuration", "resident_warps", "must be 1 to 64");
+  }
+  return config;
+}
+
+}  // namespace
+
+WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain,
+                                 const WorkDistributorConfig& config, GroupSource& source)
+    : sc_module(name),
+      launch("launch", checked(config).sms),
+      ended("ended", config.sms),
+      domain_(domain),
+      alarm_(domain),
+      config_(config),
+      source_(source),
+      done_("done"),
+      sms_(config.sms),
+      groups_(source.count()),
+      free_slots_(config.sms * config.resident_warps) {
+  for (Sm& sm : sms_) {
+    sm.free_slots = all_slots(config.resident_warps);
+    sm.position.resize(config.resident_warps);
+  }
+  SC_METHOD(on_tick);
+  sensitive << alarm_.event();
+  dont_initialize();
+  alarm_.request(0);  // the first launch
+}
+
+void WorkDistributor::start_of_simulation() {
+  for (unsigned i = 0; i < config_.sms; ++i) {
+    sms_[i].launch = launch[i].operator->();
+    sms_[i].ended = ended[i].operator->();
+    sms_[i].ended->wake(&alarm_);
+  }
+}
+
+void WorkDistributor::on_tick() {
+  if (finished_) return;
+  const Cycle now = domain_.cycle();
+  collect(now);
+  if (next_ < groups_ && free_slots_ > 0 && !held_back(now)) dispatch(now);
+  if (next_ == groups_ && running_ == 0) {
+    finish(now);
+    return;
+  }
+  Cycle due = next_ < groups_ && free_slots_ > 0 && !held_back(now) ? now + 1 : kNever;
+  for (const Sm& sm : sms_) due = std::min(due, sm.ended->next_visible());
+  alarm_.request(due);
+}
+
+// The first secondary group starts when all primary groups have ended; an end is what wakes the distributor up.
+bool WorkDistributor::held_back(Cycle now) {
+  if (secondary_) return false;
+  if (ready_ == nullptr) ready_ = source_.acquire(next_);
+  if (ready_->kind == traces::RayKind::primary) return false;
+  if (running_ > 0) return true;
+  secondary_ = true;
+  primary_end_cycle_ = now;
+  return false;
+}
+
+void WorkDistributor::collect(Cycle now) {
+  for (Sm& sm : sms_) {
+    for (const WarpEnded* end; (end = sm.ended->front(now)) != nullptr; sm.ended->pop(now)) {
+      assert((sm.free_slots & bit(end->slot)) == 0);
+      sm.free_slots |= bit(end->slot);
+      ++free_slots_;
+      --running_;
+      if (observer_ != nullptr) observer_->ended(static_cast<unsigned>(&sm - sms_.data()), end->slot, now);
+      source_.release(sm.position[end->slot]);
+    }
+  }
+}
+
+void WorkDistributor::dispatch(Cycle now) {
+  for (unsigned i = 0; i < config_.sms; ++i) {
+    const unsigned index = (turn_ + i) % config_.sms;
+    Sm& sm = sms_[index];
+    if (sm.free_slots == 0 || !sm.launch->can_push(now)) continue;
+    LaunchWarp warp;
+    warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
+    warp.group = ready_ != nullptr ? ready_ : source_.acquire(next_);
+    ready_ = nullptr;
+    sm.launch->push(now, warp);
+    if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
+    domain_.request(now + sm.launch->latency());
+    sm.free_slots &= sm.free_slots - 1;
+    sm.position[warp.slot] = next_;
+    ++sm.launched;
+    if (next_ == 0) first_launch_ = now;
+    last_launch_ = now;
+    ++next_;
+    --free_slots_;
+    ++running_;
+    turn_ = (index + 1) % config_.sms;
+    return;
+  }
+}
+
+void WorkDistributor::finish(Cycle now) {
+  finished_ = true;
+  end_cycle_ = now;
+  if (!secondary_) primary_end_cycle_ = now;
+  done_.notify(sc_core::SC_ZERO_TIME);
+  if (config_.stop_when_done) sc_core::sc_stop();
+}
+
+DistributorCounters WorkDistributor::counters() const {
+  DistributorCounters c;
+  c.groups = next_;
+  c.most_on_one_sm = c.fewest_on_one_sm = sms_.front().launched;
+  for (const Sm& sm : sms_) {
+    c.fewest_on_one_sm = std::min(c.fewest_on_one_sm, sm.launched);
+    c.most_on_one_sm = std::max(c.most_on_one_sm, sm.launched);
+  }
+  c.tail_cycles = finished_ ? end_cycle_ - last_launch_ : 0;
+  c.primary_end = primary_end_cycle_;
+  return c;
+}
+
+void describe(const DistributorCounters& c, StatisticList& list, const std::string& prefix) {
+  list.add(prefix + ".groups", c.groups, "groups", "ray groups handed to SMs");
+  list.add(prefix + ".most_on_one_sm", c.most_on_one_sm, "groups", "ray groups of the SM that got most");
+  list.add(prefix + ".fewest_on_one_sm", c.fewest_on_one_sm, "groups", "ray groups of the SM that got fewest");
+  list.add(prefix + ".tail_cycles", c.tail_cycles, "cycles",
+           "cycles from the last launch to the end: no new work replaced finished warps");
+}
+
+Inventory WorkDistributor::inventory() const {
+  Inventory inventory;
+  inventory.module = name();
+  inventory.storage.push_back({"free_slots", StorageKind::flip_flop,
+                               static_cast<std::uint64_t>(config_.sms) * config_.resident_warps, 1, 1, false});
+  inventory.storage.push_back({"next_group", StorageKind::flip_flop, 32, 1, 1, false});
+  inventory.operators.push_back({"int_add", 32, 1});
+  return inventory;
+}
+
+void WorkDistributor::dump_state(std::ostream& out) const {
+  out << name() << ": " << next_ << " of " << groups_ << " groups launched, " << running_ << " running\n";
+  for (unsigned i = 0; i < config_.sms; ++i) {
+    for_each_bit(all_slots(config_.resident_warps) & ~sms_[i].free_slots, [&](unsigned slot) {
+      out << "  sm " << i << " slot " << slot << ": group at position " << sms_[i].position[slot] << "\n";
+    });
+  }
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,124 @@
+// Work distributor of the GPU: hands the ray groups of a trace, in index order, to SMs with a free warp slot.
+// One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
+// Groups of secondary rays wait until all primary groups have ended: they are a launch of their own.
+// Cost: a credit counter per SM; not part of the GRTX hardware.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::modules {
+
+/// Where ray groups come from. Positions 0..count()-1 are acquired in ascending order, each once, and released in any.
+class GroupSource {
+ public:
+  virtual ~GroupSource() = default;
+  virtual std::uint64_t count() const = 0;
+  /// The group at `position`; it stays valid and unchanged until released. Throws Error if it cannot be read.
+  virtual const traces::RayGroup* acquire(std::uint64_t position) = 0;
+  virtual void release(std::uint64_t position) = 0;
+};
+
+/// Is told of each warp's start and end; for pictures of where the time went. Called a few times a warp.
+class WarpObserver {
+ public:
+  virtual ~WarpObserver() = default;
+  virtual void launched(unsigned sm, unsigned slot, const traces::RayGroup& group, Cycle now) = 0;
+  virtual void ended(unsigned sm, unsigned slot, Cycle now) = 0;
+};
+
+struct WorkDistributorConfig {
+  unsigned sms = 8;
+  unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
+  bool stop_when_done = false;   ///< call sc_stop() when all groups have ended
+};
+
+/// What a distributor of work has done.
+struct DistributorCounters {
+  std::uint64_t groups = 0;
+  std::uint64_t most_on_one_sm = 0;
+  std::uint64_t fewest_on_one_sm = 0;
+  Cycle tail_cycles = 0;  ///< from the last launch to the end
+  Cycle primary_end = 0;  ///< end of the last primary group
+};
+/// Adds the counts as prefix + ".name".
+void describe(const DistributorCounters& counters, StatisticList& list, const std::string& prefix);
+
+class WorkDistributor final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(WorkDistributor);
+  /// `source` must outlive the module.
+  WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain, const WorkDistributorConfig& config,
+                  GroupSource& source);
+
+  sc_core::sc_vector<sc_core::sc_port<Link<LaunchWarp>>> launch;  ///< to each SM
+  sc_core::sc_vector<sc_core::sc_port<Link<WarpEnded>>> ended;    ///< from each SM
+
+  /// Fires in the delta cycle after the one in which the last group's end was seen.
+  const sc_core::sc_event& done() const { return done_; }
+  /// Attach before the run; must outlive it. nullptr: none.
+  void observe(WarpObserver* observer) { observer_ = observer; }
+  bool finished() const { return finished_; }
+  /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
+  Cycle end_cycle() const { return end_cycle_; }
+  /// Cycle in which the end of the last primary group was seen; end_cycle() without secondary groups. Valid once
+  /// finished().
+  Cycle primary_end_cycle() const { return primary_end_cycle_; }
+  std::uint64_t launched() const { return next_; }
+  std::uint64_t running() const { return running_; }
+  std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
+  bool idle() const { return running_ == 0; }
+
+  DistributorCounters counters() const;
+  void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
+  Inventory inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  struct Sm {
+    Link<LaunchWarp>* launch = nullptr;
+    Link<WarpEnded>* ended = nullptr;
+    LaneMask free_slots = 0;
+    std::vector<std::uint64_t> position;  ///< of the group that runs in a slot
+    std::uint64_t launched = 0;
+  };
+
+  void start_of_simulation() override;
+  void on_tick();
+  void collect(Cycle now);
+  void dispatch(Cycle now);
+  bool held_back(Cycle now);
+  void finish(Cycle now);
+
+  ClockDomain& domain_;
+  Alarm alarm_;
+  WorkDistributorConfig config_;
+  GroupSource& source_;
+  WarpObserver* observer_ = nullptr;
+  sc_core::sc_event done_;
+  std::vector<Sm> sms_;
+  std::uint64_t groups_;    ///< count of the source
+  std::uint64_t next_ = 0;  ///< position handed out next
+  std::uint64_t running_ = 0;
+  unsigned free_slots_;                      ///< of all SMs
+  unsigned turn_ = 0;                        ///< SM that is looked at first
+  const traces::RayGroup* ready_ = nullptr;  ///< acquired at next_, not launched yet
+  bool secondary_ = false;                   ///< primary groups are over
+  bool finished_ = false;
+  Cycle first_launch_ = 0;
+  Cycle last_launch_ = 0;
+  Cycle end_cycle_ = 0;
+  Cycle primary_end_cycle_ = 0;
+};
+
+}  // namespace grtx::modules

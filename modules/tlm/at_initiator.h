@@ -1,0 +1,75 @@
+// The initiator side of the TLM-2.0 AT base protocol that an L2 slice uses towards its DRAM channel. Any base-protocol
+// target with a 32-bit socket fits: the built-in Dram or an external DRAM simulator. IEEE 1666-2011, clauses 14 and 15.
+#pragma once
+
+#include <tlm_utils/simple_initiator_socket.h>
+#include <cstdint>
+#include <tlm>
+
+#include "grtx/modules/tlm/at_payload_pool.h"
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/ring_queue.h"
+
+namespace grtx::modules {
+
+/// A member of a clocked module, which drives it from its tick. One request is in its request phase at a time: withheld
+/// END_REQ is the back-pressure. Responses are always taken, in any order, with END_RESP one clock later. Whatever
+/// arrives at time t is seen by the module at its first edge after t, and that edge is booked in the clock domain.
+class AtInitiator {
+ public:
+  struct Completion {
+    std::uint32_t context = 0;
+    bool write = false;
+    bool ok = false;            ///< response status was TLM_OK_RESPONSE
+    std::uint64_t address = 0;  ///< as sent
+    Cycle visible = 0;
+  };
+
+  AtInitiator(const char* socket_name, ClockDomain& clock);
+  /// The alarm of the module's process, which is then set for what arrives; without one the domain ticks.
+  void wake(Alarm* process) { process_ = process; }
+
+  tlm_utils::simple_initiator_socket<AtInitiator, 32> socket;
+
+  /// The request phase of the last request has ended, as seen at `now`.
+  bool can_send(Cycle now) const { return requesting_ == nullptr && free_from_ <= now; }
+  /// bytes: a power of two up to AtPayload::kMaxBytes; address: a multiple of it; context: returned with the
+  /// completion.
+  void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context);
+  /// Oldest completion that has arrived by `now`, else nullptr.
+  const Completion* front(Cycle now) const {
+    return !completions_.empty() && completions_.front().visible <= now ? &completions_.front() : nullptr;
+  }
+  void pop() { completions_.pop(); }
+  /// Cycle in which the oldest completion becomes visible; kNever when there is none.
+  Cycle next_visible() const { return completions_.empty() ? kNever : completions_.front().visible; }
+  /// First cycle in which can_send() holds, as far as is known; kNever while a request phase has not ended.
+  Cycle next_send() const { return requesting_ == nullptr ? free_from_ : kNever; }
+  std::size_t completions() const { return completions_.size(); }
+  /// Requests sent whose response has not begun.
+  std::uint64_t outstanding() const { return outstanding_; }
+  const AtPayloadPool& pool() const { return pool_; }
+  bool idle() const { return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr; }
+
+ private:
+  ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                       sc_core::sc_time& delay);
+  void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
+  void complete(AtPayload& payload, const sc_core::sc_time& delay);
+  void make_visible(Cycle cycle) {
+    if (process_ != nullptr) return process_->request(cycle);
+    clock_.request(cycle);
+  }
+
+  ClockDomain& clock_;
+  Alarm* process_ = nullptr;
+  sc_core::sc_time clock_period_;
+  AtPayloadPool pool_;
+  const AtPayload* requesting_ = nullptr;
+  Cycle free_from_ = 0;
+  std::uint64_t outstanding_ = 0;
+  Cycle last_visible_ = 0;
+  RingQueue<Completion> completions_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,58 @@
+// Which cycles of a window that moves with the time are taken: what the calendars of things that serve one item a cycle
+// have in common.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "grtx/base/strong.h"
+
+namespace grtx::tlm {
+
+class CycleBits {
+ public:
+  static constexpr Cycle kWindow = 8192;  ///< cycles that are kept; later ones are given out in order
+
+  Cycle begin() const { return begin_; }  ///< first cycle that is kept, a multiple of 64
+  Cycle end() const { return begin_ + kWindow; }
+  /// at: a cycle that is kept.
+  bool taken(Cycle at) const { return (bits_[at % kWindow / 64] >> at % 64 & 1) != 0; }
+  void take(Cycle at) { bits_[at % kWindow / 64] |= std::uint64_t{1} << at % 64; }
+  /// Takes `count` cycles from `first` on, 1 to 63, if all are kept and free, and in one word: returns whether it did.
+  bool take_run(Cycle first, unsigned count) {
+    if (first < begin_ || first + 64 > end() || first % 64 + count > 64) return false;
+    std::uint64_t& word = bits_[first % kWindow / 64];
+    const std::uint64_t run = ((std::uint64_t{1} << count) - 1) << first % 64;
+    if ((word & run) != 0) return false;
+    word |= run;
+    return true;
+  }
+  /// The first free cycle from `from` on, which is not before begin(); if none is kept, one from end() on.
+  Cycle first_free(Cycle from) const {
+    while (from < end()) {
+      const std::uint64_t free = ~bits_[from % kWindow / 64] >> from % 64;
+      if (free != 0) return from + static_cast<Cycle>(std::countr_zero(free));
+      from += 64 - from % 64;
+    }
+    return from;
+  }
+  /// A cycle from `from` on, not before end(): each is given once, in order.
+  Cycle take_beyond(Cycle from) {
+    from = std::max(from, beyond_);
+    beyond_ = from + 1;
+    return from;
+  }
+  /// Cycles before `now` are past.
+  void advance(Cycle now) {
+    for (; begin_ + 64 <= now; begin_ += 64) bits_[begin_ % kWindow / 64] = 0;
+  }
+
+ private:
+  Cycle begin_ = 0;
+  Cycle beyond_ = 0;
+  std::array<std::uint64_t, kWindow / 64> bits_{};
+};
+
+}  // namespace grtx::tlm

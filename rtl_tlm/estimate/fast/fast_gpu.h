@@ -1,0 +1,58 @@
+// The GPU in fast mode: loosely timed, without the SystemC kernel. It makes the decisions of the cycle model (which SM,
+// which warp buffer entry, what is merged, hit, prefetched, checkpointed, blended), but a visit of a node is one event,
+// and what its requests meet on their way are resources that they reserve. docs/simulation-speed.md
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
+
+namespace grtx::tlm {
+
+/// What a configuration asks for that fast mode does not model; an empty key: nothing.
+struct Unmodelled {
+  const char* key = "";
+  const char* rule = "";
+  explicit operator bool() const { return *key != '\0'; }
+};
+Unmodelled unmodelled_by_fast(const GpuConfig& config);
+
+/// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 250,000 that take time: then
+/// cycles change by some 1 % (docs/simulation-speed.md).
+unsigned fast_stride(const GpuConfig& config, std::uint64_t visits);
+
+namespace fast {
+class Machine;
+}
+
+class FastGpu {
+ public:
+  /// header and source must outlive the GPU. stride: one in so many of a lane's events takes time. Throws Error when
+  /// the configuration asks for what this mode does not model.
+  FastGpu(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries,
+          modules::GroupSource& source, unsigned stride);
+  ~FastGpu();
+
+  /// Before run(); must outlive it.
+  void observe(modules::WarpObserver* observer);
+  /// Which SMs the first groups go to, in launch order.
+  void assign(std::vector<unsigned> sms);
+  /// Runs all groups to the end and drains. progress(groups ended) is called now and then. Throws std::runtime_error
+  /// when nothing is due although work remains, and Error when the trace contradicts itself.
+  void run(const std::function<void(std::uint64_t)>& progress);
+  /// After run().
+  GpuCounters counters() const;
+  /// Nothing inside.
+  bool idle() const;
+  std::uint64_t steps() const;  ///< cycles in which something was due
+
+ private:
+  std::unique_ptr<fast::Machine> machine_;
+};
+
+}  // namespace grtx::tlm

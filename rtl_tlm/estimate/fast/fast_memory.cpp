@@ -1,0 +1,224 @@
+#include "grtx/rtl_tlm/estimate/fast/fast_memory.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace grtx::tlm {
+
+using modules::L2Stall;
+using modules::SectorCacheTags;
+
+namespace {
+
+unsigned count_of(std::uint8_t sectors) { return static_cast<unsigned>(std::popcount(sectors)); }
+
+}  // namespace
+
+FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
+    : core_fs_(modules::ClockDomain::period_fs(config.core_mhz)),
+      memory_fs_(modules::ClockDomain::period_fs(config.memory_mhz)),
+      clocks_a_cycle_(static_cast<double>(core_fs_) / static_cast<double>(memory_fs_)),
+      gap_(config.links.capacity == 1 ? 2 : 1),
+      link_(config.links.latency),
+      latency_(config.links.latency + config.crossbar.latency),
+      pipe_(config.l2.latency),
+      interleave_(config.interleave),
+      dram_(config.dram_config(bytes)),
+      perfect_(config.l2.perfect),
+      sector_bytes_(config.l2.geometry.sector_bytes),
+      inputs_(config.sms),
+      replies_(config.sms),
+      l2_(config.interleave.slices) {
+  const std::size_t capacity =
+      config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
+  for (unsigned i = 0; i < config.interleave.slices; ++i) {
+    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity, config.sms);
+  }
+}
+
+FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
+  const unsigned index = interleave_.slice(request.line);
+  Slice& slice = slices_[index];
+  const unsigned count = count_of(request.sectors);
+  l2_[index].requests_in += count;
+  l2_[index].replies_out += count;
+  // An SM's oldest request holds back those behind it; a slice takes one a cycle, as long as it has room.
+  Cycle& input = inputs_[request.sm];
+  Cycle now = 0;
+  for (unsigned i = 0; i < count; ++i) {
+    if (slice.runs[request.sm].last + gap_ == input) input += others(slice, request.sm);
+    const auto [crossed, displaced] =
+        slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}), request.sm);
+    if (displaced != TurnCalendar::kNobody) ++inputs_[displaced];  // its next request is later, if not that one
+    note_crossing(slice, request.sm, crossed);
+    input = crossed + gap_;
+    now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
+    if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
+    slice.looked_up.take(now);
+  }
+  Trip trip{input, 0};
+  const Cycle done = look_up(index, request, now);
+  const Cycle first = done - (count - 1);
+  PortCalendar& replies = replies_[request.sm];
+  if (slice.reply.reserve_run(first, count)) {
+    if (replies.reserve_run(first + latency_, count)) {
+      trip.seen = done + latency_;
+    } else {
+      for (unsigned i = 0; i < count; ++i) trip.seen = std::max(trip.seen, replies.reserve(first + i + latency_));
+    }
+    return trip;
+  }
+  for (unsigned i = 0; i < count; ++i) {
+    trip.seen = std::max(trip.seen, replies.reserve(slice.reply.reserve(first + i) + latency_));
+  }
+  return trip;
+}
+
+// SMs that have requests for a slice take turns, as the crossbar's arbiters let them: who has crossed leaves the others
+// a cycle each. A run of requests ends where an SM has let a whole round pass.
+unsigned FastMemory::others(const Slice& slice, unsigned sm) const {
+  const Cycle last = slice.runs[sm].last;
+  const Cycle round = last + inputs_.size();
+  return static_cast<unsigned>(std::count_if(slice.runs.begin(), slice.runs.end(), [last, round](const Run& other) {
+    return other.last > last && other.first <= round;
+  }));
+}
+
+void FastMemory::note_crossing(Slice& slice, unsigned sm, Cycle crossed) const {
+  Run& run = slice.runs[sm];
+  if (crossed > run.last + inputs_.size()) run.first = crossed;
+  run.last = crossed;
+}
+
+SectorCacheTags::Slot FastMemory::find_or_insert(Slice& slice, std::uint64_t local, SectorCacheTags::Victim& victim) {
+  const SectorCacheTags::Slot slot = slice.tags.find(local);
+  if (slot == SectorCacheTags::kNone) return slice.tags.insert(local, &victim);
+  slice.tags.touch(slot);
+  return slot;
+}
+
+void FastMemory::warm(const Request& request) {
+  if (perfect_) return;
+  Slice& slice = slices_[interleave_.slice(request.line)];
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = find_or_insert(slice, interleave_.local(request.line), victim);
+  slice.tags.set_valid(slot, request.sectors);
+  if (request.write) slice.tags.set_dirty(slot, request.sectors);
+}
+
+// When the last answer is there.
+Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
+  Slice& slice = slices_[index];
+  modules::L2Counters& counters = l2_[index];
+  modules::L2Counters::ByRegion& region = counters.region[static_cast<std::size_t>(request.region)];
+  const unsigned count = count_of(request.sectors);
+  (request.write ? region.writes : region.reads) += count;
+  if (perfect_) {
+    (request.write ? region.write_hits : region.hits) += count;
+    return now;
+  }
+  const std::uint64_t local = interleave_.local(request.line);
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = find_or_insert(slice, local, victim);
+  if (victim.valid) ++counters.evictions;
+  const auto present = static_cast<std::uint8_t>(request.sectors & slice.tags.valid(slot));
+  slice.tags.set_valid(slot, request.sectors);
+  if (request.write) {
+    region.write_hits += count_of(present);
+    slice.tags.set_dirty(slot, request.sectors);
+    write_back(index, now, victim);
+    return now;
+  }
+  region.hits += count_of(present);
+  const auto missing = static_cast<std::uint8_t>(request.sectors & ~present);
+  if (missing == 0) return now;
+  const unsigned misses = count_of(missing);
+  region.misses += misses;
+  counters.dram_reads += misses;
+  const auto first = static_cast<std::uint64_t>(std::countr_zero(missing)) * sector_bytes_;
+  const Cycle done = read_dram(index, now, local + first, misses);
+  counters.mshr_cycles += misses * (done - now);
+  counters.miss_latency.add(done - now, misses);
+  write_back(index, done, victim);  // the line's place is taken when it comes
+  return done;
+}
+
+void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Victim& victim) {
+  if (victim.dirty == 0) return;
+  l2_[index].dram_writes += count_of(victim.dirty);
+  slices_[index].writes.push({clock_of(now), victim.address, count_of(victim.dirty)});
+}
+
+void FastMemory::write_dram(Slice& slice, Cycle clock) {
+  while (!slice.writes.empty() && slice.writes.front().clock <= clock) {
+    const Write& write = slice.writes.front();
+    if (dram_.perfect) {
+      slice.dram.count_unqueued(write.sectors, sector_bytes_, true);
+    } else {
+      slice.dram.request(write.clock, write.local, write.sectors, sector_bytes_, true);
+    }
+    slice.writes.pop();
+  }
+}
+
+void FastMemory::finish() {
+  for (Slice& slice : slices_) write_dram(slice, modules::kNever);
+}
+
+Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors) {
+  Slice& slice = slices_[index];
+  const Cycle clock = clock_of(now);
+  write_dram(slice, clock);
+  if (dram_.perfect) {
+    slice.dram.count_unqueued(sectors, sector_bytes_, false);
+    return cycle_of(clock + dram_.fixed_latency);
+  }
+  const Cycle enters = slice.dram.room(clock);  // the channel's own queue
+  const Cycle done = cycle_of(slice.dram.request(enters, local, sectors, sector_bytes_, false) + dram_.fixed_latency);
+  slice.mshrs.take(done, sectors);
+  if (enters > clock) slice.queue.take(enters, sectors);
+  // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
+  const bool full = slice.queue.full(clock) || slice.mshrs.full(now);
+  const Cycle blocked = std::max(slice.blocked_until, now);
+  const Cycle queues = slice.queue.room(clock);
+  slice.blocked_until = std::max({blocked, queues > clock ? cycle_of(queues) : 0, slice.mshrs.room(now)});
+  if (full) l2_[index].stalls[static_cast<std::size_t>(L2Stall::dram_queue)] += slice.blocked_until - blocked;
+  return done;
+}
+
+void FastMemory::advance(Cycle now) {
+  const Cycle clock = clock_of(now);
+  for (PortCalendar& port : replies_) port.advance(now);
+  for (Slice& slice : slices_) {
+    slice.input.advance(now);
+    slice.lookup.advance(now);
+    slice.reply.advance(now);
+    slice.dram.advance(clock);
+  }
+}
+
+std::vector<modules::DramChannelCounters> FastMemory::channels() const {
+  std::vector<modules::DramChannelCounters> all;
+  for (const Slice& slice : slices_) all.push_back(slice.dram.counters());
+  return all;
+}
+
+modules::DramCounters FastMemory::dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const {
+  modules::DramCounters sum;
+  for (const modules::DramChannelCounters& channel : channels) sum.channel += channel;
+  sum.responses = sum.channel.reads + sum.channel.writes;
+  sum.clocks = end * core_fs_ / memory_fs_;
+  const double peak = static_cast<double>(slices_.size()) * dram_.channel.burst_bytes / dram_.channel.timing.ccd;
+  if (sum.clocks > 0) {
+    sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(sum.clocks));
+  }
+  return sum;
+}
+
+std::uint64_t FastMemory::dirty_sectors() const {
+  std::uint64_t sum = 0;
+  for (const Slice& slice : slices_) sum += slice.tags.count_dirty();
+  return sum;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,133 @@
+#include "grtx/rtl_tlm/estimate/sampled/group_work.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "grtx/rtl_tlm/run/trace_source.h"
+
+namespace grtx::tlm {
+namespace {
+
+// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
+// waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much:
+// what they leave unexplained is part of the measured residuals.
+constexpr float kNearStep = 0.15F;
+constexpr float kAnyHitStep = 0.5F;
+constexpr float kCheckpointSectors = 1.25F;  ///< of an entry of 20 B written or read, about half of them straddle two
+constexpr double kUsefulShare = 0.7;         ///< of a cache's lines: the rest holds sectors that nobody asked for
+
+std::uint64_t nodes_of(std::uint64_t bytes, unsigned warps) {
+  return static_cast<std::uint64_t>(kUsefulShare * static_cast<double>(bytes) /
+                                    static_cast<double>(warps * traces::kNodeUnit));
+}
+
+}  // namespace
+
+WorkCounter::Tags::Tags(std::uint64_t nodes) : sets_(std::bit_floor(std::max<std::uint64_t>(1, nodes / kWays))) {
+  entries_.resize(sets_ * kWays);
+}
+
+bool WorkCounter::Tags::touch(std::uint32_t unit) {
+  std::uint32_t* const set = &entries_[(((unit * 0x9E3779B1u) >> 8) & (sets_ - 1)) * kWays];
+  std::size_t way = 0;
+  while (way < kWays - 1 && set[way] != unit + 1) ++way;
+  const bool hit = set[way] == unit + 1;
+  for (; way > 0; --way) set[way] = set[way - 1];
+  set[0] = unit + 1;
+  return hit;
+}
+
+WorkCounter::WorkCounter(const traces::Header& header, const GpuConfig& config)
+    : header_(header),
+      prefetch_(config.rt.sibling_prefetch),
+      l1_(nodes_of(config.l1.geometry.bytes, config.rt.warp_buffer.entries * config.rt_units)),
+      l2_(nodes_of(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)),
+      processed_sectors_(static_cast<float>((header.gaussian_record_bytes + header.sh_record_bytes + 31) / 32)) {}
+
+void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
+  const traces::Event& event = *lane.event++;
+  --lane.left;
+  const traces::EventKind kind = event.kind();
+  if (header_.checkpoint) {
+    lane.work.far += kCheckpointSectors * static_cast<float>(std::popcount(event.checkpoints));
+    if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
+      lane.work.far += kCheckpointSectors;
+    }
+  }
+  if (kind > traces::EventKind::visit_leaf) return;
+  const bool internal = kind == traces::EventKind::visit_internal;
+  const std::uint32_t unit = internal ? group.nodes[event.node].address : event.node;
+  const float sectors = kind == traces::EventKind::visit_instance ? 4.0F : 2.0F;
+  const bool l2_hit = l2_.touch(unit);
+  const bool l1_hit = l1_.touch(unit);
+  lane.work.sectors += sectors;
+  if (!l1_hit && !l2_hit) lane.work.far += sectors;
+  // The siblings of the leaf before have been prefetched.
+  const bool near = l1_hit || (prefetch_ && !internal && lane.after_leaf);
+  lane.work.steps += near ? kNearStep : 1.0F;
+  if (!internal || !l1_hit) lane.after_leaf = !internal;
+  if (kind == traces::EventKind::visit_leaf && traces::calls_any_hit(event.outcome())) lane.work.steps += kAnyHitStep;
+}
+
+GroupWork WorkCounter::count(const traces::RayGroup& group) {
+  GroupWork work;
+  work.kind = group.kind;
+  l1_.clear();
+  l2_.clear();
+  std::size_t rounds = 0;
+  for (const traces::Ray& ray : group.rays) rounds = std::max(rounds, ray.rounds.size());
+  work.rounds.resize(rounds);
+  std::vector<const traces::Event*> next;
+  for (const traces::Ray& ray : group.rays) next.push_back(ray.events.data());
+  for (std::size_t r = 0; r < rounds; ++r) {
+    lanes_.clear();
+    for (std::size_t i = 0; i < group.rays.size(); ++i) {
+      if (r >= group.rays[i].rounds.size()) continue;
+      const traces::Round& round = group.rays[i].rounds[r];
+      Lane lane;
+      lane.event = next[i];
+      lane.left = round.event_count;
+      lane.work.far = processed_sectors_ * static_cast<float>(round.processed_count);
+      work.processed += round.processed_count;
+      next[i] += round.event_count;
+      if (lane.left > 0) lanes_.push_back(lane);
+    }
+    for (std::size_t stepping = lanes_.size(); stepping > 0;) {
+      for (Lane& lane : lanes_) {
+        if (lane.left == 0) continue;
+        step(lane, group);
+        if (lane.left == 0) --stepping;
+      }
+    }
+    std::vector<LaneWork>& done = work.rounds[r].lanes;
+    for (const Lane& lane : lanes_) {
+      if (lane.work.steps > 0.0F) done.push_back(lane.work);
+    }
+    std::sort(done.begin(), done.end(), [](const LaneWork& a, const LaneWork& b) { return a.steps < b.steps; });
+    for (const LaneWork& lane : done) {
+      work.sectors += static_cast<double>(lane.sectors);
+      work.far += static_cast<double>(lane.far);
+    }
+    if (!done.empty()) work.steps += static_cast<double>(done.back().steps);
+  }
+  return work;
+}
+
+TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config) {
+  TraceWork work;
+  work.groups.reserve(reader.group_count());
+  WorkCounter counter(reader.header(), config);
+  const ChainLatencies latencies(config, reader.header());
+  traces::RayGroup group;
+  for (std::uint64_t index = 0; index < reader.group_count(); ++index) {
+    reader.read(index, group);
+    check_group(group, reader.header(), reader.path());
+    work.groups.push_back(counter.count(group));
+    const Chain chain = measure_chain(group, latencies);
+    work.longest.ray = std::max(work.longest.ray, chain.ray);
+    work.longest.warp = std::max(work.longest.warp, chain.warp);
+  }
+  return work;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,79 @@
+// What the groups of a trace ask of the hardware, counted without simulating it: the auxiliary variables of a sample.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/ray_chain.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/io.h"
+
+namespace grtx::tlm {
+
+/// One ray in one traceRay call.
+struct LaneWork {
+  float steps = 0.0F;    ///< dependent steps, in units of a node fetch that misses the L1
+  float sectors = 0.0F;  ///< node sectors asked of the L1
+  float far = 0.0F;      ///< sectors asked of the DRAM, about
+};
+
+/// One traceRay call of a warp.
+struct RoundWork {
+  std::vector<LaneWork> lanes;  ///< those that visit a node, by ascending steps
+};
+
+struct GroupWork {
+  std::vector<RoundWork> rounds;
+  traces::RayKind kind = traces::RayKind::primary;
+  std::uint64_t processed = 0;  ///< k-buffer entries looked at: the same for every structure and for checkpointing
+  double sectors = 0.0;         ///< of all rounds
+  double far = 0.0;
+  double steps = 0.0;  ///< longest lane of each round, added up
+};
+
+/// Counts groups, one after the other. Each is walked with its lanes in step through caches of its own, as large as a
+/// warp's share of the L1 and of the L2, so that warps that reuse much and warps that do not are told apart.
+class WorkCounter {
+ public:
+  WorkCounter(const traces::Header& header, const GpuConfig& config);
+  GroupWork count(const traces::RayGroup& group);
+
+ private:
+  /// Tags of nodes, four ways, least recently used out first.
+  class Tags {
+   public:
+    explicit Tags(std::uint64_t nodes);
+    void clear() { std::fill(entries_.begin(), entries_.end(), 0); }
+    bool touch(std::uint32_t unit);  ///< whether it was there; it is afterwards
+
+   private:
+    static constexpr std::size_t kWays = 4;
+    std::vector<std::uint32_t> entries_;  ///< unit + 1, by set, most recent first
+    std::size_t sets_;
+  };
+  struct Lane {
+    const traces::Event* event = nullptr;
+    std::uint32_t left = 0;
+    bool after_leaf = false;
+    LaneWork work;
+  };
+  void step(Lane& lane, const traces::RayGroup& group);
+
+  const traces::Header& header_;
+  bool prefetch_;
+  Tags l1_, l2_;
+  float processed_sectors_;
+  std::vector<Lane> lanes_;
+};
+
+struct TraceWork {
+  std::vector<GroupWork> groups;
+  Chain longest;  ///< a lower bound, as in lower_bounds.h
+};
+/// Of every group of the trace: decodes it once, one group at a time.
+TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,467 @@
+#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "grtx/base/error.h"
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_run.h"
+#include "grtx/rtl_tlm/run/lower_bounds.h"
+#include "grtx/rtl_tlm/estimate/sampled/fast_correction.h"
+#include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
+#include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
+#include "grtx/rtl_tlm/estimate/sampled/sampler.h"
+#include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kLargestPair = 1.0 / 16.0;  ///< share of the groups in one pair of samples
+constexpr double kWholeFrom = 0.5;           ///< beyond this share the whole trace costs little more
+constexpr double kFewestWarps = 2.0;         ///< of equal work that a sample must hold to tell anything
+
+double cpu_of_all_processes() {
+  double seconds = 0.0;
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(who, &usage);
+    for (const timeval& t : {usage.ru_utime, usage.ru_stime}) {
+      seconds += static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    }
+  }
+  return seconds;
+}
+
+std::uint64_t peak_rss_of_all_processes() {
+  long most = 0;
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(who, &usage);
+    most = std::max(most, usage.ru_maxrss);
+  }
+  return static_cast<std::uint64_t>(most) * 1024;  // Linux counts in KiB
+}
+
+/// Belief about the rates before a sample is seen.
+RatePrior prior_of(const GpuConfig& config) {
+  const double bursts = config.interleave.slices * config.memory_mhz / config.core_mhz / config.dram.channel.timing.ccd;
+  const double sectors = bursts * config.dram.channel.burst_bytes / 32.0;
+  const double units = config.rt_units;
+  RatePrior prior;
+  // A miss takes the crossbar twice, the L2 and the DRAM, some 300 cycles with the paper's latencies. An RT unit asks
+  // for a sector a cycle at most. An SM's MSHRs allow so many misses in the time of one under load. Channels are 60 to
+  // 95 % busy in runs that they limit.
+  prior.mean = {std::log(300.0), std::log(0.85 * units), std::log(0.6 * config.l1.mshr_entries / 256.0),
+                std::log(0.9 * sectors)};
+  prior.deviation = {0.7, 0.15, 0.4, 0.5};
+  return prior;
+}
+
+constexpr unsigned kFewestClasses = 4;  ///< a pair of samples is half of the trace then
+
+/// What choosing and weighting need.
+GroupWork brief_work(const traces::RayGroup& group) {
+  GroupWork work;
+  work.kind = group.kind;
+  for (const traces::Ray& ray : group.rays) {
+    work.sectors += static_cast<double>(ray.events.size());
+    for (const traces::Round& round : ray.rounds) work.processed += round.processed_count;
+  }
+  return work;
+}
+
+class SampledRun {
+ public:
+  SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
+      : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
+    reader_.verify_content();
+    if (unmodelled_by_fast(config)) options_.model = SampleModel::calls;
+  }
+
+  SampledResult run() {
+    if (options_.share > kWholeFrom) return whole("as asked for");
+    if (visits()) {
+      run_whole_fast();
+    } else {
+      work_ = measure_work(reader_, config_);
+    }
+    for (const GroupWork& group : work_.groups) {
+      all_.push_back(&group);
+      sectors_ += group.sectors;
+      squares_ += group.sectors * group.sectors;
+    }
+    const double pair = std::min(options_.share, kLargestPair);
+    auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
+    const double warps = squares_ > 0.0 ? sectors_ * sectors_ / squares_ : 0.0;
+    // Of small traces fast mode needs a larger share.
+    if (visits()) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
+    if (classes < kFewestClasses || warps / classes < kFewestWarps) {
+      return whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
+    }
+    classes_ = deal_classes(work_.groups, classes, options_.seed);
+    std::size_t pairs = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.share / pair)));
+    for (;;) {
+      simulate_pairs(pairs);
+      const SampledEstimate estimate = visits() ? correct() : evaluate();
+      const ConfidenceInterval interval = cycles_interval(estimate);
+      if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) return finished(estimate);
+      pairs *= 2;
+      if (static_cast<double>(2 * pairs) / classes > kWholeFrom) return whole("to reach --target-error");
+    }
+  }
+
+ private:
+  bool visits() const { return options_.model == SampleModel::visits; }
+  /// Simulates until there are so many pairs of samples.
+  void simulate_pairs(std::size_t pairs) {
+    const std::size_t before = samples_.size();
+    std::vector<std::pair<SampleRun*, std::unique_ptr<ChildProcess>>> running;
+    const auto collect = [&] {
+      finish_sample(*running.front().second, *running.front().first);
+      running.erase(running.begin());
+    };
+    for (std::size_t i = before; i < 2 * pairs; ++i) {
+      auto sample = std::make_unique<SampleRun>();
+      sample->groups = classes_[i];
+      sample->machine = visits() || i % 2 != 0 ? idle_neighbours(config_) : half_sm(config_);
+      samples_.push_back(std::move(sample));
+    }
+    if (known_.empty()) look_at_front();
+    for (std::size_t i = before; i < samples_.size(); ++i) {
+      if (running.size() >= options_.jobs) collect();
+      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], options_.engine));
+    }
+    while (!running.empty()) collect();
+  }
+
+  void look_at_front() {
+    std::vector<std::uint64_t> groups(reader_.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    known_ = first_launches(reader_, groups, config_);
+  }
+
+  /// Runs fast mode of the whole trace, and counts the groups' work on the way.
+  void run_whole_fast() {
+    look_at_front();
+    const ChainLatencies latencies(config_, reader_.header());
+    std::vector<std::uint64_t> groups(reader_.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    GpuConfig config = config_;
+    config.fast.seed = options_.seed;
+    whole_fast_ = run_fast(reader_, groups, known_, config, [&](const traces::RayGroup& group) {
+      work_.groups.push_back(brief_work(group));
+      const Chain chain = measure_chain(group, latencies);
+      work_.longest.ray = std::max(work_.longest.ray, chain.ray);
+      work_.longest.warp = std::max(work_.longest.warp, chain.warp);
+    });
+  }
+
+  /// Fast mode's cycles, corrected by the samples in which the SM is not held up by others: with the DRAM of
+  /// half an SM, the scaled machine is less like the whole one than the model is.
+  SampledEstimate correct() {
+    std::vector<FastSample> compared;
+    for (const auto& simulated : samples_) {
+      const SampleRun& run = *simulated;
+      GpuConfig config = run.machine.config;
+      config.fast.stride = 1;  // the sample is small, and tells how far the model is off, not the draw
+      const FastRun fast = run_fast(reader_, run.groups, {}, config, {});
+      FastSample sample;
+      sample.groups = run.groups;
+      for (const std::uint64_t group : run.groups) sample.weight.push_back(all_[group]->sectors);
+      sample.end = run.group_end;
+      sample.fast_end.assign(fast.group_end.begin(), fast.group_end.end());
+      compared.push_back(std::move(sample));
+    }
+    const FastCorrection correction = correct_fast(compared);
+    correction_ = std::exp(correction.log_factor);
+    residual_ = correction.residual;
+    SampledEstimate estimate;
+    estimate.log_cycles = std::log(std::max(1.0, static_cast<double>(whole_fast_.cycles()))) + correction.log_factor;
+    estimate.degrees_of_freedom = correction.degrees_of_freedom;
+    estimate.prior_variance = correction.prior_variance;
+    estimate.bias = kVisitsBias;
+    estimate.evidence = correction.evidence;
+    return estimate;
+  }
+
+  SampledEstimate evaluate() {
+    std::vector<Observed> observed;
+    for (const auto& sample : samples_) {
+      Observed one;
+      for (const std::uint64_t group : sample->groups) one.groups.push_back(all_[group]);
+      one.machine = sample->machine.model;
+      one.group_end = sample->group_end;
+      one.cycles = sample->cycles;
+      observed.push_back(std::move(one));
+    }
+    fit_ = fit_rates(observed, prior_of(config_));
+    const LogEstimate prediction = predict(all_, known_, model_of(config_), fit_.log_rates);
+    SampledEstimate estimate;
+    estimate.log_cycles = prediction.value;
+    estimate.prior_variance = prior_variance(prediction.gradient, fit_);
+    estimate.degrees_of_freedom = fit_.degrees_of_freedom;
+    estimate.bias = kCallsBias;
+    residual_ = fit_.residual;
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+      for (std::size_t i = 0; i < samples_[s]->groups.size(); ++i) {
+        const FittedRates::Group& group = fit_.groups[s][i];
+        if (group.weight == 0.0) continue;
+        GroupEvidence e{samples_[s]->groups[i], group.weight, group.residual, 0.0};
+        for (std::size_t p = 0; p < kFittedRates; ++p) e.influence += prediction.gradient[p] * group.influence[p];
+        estimate.evidence.push_back(e);
+      }
+    }
+    return estimate;
+  }
+
+  std::map<std::string, std::string> inputs() const {
+    std::map<std::string, std::string> inputs;
+    for (const auto& [name, value] : reader_.header().inputs) inputs["trace." + name] = value;
+    inputs["accel"] = reader_.header().accel;
+    inputs["k"] = std::to_string(reader_.header().k);
+    inputs["checkpoint"] = reader_.header().checkpoint ? "on" : "off";
+    inputs["trace_hash"] = reader_.content_hash();
+    inputs["config_hash"] = config_hash(config_);
+    inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+    return inputs;
+  }
+
+  std::map<std::string, std::string> sampled_inputs() const {
+    std::map<std::string, std::string> all = inputs();
+    all["mode"] = "sampled";
+    all["sampled.seed"] = std::to_string(options_.seed);
+    all["sampled.share"] = fmt::format("{}", options_.share);
+    all["sampled.model"] = visits() ? "visits" : "calls";
+    all["sampled.engine"] = options_.engine == SimulationMode::fast ? "fast" : "cycle";
+    if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
+    return all;
+  }
+
+  void describe(const SampledResult& r, std::uint64_t groups, const std::string& note,
+                modules::StatisticList& list) const {
+    const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
+      list.add(std::string("gpu.sampled.") + name, value, unit, description);
+    };
+    add("share", ratio(groups, reader_.group_count()), "ratio",
+        "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
+    add("groups", groups, "groups", "groups simulated");
+    add("samples", static_cast<std::uint64_t>(r.estimate.whole ? 1 : samples_.size()), "runs",
+        "simulations: each a class of the groups on a scaled machine of its own");
+    add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
+    add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");
+    add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
+    add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
+    add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
+    add("bias", r.estimate.whole ? 0.0 : r.estimate.bias.cycles, "ratio",
+        "of it, what model and scaled machines leave over however large the samples are; a measured constant");
+    add("residual", r.estimate.whole ? 0.0 : residual_, "ratio",
+        "standard deviation between modelled and simulated ends of warps over the cycles of their sample");
+    add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
+    if (r.estimate.whole) return;
+    if (visits()) {
+      const modules::L1Counters::ByRegion l1 = whole_fast_.counters.l1.all();
+      add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
+      add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
+      add("fast.l1_hit_rate", ratio(l1.hits + l1.hits_on_miss, l1.reads), "ratio", "of fast mode");
+      add("fast.l2_accesses", whole_fast_.counters.l2.accesses(), "sectors", "of fast mode");
+      add("fast.dram_sectors", whole_fast_.counters.dram.responses, "sectors", "of fast mode");
+      return;
+    }
+    const ModelRates rates = rates_of(fit_.log_rates);
+    add("rate.step_cycles", rates.step_cycles, "cycles", "fitted: a step that misses, nothing contended");
+    add("rate.sm_sectors", rates.sm_sectors, "sectors/cycle", "fitted: node sectors that an SM serves");
+    add("rate.sm_far", rates.sm_far, "sectors/cycle", "fitted: sectors beyond the L2 that an SM can ask for");
+    add("rate.memory_sectors", rates.memory_sectors, "sectors/cycle", "fitted: sectors that the DRAM serves");
+  }
+
+  static double ratio(std::uint64_t a, std::uint64_t b) {
+    return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b);
+  }
+
+  void add_host(SampledResult& r) const {
+    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double cpu = cpu_of_all_processes() - start_cpu_;
+    const auto cycles = static_cast<double>(r.result.cycles);
+    modules::StatisticList& host = r.result.host;
+    host.add("host.wall_seconds", wall, "s", "wall time of the whole estimate");
+    host.add("host.cpu_seconds", cpu, "s", "processor time of the whole estimate, all processes");
+    host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process");
+    host.add("host.cycles_per_second", cycles / std::max(wall, 1e-9), "cycles/s",
+             "estimated core cycles a second of wall time");
+    host.add("host.node_visits_per_second", static_cast<double>(reader_.totals().visits()) / std::max(wall, 1e-9),
+             "visits/s", "lane visits of the trace a second of wall time");
+    host.add("host.cycles_per_cpu_second", cycles / std::max(cpu, 1e-9), "cycles/s",
+             "estimated core cycles a second of processor time");
+  }
+
+  SampledResult finished(const SampledEstimate& estimate) {
+    SampledResult r;
+    r.estimate = estimate;
+    r.cycles = cycles_interval(estimate);
+    r.result.cycles = static_cast<Cycle>(std::llround(r.cycles.value));
+    std::uint64_t groups = 0;
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      groups += samples_[i]->groups.size();
+      for (const std::string& violation : samples_[i]->violations) {
+        r.result.violations.push_back(fmt::format("sample {}: {}", i, violation));
+      }
+    }
+    if (visits()) {
+      describe_fast(r.result);
+    } else {
+      describe_samples(r);
+    }
+    add_energy(r.result.statistics);
+    describe(r, groups, "", r.result.statistics);
+    r.result.inputs = sampled_inputs();
+    add_host(r);
+    r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
+    r.result.document["sampled"] = to_json(r.estimate);
+    return r;
+  }
+
+  /// Counts of fast mode, in as many cycles as estimated.
+  void describe_fast(SimulationResult& result) const {
+    GpuCounters counters = whole_fast_.counters;
+    const double stretch =
+        static_cast<double>(result.cycles) / static_cast<double>(std::max<Cycle>(1, counters.cycles));
+    counters.distributor.primary_end =
+        static_cast<Cycle>(std::llround(static_cast<double>(counters.distributor.primary_end) * stretch));
+    counters.cycles = result.cycles;
+    const std::vector<LowerBound> bounds = lower_bounds(counters, work_.longest, config_);
+    result.binding_bound = binding_bound(bounds).name;
+    modules::StatisticList& list = result.statistics;
+    tlm::describe(counters, list);
+    tlm::describe(bounds, counters.cycles, list);
+  }
+
+  /// Counts of the samples on half SMs, scaled.
+  void describe_samples(SampledResult& r) const {
+    WholeRun whole;
+    whole.cycles = r.cycles.value;
+    whole.groups = all_.size();
+    whole.totals = reader_.totals();
+    whole.longest = work_.longest;
+    whole.busiest_share = busiest_share();
+    std::vector<const ordered_json*> contended;
+    double sampled = 0.0;
+    for (std::size_t i = 0; i < samples_.size(); i += 2) {
+      contended.push_back(&samples_[i]->stats);
+      for (const std::uint64_t group : samples_[i]->groups) sampled += all_[group]->sectors;
+    }
+    r.result.statistics = whole_statistics(contended, sectors_ / sampled, whole, config_);
+    for (const modules::Statistic& s : r.result.statistics.items()) {
+      if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
+    }
+  }
+
+  /// Energy of the whole machine for the counts in the list. What it is priced on is SystemC modules: in a child.
+  void add_energy(modules::StatisticList& list) const {
+    ChildProcess child("energy", [this, &list] {
+      const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
+      modules::StatisticList priced = list;
+      describe_energy(config_, machine.inventory(), reader_.totals().rays, priced);
+      ordered_json json = ordered_json::array();
+      for (std::size_t i = list.items().size(); i < priced.items().size(); ++i) {
+        const modules::Statistic& s = priced.items()[i];
+        json.push_back({s.name, std::get<double>(s.value), s.unit, s.description});
+      }
+      return json.dump();
+    });
+    for (const auto& s : ordered_json::parse(child.result())) {
+      list.add(s.at(0), s.at(1).get<double>(), s.at(2), s.at(3));
+    }
+  }
+
+  double busiest_share() const {
+    const std::vector<unsigned> group_sm =
+        run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
+    std::vector<double> by_sm(config_.sms);
+    for (std::size_t i = 0; i < all_.size(); ++i) by_sm[group_sm[i]] += all_[i]->sectors;
+    return *std::max_element(by_sm.begin(), by_sm.end()) / sectors_;
+  }
+
+  /// The whole trace in cycle mode: nothing is estimated.
+  SampledResult whole(const std::string& why) {
+    ChildProcess child("whole trace", [this] {
+      const SimulationResult result = simulate(path_, config_, {});
+      ordered_json json;
+      json["document"] = result.document;
+      json["violations"] = result.violations;
+      json["binding_bound"] = result.binding_bound;
+      return json.dump();
+    });
+    const ordered_json json = ordered_json::parse(child.result());
+    SampledResult r;
+    r.result.document = json.at("document");
+    r.result.violations = json.at("violations").get<std::vector<std::string>>();
+    r.result.binding_bound = json.at("binding_bound").get<std::string>();
+    ordered_json& stats = r.result.document.at("stats");
+    r.result.cycles = stats.at("gpu.cycles").at("value").get<Cycle>();
+    r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
+    r.estimate.whole = true;
+    r.cycles = cycles_interval(r.estimate);
+    r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // without rounding
+    r.result.inputs = sampled_inputs();
+    for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
+    modules::StatisticList list;
+    describe(r, reader_.group_count(), why, list);
+    const ordered_json sampled = statistics_object(list);
+    ordered_json all = ordered_json::object();  // host.* stays last
+    for (const auto& [name, entry] : stats.items()) {
+      if (name.starts_with("host.") && !all.contains("gpu.sampled.share")) all.update(sampled);
+      all[name] = entry;
+    }
+    all.at("host.cpu_seconds")["value"] = cpu_of_all_processes() - start_cpu_;
+    stats = std::move(all);
+    r.result.document["sampled"] = to_json(r.estimate);
+    return r;
+  }
+
+  std::string path_;
+  const GpuConfig& config_;
+  SampledOptions options_;
+  traces::Reader reader_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double start_cpu_;
+  TraceWork work_;
+  std::vector<const GroupWork*> all_;  ///< of the trace, by index
+  double sectors_ = 0.0, squares_ = 0.0;
+  std::vector<std::vector<std::uint64_t>> classes_;
+  std::vector<std::unique_ptr<SampleRun>> samples_;  ///< with idle neighbours; of `calls`, every other on half an SM
+  std::vector<Launch> known_;
+  FittedRates fit_;     ///< of the warp model
+  FastRun whole_fast_;  ///< of the whole trace
+  double correction_ = 1.0;
+  double residual_ = 0.0;
+};
+
+}  // namespace
+
+void check_sampled(const SampledOptions& options) {
+  if (!(options.share > 0.0 && options.share <= 1.0)) {
+    throw Error("sampled mode", "--share", "must be above 0 and at most 1");
+  }
+  if (!(options.target_error >= 0.0 && options.target_error < 1.0)) {
+    throw Error("sampled mode", "--target-error", "must be above 0 and below 100%");
+  }
+}
+
+SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options) {
+  check_sampled(options);
+  check_config(config, "configuration");
+  return SampledRun(trace_path, config, options).run();
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,194 @@
+#include "grtx/rtl_tlm/gpu/gpu.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+#include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/rtl_tlm/gpu/construction_order.h"
+
+namespace grtx::tlm {
+
+using modules::Link;
+
+namespace {
+
+// A ray's stack area: 256 entries of 16 B. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
+constexpr std::uint64_t kStackSectors = 128;
+
+template <typename T>
+void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& name, unsigned count, unsigned latency,
+               std::size_t capacity) {
+  for (unsigned i = 0; i < count; ++i) {
+    links.push_back(std::make_unique<Link<T>>(fmt::format("{}{}", name, i), latency, capacity));
+  }
+}
+
+template <typename T>
+bool all_empty(const std::vector<std::unique_ptr<Link<T>>>& links) {
+  return std::all_of(links.begin(), links.end(), [](const auto& link) { return link->empty(); });
+}
+
+template <typename T>
+std::uint64_t all_pushed(const std::vector<std::unique_ptr<Link<T>>>& links) {
+  std::uint64_t sum = 0;
+  for (const auto& link : links) sum += link->pushed();
+  return sum;
+}
+
+template <typename T>
+void dump_links(std::ostream& out, const std::vector<std::unique_ptr<Link<T>>>& links) {
+  for (const auto& link : links) {
+    if (!link->empty()) out << "  link " << link->name() << ": " << link->size() << " of " << link->capacity() << '\n';
+  }
+}
+
+}  // namespace
+
+modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
+                                           std::uint64_t eviction_entries) {
+  modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
+  if (config.rt.warp_buffer.spill) map.stack_sectors = kStackSectors;
+  // As many as a checkpoint buffer holds, unless the trace needs more.
+  const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
+  if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);
+  return map;
+}
+
+Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
+         std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build)
+    : sc_module(name),
+      dram("dram", config.interleave.slices),
+      config_(config),
+      map_(header, memory_map_config(config, header, eviction_entries)),
+      core_("core_clock", config.core_mhz, build.idle_skip),
+      sms_(config.sms),
+      slices_(config.interleave.slices) {
+  const unsigned slices = config.interleave.slices;
+  const SmLinks& messages = config.sm_links;
+  add_links(launches_, "launch", config.sms, messages.message_latency, config.resident_warps);
+  add_links(ends_, "ended", config.sms, messages.message_latency, config.resident_warps);
+  add_links(sm_requests_, "sm_request", config.sms, config.links.latency, config.links.capacity);
+  add_links(sm_responses_, "sm_response", config.sms, config.links.latency, config.links.capacity);
+  add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
+  add_links(slice_responses_, "slice_response", slices, config.links.latency, config.links.capacity);
+
+  std::vector<std::function<void()>> builders;
+  builders.push_back([&] {
+    const modules::WorkDistributorConfig work{config.sms, config.resident_warps, false};
+    distributor_ = std::make_unique<modules::WorkDistributor>("distributor", core_, work, source);
+  });
+  for (unsigned i = 0; i < config.sms; ++i) {
+    builders.push_back([&, i] {
+      const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
+      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order);
+    });
+  }
+  builders.push_back([&] {
+    const modules::DirectCalls direct(core_);
+    crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_);
+  });
+  for (unsigned i = 0; i < slices; ++i) {
+    builders.push_back([&, i] {
+      const modules::DirectCalls direct(core_);
+      slices_[i] = std::make_unique<modules::L2Slice>(fmt::format("l2_slice{}", i).c_str(), config.l2_slice(i), core_);
+    });
+  }
+  construct(std::move(builders), build.construction_order);
+
+  SC_METHOD(pause);
+  sensitive << distributor_->done();
+  dont_initialize();
+
+  for (unsigned i = 0; i < config.sms; ++i) {
+    distributor_->launch[i].bind(*launches_[i]);
+    distributor_->ended[i].bind(*ends_[i]);
+    sms_[i]->launch.bind(*launches_[i]);
+    sms_[i]->ended.bind(*ends_[i]);
+    sms_[i]->to_memory.bind(*sm_requests_[i]);
+    sms_[i]->from_memory.bind(*sm_responses_[i]);
+    crossbar_->request_in[i].bind(*sm_requests_[i]);
+    crossbar_->response_out[i].bind(*sm_responses_[i]);
+  }
+  for (unsigned i = 0; i < slices; ++i) {
+    crossbar_->request_out[i].bind(*slice_requests_[i]);
+    crossbar_->response_in[i].bind(*slice_responses_[i]);
+    slices_[i]->request.bind(*slice_requests_[i]);
+    slices_[i]->response.bind(*slice_responses_[i]);
+    slices_[i]->dram.socket.bind(dram[i]);
+  }
+}
+
+bool Gpu::idle() const {
+  bool idle = distributor_->idle() && crossbar_->idle() && all_empty(launches_) && all_empty(ends_) &&
+              all_empty(sm_requests_) && all_empty(sm_responses_) && all_empty(slice_requests_) &&
+              all_empty(slice_responses_);
+  for (const auto& sm : sms_) idle = idle && sm->idle();
+  for (const auto& slice : slices_) idle = idle && slice->idle();
+  return idle;
+}
+
+std::uint64_t Gpu::progress() const {
+  std::uint64_t sum = all_pushed(launches_) + all_pushed(ends_) + all_pushed(sm_requests_) + all_pushed(sm_responses_) +
+                      all_pushed(slice_requests_) + all_pushed(slice_responses_);
+  for (const auto& sm : sms_) sum += sm->progress();
+  return sum;
+}
+
+std::vector<modules::Inventory> Gpu::inventory() const {
+  std::vector<modules::Inventory> parts;
+  parts.push_back(distributor_->inventory());
+  for (const auto& sm : sms_) {
+    for (modules::Inventory& part : sm->inventory()) parts.push_back(std::move(part));
+  }
+  parts.push_back(crossbar_->inventory());
+  for (const auto& slice : slices_) parts.push_back(slice->inventory());
+  modules::Inventory links{std::string(name()) + ".links", {}, {}};
+  for (const auto& [what, entries] :
+       {std::pair("requests", modules::total_capacity(sm_requests_) + modules::total_capacity(slice_requests_)),
+        std::pair("responses", modules::total_capacity(sm_responses_) + modules::total_capacity(slice_responses_))}) {
+    links.storage.push_back(
+        {what, modules::StorageKind::flip_flop, entries * modules::kPacketBits, 1, 1, false, modules::kPacketBits});
+  }
+  parts.push_back(std::move(links));
+  return parts;
+}
+
+void Gpu::dump_state(std::ostream& out) const {
+  out << "core cycle " << core_.cycle() << '\n';
+  distributor_->dump_state(out);
+  dump_links(out, launches_);
+  dump_links(out, ends_);
+  for (const auto& sm : sms_) sm->dump_state(out);
+  dump_links(out, sm_requests_);
+  dump_links(out, sm_responses_);
+  crossbar_->dump_state(out);
+  dump_links(out, slice_requests_);
+  dump_links(out, slice_responses_);
+  for (const auto& slice : slices_) slice->dump_state(out);
+}
+
+BuiltInDram::BuiltInDram(Gpu& gpu, const BuildOptions& build)
+    : clock("memory_clock", gpu.config().memory_mhz, build.idle_skip),
+      dram("dram", gpu.config().dram_config(gpu.map().bytes()), clock),
+      ahead(gpu.core(), clock, build.run_ahead) {}
+
+std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build) {
+  auto memory = std::make_unique<BuiltInDram>(gpu, build);
+  for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(memory->dram.sockets[i]);
+  return memory;
+}
+
+void run_for(Gpu& gpu, Cycle cycles) {
+  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
+  gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
+  sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
+  // Paused with the clocks ahead: the kernel follows.
+  gpu.core().allow_ahead(0);
+  const sc_core::sc_time ahead = gpu.core().ahead_of_kernel();
+  if (ahead != sc_core::SC_ZERO_TIME) sc_core::sc_start(ahead, sc_core::SC_RUN_TO_TIME);
+}
+
+}  // namespace grtx::tlm

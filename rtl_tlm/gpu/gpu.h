@@ -1,0 +1,115 @@
+// The GPU: work distributor, SMs, crossbar and L2 slices in one core clock domain, with a TLM-2.0 AT socket a slice
+// towards DRAM. Paper: Table I. Cost: the sum of its parts.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <systemc>
+#include <tlm>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/sm.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::tlm {
+
+/// How the model is built and stepped. None of these may change a result.
+struct BuildOptions {
+  std::uint64_t construction_order = 0;  ///< see construct()
+  bool idle_skip = true;                 ///< jump over cycles in which nothing happens
+  bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
+};
+
+/// The address map of a run. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
+modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
+                                           std::uint64_t eviction_entries);
+
+class Gpu final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(Gpu);
+  /// source must outlive the GPU. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
+  Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
+      std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
+
+  /// One a slice; bind each to a base-protocol target. bind_built_in_dram() binds the model's own.
+  sc_core::sc_vector<::tlm::tlm_initiator_socket<32>> dram;
+
+  modules::ClockDomain& core() { return core_; }
+  const modules::ClockDomain& core() const { return core_; }
+  const modules::MemoryMap& map() const { return map_; }
+  const GpuConfig& config() const { return config_; }
+  const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
+  const std::vector<std::unique_ptr<modules::L2Slice>>& slices() const { return slices_; }
+  const modules::Crossbar& crossbar() const { return *crossbar_; }
+  const modules::WorkDistributor& distributor() const { return *distributor_; }
+  modules::WorkDistributor& distributor() { return *distributor_; }
+  /// Calls f(link) for each link outside the SMs.
+  template <typename F>
+  void for_each_link(F&& f) const {
+    const auto each = [&f](const auto& links) {
+      for (const auto& link : links) f(*link);
+    };
+    each(launches_);
+    each(ends_);
+    each(sm_requests_);
+    each(sm_responses_);
+    each(slice_requests_);
+    each(slice_responses_);
+  }
+
+  /// The last warp has ended: the cycle is distributor().end_cycle(), and the kernel was paused there. Prefetches and
+  /// write-backs may still be under way.
+  bool finished() const { return distributor_->finished(); }
+  /// Nothing inside, links included.
+  bool idle() const;
+  /// Grows with all that the GPU does; for a watchdog.
+  std::uint64_t progress() const;
+  std::vector<modules::Inventory> inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  template <typename T>
+  using LinkPointer = std::unique_ptr<modules::Link<T>>;
+
+  void pause() { sc_core::sc_pause(); }
+
+  GpuConfig config_;
+  modules::MemoryMap map_;
+  modules::ClockDomain core_;
+  std::vector<LinkPointer<modules::LaunchWarp>> launches_;             ///< by SM
+  std::vector<LinkPointer<modules::WarpEnded>> ends_;                  ///< by SM
+  std::vector<LinkPointer<modules::MemoryRequest>> sm_requests_;       ///< by SM
+  std::vector<LinkPointer<modules::MemoryResponse>> sm_responses_;     ///< by SM
+  std::vector<LinkPointer<modules::MemoryRequest>> slice_requests_;    ///< by slice
+  std::vector<LinkPointer<modules::MemoryResponse>> slice_responses_;  ///< by slice
+  std::unique_ptr<modules::WorkDistributor> distributor_;
+  std::vector<std::unique_ptr<Sm>> sms_;
+  std::unique_ptr<modules::Crossbar> crossbar_;
+  std::vector<std::unique_ptr<modules::L2Slice>> slices_;
+};
+
+/// The built-in DRAM with its memory clock.
+struct BuiltInDram {
+  modules::ClockDomain clock;
+  modules::Dram dram;
+  modules::RunAhead ahead;  ///< of both clocks
+  BuiltInDram(Gpu& gpu, const BuildOptions& build);
+};
+
+/// Builds the built-in DRAM and binds it to all sockets of the GPU. Bind other targets to gpu.dram instead to use an
+/// external DRAM simulator.
+std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build);
+
+/// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.
+void run_for(Gpu& gpu, Cycle cycles);
+
+}  // namespace grtx::tlm

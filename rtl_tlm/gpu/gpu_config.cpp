@@ -1,0 +1,130 @@
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+#include <fmt/format.h>
+
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/rtl_tlm/config/config_file.h"
+
+namespace grtx::tlm {
+namespace {
+
+std::string table_of(const std::string& key) { return key.substr(0, key.rfind('.')); }
+
+/// Text inside a Markdown table cell.
+std::string cell(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '|') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+}  // namespace
+
+SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident_warps, simt, rt, l1, sm_links}; }
+
+modules::Crossbar::Config GpuConfig::crossbar_config() const {
+  modules::Crossbar::Config config = crossbar;
+  config.sms = sms;
+  config.interleave = interleave;
+  return config;
+}
+
+modules::L2Slice::Config GpuConfig::l2_slice(unsigned slice) const {
+  modules::L2Slice::Config config = l2;
+  config.slice = slice;
+  config.interleave = interleave;
+  config.geometry.bytes = l2_bytes / interleave.slices;
+  return config;
+}
+
+modules::Dram::Config GpuConfig::dram_config(std::uint64_t bytes) const {
+  modules::Dram::Config config = dram;
+  config.interleave = interleave;
+  config.bytes = bytes;
+  return config;
+}
+
+void check_config(const GpuConfig& config, const std::string& origin) {
+  const auto require = [&](bool holds, const char* key, const std::string& rule) {
+    if (!holds) throw Error(origin, key, rule);
+  };
+  const auto power_of_two = [](std::uint64_t value) { return value != 0 && (value & (value - 1)) == 0; };
+  require(power_of_two(config.l1.geometry.line_bytes), "l1.line_bytes", "must be a power of two");
+  require(power_of_two(config.l2.geometry.line_bytes), "l2.line_bytes", "must be a power of two");
+  require(config.l1.geometry.sets() >= 1, "l1.bytes", "must hold at least l1.ways lines of l1.line_bytes");
+  require(config.l2_slice(0).geometry.sets() >= 1, "l2.bytes",
+          "a slice (l2.bytes / l2.slices) must hold at least l2.ways lines of l2.line_bytes");
+  require(config.fast.stride == 0 || power_of_two(config.fast.stride), "fast.stride", "must be 0 or a power of two");
+  require(power_of_two(config.interleave.bytes), "l2.interleave_bytes", "must be a power of two");
+  require(config.l2.geometry.line_bytes <= config.interleave.bytes, "l2.interleave_bytes",
+          "must not be smaller than l2.line_bytes");
+  require(!config.interleave.xor_hash || power_of_two(config.interleave.slices), "l2.xor_hash",
+          "needs a power of two of l2.slices");
+  require(!config.dram.channel.bank_xor || power_of_two(config.dram.channel.banks), "dram.bank_xor",
+          "needs a power of two of dram.banks");
+  require(config.dram.channel.row_bytes >= config.dram.channel.burst_bytes, "dram.row_bytes",
+          "must not be smaller than dram.burst_bytes");
+  require(config.l1.latency >= config.sm_links.l1_latency, "l1.latency", "must not be shorter than l1.link_latency");
+  require(config.crossbar.latency >= config.links.latency, "crossbar.latency",
+          "must not be shorter than crossbar.link_latency");
+  require(config.l2.reply_queue >= config.l2.mshr_merges, "l2.reply_queue",
+          "must hold the replies of an MSHR (l2.mshr_merges)");
+  require(config.l2.dram_queue >= config.l2.geometry.sectors(), "l2.dram_queue",
+          "must hold the write-back of a line (l2.line_bytes / 32)");
+  require(!config.rt.warp_buffer.spill || config.rt.warp_buffer.stack_entries >= 2, "rt.warp_buffer.stack_entries",
+          "must be at least 2 with rt.warp_buffer.spill");
+  require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
+  const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
+  require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
+}
+
+GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
+  GpuConfig config;
+  const std::vector<ConfigKey> keys = config_keys(config);
+  if (!path.empty()) load_config_file(path, keys);
+  for (const std::string& setting : settings) apply_setting(setting, keys);
+  check_config(config, settings.empty() ? path : "configuration");
+  return config;
+}
+
+nlohmann::ordered_json config_json(const GpuConfig& config) {
+  GpuConfig copy = config;  // keys point to mutable values
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const ConfigKey& key : config_keys(copy)) {
+    std::visit(
+        [&](const auto& target) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, Choice>) {
+            json[key.name] = target.get();
+          } else {
+            json[key.name] = *target;
+          }
+        },
+        key.value);
+  }
+  return json;
+}
+
+std::string config_hash(const GpuConfig& config) { return hex(xxh3(config_json(config).dump())); }
+
+std::string config_reference() {
+  GpuConfig defaults;
+  std::string text;
+  std::string table;
+  for (const ConfigKey& key : config_keys(defaults)) {
+    if (const std::string t = table_of(key.name); t != table) {
+      table = t;
+      text += fmt::format(
+          "{}### [{}]\n\n| key | default | range | unit | meaning | source of the default | confidence |\n"
+          "|---|---|---|---|---|---|---|\n",
+          text.empty() ? "" : "\n", table);
+    }
+    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", key.name, value_text(key), range_text(key),
+                        key.unit, cell(key.description), cell(key.source), static_cast<char>(key.confidence));
+  }
+  return text;
+}
+
+}  // namespace grtx::tlm

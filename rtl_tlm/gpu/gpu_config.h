@@ -1,0 +1,76 @@
+// The configuration of the whole GPU model: the parameters of all modules, and the keys by which people set them.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/simt/simt_core.h"
+#include "grtx/rtl_tlm/config/config_key.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/rtl_tlm/gpu/sm.h"
+
+namespace grtx::tlm {
+
+/// Registered links between SMs, crossbar and L2 slices.
+struct GpuLinks {
+  unsigned latency = 1;   ///< cycles; part of the crossbar's latency on its output side
+  unsigned capacity = 4;  ///< messages
+};
+
+/// How `--mode fast` approximates; not hardware.
+struct FastModel {
+  static constexpr unsigned kLargestStride = 64;
+  unsigned stride = 0;     ///< one in so many of a lane's events takes time, a power of two; 0: chosen by the trace
+  std::uint64_t seed = 1;  ///< which of them
+};
+
+struct GpuConfig {
+  unsigned sms = 8;
+  unsigned resident_warps = 32;  ///< warp slots of an SM
+  unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
+  double core_mhz = 1365.0;
+  double memory_mhz = 3500.0;
+  RtUnitConfig rt;
+  modules::SimtCoreConfig simt;
+  modules::L1Cache::Config l1;
+  SmLinks sm_links;
+  modules::Crossbar::Config crossbar;
+  GpuLinks links;
+  modules::AddressInterleave interleave;     ///< L2 slices = DRAM channels
+  std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
+  modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
+  modules::Dram::Config dram;
+  FastModel fast;
+
+  /// Configurations of parts, with what the assembly decides filled in.
+  SmConfig sm(unsigned index) const;
+  modules::Crossbar::Config crossbar_config() const;
+  modules::L2Slice::Config l2_slice(unsigned slice) const;
+  modules::Dram::Config dram_config(std::uint64_t bytes) const;
+};
+
+/// All keys, in the order of the documentation. The keys point into `config`, which must outlive them.
+std::vector<ConfigKey> config_keys(GpuConfig& config);
+
+/// Defaults, then the file (if `path` is not empty), then the settings "key=value" in order. Throws Error for anything
+/// that is unknown, of the wrong type, out of range, or impossible in combination.
+GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
+
+/// Throws Error{origin, key, rule} when keys contradict each other.
+void check_config(const GpuConfig& config, const std::string& origin);
+
+/// Every key with its resolved value, in table order.
+nlohmann::ordered_json config_json(const GpuConfig& config);
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values.
+std::string config_hash(const GpuConfig& config);
+/// The reference table of all keys, in Markdown (docs/configuration.md).
+std::string config_reference();
+
+}  // namespace grtx::tlm

@@ -1,0 +1,111 @@
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+namespace grtx::tlm {
+namespace {
+
+using modules::Distribution;
+using modules::StatisticList;
+
+/// One statistic for each power of two up to the largest value seen.
+void add_histogram(StatisticList& list, const std::string& name, const Distribution& distribution,
+                   const std::string& unit, const std::string& what) {
+  unsigned last = 0;
+  for (unsigned i = 0; i < Distribution::kBins; ++i) {
+    if (distribution.bin(i) != 0) last = i;
+  }
+  for (unsigned i = 0; i <= last; ++i) {
+    const std::uint64_t low = i == 0 ? 0 : std::uint64_t{1} << (i - 1);
+    const std::uint64_t high = i == 0 ? 0 : 2 * low - 1;
+    list.add(fmt::format("{}.from_{}", name, low), distribution.bin(i), unit,
+             fmt::format("{} of {} to {} cycles", what, low, high));
+  }
+}
+
+}  // namespace
+
+EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
+  EndOfRun end;
+  for (const auto& sm : gpu.sms()) {
+    for (const auto& rt : sm->rt_units()) {
+      rt->settle(gpu.distributor().end_cycle());
+      end.rt_of.push_back(rt->counters());
+    }
+  }
+  for (std::size_t i = 0; i < gpu.slices().size(); ++i) {
+    end.dram_of.push_back(dram.channel_counters(static_cast<unsigned>(i)));
+  }
+  return end;
+}
+
+GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end) {
+  GpuCounters c;
+  c.cycles = gpu.distributor().end_cycle();
+  for (const auto& sm : gpu.sms()) {
+    for (const auto& rt : sm->rt_units()) {
+      const RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];
+      c.rt_of.push_back(rt->counters());
+      c.rt_of.back().scheduler = at_end.scheduler;
+      c.rt_of.back().warp_buffer = at_end.warp_buffer;
+    }
+  }
+  c.dram_of = end.dram_of;
+  for (const auto& sm : gpu.sms()) {
+    c.simt_of.push_back(sm->simt().counters());
+    c.l1_of.push_back(sm->l1().counters());
+  }
+  for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
+  c.crossbar = gpu.crossbar().counters();
+  c.period_fs = gpu.core().period_fs();
+  c.distributor = gpu.distributor().counters();
+  for (const auto& slice : gpu.slices()) c.l2_dirty_sectors += slice->dirty_sectors();
+  c.dram = dram.counters();
+  c.dram_channels = dram.all_channel_counters();
+  add_up(c);
+  return c;
+}
+
+void add_up(GpuCounters& c) {
+  for (const RtUnitCounters& rt : c.rt_of) c.rt.add(rt);
+  for (const modules::SimtCounters& simt : c.simt_of) c.simt.add(simt);
+  for (const modules::L1Counters& l1 : c.l1_of) c.l1 += l1;
+  for (const modules::L2Counters& l2 : c.l2_of) c.l2 += l2;
+}
+
+void describe(const GpuCounters& c, StatisticList& list) {
+  list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
+  list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(c.period_fs) * 1e-9, "us",
+           "simulated time: gpu.cycles at the core clock");
+  const Cycle primary = c.distributor.primary_end;
+  list.add("gpu.rays.primary_cycles", primary, "cycles", "until the last warp of primary rays had ended");
+  list.add("gpu.rays.secondary_cycles", c.cycles - primary, "cycles",
+           "from there to the end: warps of secondary rays, a launch of their own");
+  describe(c.distributor, list, "gpu.distributor");
+  c.rt.describe(list, "gpu.rt", c.cycles);
+  add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
+  add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
+  list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
+           "lane visits a node fetch");
+  const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
+  for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
+    for (std::size_t u = 0; u < units; ++u) {
+      list.add(fmt::format("gpu.sm{}.rt{}.selections", i, u == 0 ? "" : std::to_string(u)),
+               c.rt_of[i * units + u].scheduler.selections, "cycles", "cycles in which this RT unit scheduled a warp");
+    }
+    list.add(fmt::format("gpu.sm{}.warps", i), c.simt_of[i].warps, "warps", "warps that ran on this SM");
+  }
+  describe(c.simt, list, "gpu.simt");
+  c.l1.describe(list, "gpu.l1");
+  add_histogram(list, "gpu.l1.miss_latency.histogram", c.l1.miss_latency, "misses", "L1 misses");
+  describe(c.crossbar, list, "gpu.crossbar");
+  c.l2.describe(list, "gpu.l2");
+  add_histogram(list, "gpu.l2.miss_latency.histogram", c.l2.miss_latency, "misses", "L2 misses");
+  list.add("gpu.l2.dirty_at_end", c.l2_dirty_sectors, "sectors", "dirty sectors left in the L2 when the run ended");
+  describe(c.dram, c.dram_channels, list, "gpu.dram");
+}
+
+}  // namespace grtx::tlm

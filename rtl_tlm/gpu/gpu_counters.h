@@ -1,0 +1,51 @@
+// Everything that the modules of a GPU counted, by SM and slice and added up, and its description as statistics.
+#pragma once
+
+#include <vector>
+
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+
+namespace grtx::tlm {
+
+struct GpuCounters {
+  Cycle cycles = 0;                   ///< core cycles until the last warp had ended
+  std::vector<RtUnitCounters> rt_of;  ///< by RT unit, those of an SM one after the other
+  std::vector<modules::SimtCounters> simt_of;
+  std::vector<modules::L1Counters> l1_of;
+  std::vector<modules::L2Counters> l2_of;
+  std::vector<modules::DramChannelCounters> dram_of;  ///< at the end of the run, not drained
+  RtUnitCounters rt;
+  modules::SimtCounters simt;
+  modules::L1Counters l1;
+  modules::L2Counters l2;
+  modules::CrossbarCounters crossbar;
+  // Filled by collect_counters() and by models other than the cycle model.
+  std::uint64_t period_fs = 0;  ///< of the core clock
+  modules::DistributorCounters distributor;
+  std::uint64_t l2_dirty_sectors = 0;                       ///< left in the L2 at the end
+  modules::DramCounters dram;                               ///< drained
+  std::vector<modules::DramChannelCounters> dram_channels;  ///< drained
+};
+
+/// What must be read when the last warp has ended, before prefetches and write-backs drain.
+struct EndOfRun {
+  std::vector<RtUnitCounters> rt_of;
+  std::vector<modules::DramChannelCounters> dram_of;
+};
+/// Closes the per-cycle counts of the RT units and reads them.
+EndOfRun settle(Gpu& gpu, const modules::Dram& dram);
+/// Counts after draining, but for what RT units count per cycle and what a data bus moved, which are those of `end`.
+GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end);
+/// Adds up what is counted by SM and slice.
+void add_up(GpuCounters& counters);
+
+/// gpu.cycles, gpu.time_us, and the statistics of all modules, summed over SMs and slices.
+void describe(const GpuCounters& counters, modules::StatisticList& list);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,63 @@
+#include "grtx/rtl_tlm/gpu/machine.h"
+
+#include <stdexcept>
+
+#include "grtx/traces/node_layout.h"
+
+namespace grtx::tlm {
+namespace {
+
+class NoGroups final : public modules::GroupSource {
+ public:
+  std::uint64_t count() const override { return 0; }
+  const traces::RayGroup* acquire(std::uint64_t) override { throw std::logic_error("there are no groups"); }
+  void release(std::uint64_t) override {}
+};
+
+traces::Header header_of(const MachineUse& use) {
+  traces::Header header;
+  header.two_level = use.design == "sw" || use.design == "grtx";
+  header.checkpoint = use.design == "hw" || use.design == "grtx";
+  header.accel =
+      header.two_level ? (use.spheres ? "tlas-sphere" : "tlas-tri20") : (use.spheres ? "ellipsoid" : "tri20");
+  header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
+  // The smallest node image there is; its size is no hardware.
+  header.root = traces::kHeaderBytes;
+  header.node_image_bytes = 4096;
+  if (header.two_level) {
+    header.blas_base = 2048;
+    header.blas_root = 2048 + traces::kHeaderBytes;
+    header.blas_bytes = 2048;
+  }
+  header.gaussians = 1;
+  return header;
+}
+
+}  // namespace
+
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram) {
+  std::vector<modules::Inventory> all = gpu.inventory();
+  all.push_back(dram.inventory());
+  all.back().module = "gpu.dram_controllers";
+  return all;
+}
+
+IdleMachine::IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries)
+    : none_(std::make_unique<NoGroups>()),
+      gpu_(std::make_unique<Gpu>("gpu", config, header, eviction_entries, *none_, BuildOptions{})),
+      dram_(bind_built_in_dram(*gpu_, {})) {}
+
+IdleMachine::~IdleMachine() = default;
+
+std::vector<modules::Inventory> IdleMachine::inventory() const { return inventory_of(*gpu_, dram_->dram); }
+
+std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use) {
+  if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
+    throw std::logic_error("a process can elaborate once only");
+  }
+  modules::set_time_resolution_to_fs();
+  const traces::Header header = header_of(use);
+  return IdleMachine(config, header, 0).inventory();
+}
+
+}  // namespace grtx::tlm

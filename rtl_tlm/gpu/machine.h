@@ -1,0 +1,44 @@
+// The inventories of a whole machine: the very modules that a simulation would build, asked what they are made of.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::tlm {
+
+/// Which units the machine must have.
+struct MachineUse {
+  std::string design = "grtx";  ///< baseline, sw, hw or grtx: two levels, checkpointing
+  bool spheres = false;         ///< sphere units in place of triangle units
+};
+
+/// Of an elaborated machine: all modules of the GPU and the controllers of its DRAM.
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram);
+
+/// A GPU that is built, and elaborated with whatever else the process elaborates, but has no work.
+class IdleMachine {
+ public:
+  /// config and header must outlive it. eviction_entries: see Gpu.
+  IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries);
+  ~IdleMachine();
+  IdleMachine(const IdleMachine&) = delete;
+  IdleMachine& operator=(const IdleMachine&) = delete;
+
+  std::vector<modules::Inventory> inventory() const;
+
+ private:
+  std::unique_ptr<modules::GroupSource> none_;
+  std::unique_ptr<Gpu> gpu_;
+  std::unique_ptr<BuiltInDram> dram_;
+};
+
+/// Elaborates the GPU once; like a simulation, once a process.
+std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use);
+
+}  // namespace grtx::tlm

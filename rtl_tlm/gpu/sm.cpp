@@ -1,0 +1,200 @@
+#include "grtx/rtl_tlm/gpu/sm.h"
+
+#include <algorithm>
+#include <functional>
+#include <ostream>
+#include <utility>
+
+#include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/rtl_tlm/gpu/construction_order.h"
+
+namespace grtx::tlm {
+
+using modules::Link;
+using modules::MemoryRequest;
+using modules::MemoryResponse;
+
+namespace {
+
+template <typename T>
+std::unique_ptr<Link<T>> link(const std::string& name, unsigned latency, std::size_t capacity) {
+  return std::make_unique<Link<T>>(name, latency, capacity);
+}
+
+template <typename T>
+void dump_link(std::ostream& out, const std::unique_ptr<Link<T>>& link) {
+  if (link && !link->empty()) {
+    out << "  link " << link->name() << ": " << link->size() << " of " << link->capacity() << ", next visible in cycle "
+        << link->next_visible() << '\n';
+  }
+}
+
+template <typename T>
+bool empty(const std::unique_ptr<Link<T>>& link) {
+  return !link || link->empty();
+}
+
+/// Names of the first RT unit's parts carry no number: most SMs have one.
+std::string numbered(const std::string& name, unsigned unit) { return unit == 0 ? name : name + std::to_string(unit); }
+
+}  // namespace
+
+Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
+       const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order)
+    : sc_module(name) {
+  const std::string prefix = std::string(this->name()) + '.';
+  const SmLinks& links = config.links;
+  const unsigned units = config.rt_units;
+  const bool by_shader = config.rt.memory.by_shader;
+  for (unsigned u = 0; u < units; ++u) {
+    const auto name_of = [&](const char* link) { return prefix + numbered(link, u); };
+    RtLinks rt;
+    const std::size_t warps = config.resident_warps;
+    rt.trace_call = link<modules::TraceCall>(name_of("trace_call"), links.message_latency, warps);
+    rt.trace_done = link<modules::TraceDone>(name_of("trace_done"), links.message_latency, warps);
+    rt.any_hit_batch = link<modules::AnyHitBatch>(name_of("any_hit_batch"), links.message_latency, warps);
+    rt.any_hit_done = link<modules::AnyHitDone>(name_of("any_hit_done"), links.message_latency, warps);
+    if (by_shader) {
+      rt.node_fetch = link<modules::NodeFetchBatch>(name_of("node_fetch"), links.message_latency, warps);
+      rt.node_fetch_done = link<modules::NodeFetchDone>(name_of("node_fetch_done"), links.message_latency, warps);
+    }
+    rt_links_.push_back(std::move(rt));
+  }
+
+  // Ports of the L1; those that the configuration does not use do not exist.
+  std::vector<std::string> clients;
+  std::uint8_t simt_client = 0;
+  for (unsigned u = 0; u < units; ++u) {
+    if (!by_shader) clients.push_back(numbered("rt_node", u));
+    if (u == 0) {
+      simt_client = static_cast<std::uint8_t>(clients.size());
+      clients.push_back("simt");
+    }
+    if (header.checkpoint) clients.push_back(numbered("rt_checkpoint", u));
+    if (config.rt.sibling_prefetch) clients.push_back(numbered("rt_prefetch", u));
+    if (config.rt.warp_buffer.spill) clients.push_back(numbered("rt_stack", u));
+  }
+  for (const std::string& client : clients) {
+    requests_.push_back(link<MemoryRequest>(prefix + client + "_request", links.l1_latency, links.l1_capacity));
+    responses_.push_back(link<MemoryResponse>(prefix + client + "_response", links.l1_latency, links.l1_capacity));
+  }
+
+  modules::SimtCoreConfig simt = config.simt;
+  simt.sm = config.index;
+  simt.resident_warps = config.resident_warps;
+  simt.l1_client = simt_client;
+  modules::L1Cache::Config l1 = config.l1;
+  l1.sm = static_cast<std::uint8_t>(config.index);
+  l1.clients = static_cast<unsigned>(clients.size());
+  rt_.resize(units);
+  std::vector<std::function<void()>> builders;
+  builders.push_back([&] { simt_ = std::make_unique<modules::SimtCore>("simt", clock, simt, header, map); });
+  for (unsigned u = 0; u < units; ++u) {
+    builders.push_back([&, u] {
+      rt_[u] = std::make_unique<RtUnit>(numbered("rt", u).c_str(), config.rt, header, map, clock, config.index);
+    });
+  }
+  builders.push_back([&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); });
+  {
+    const modules::DirectCalls direct(clock);
+    construct(std::move(builders), order);
+  }
+
+  simt_->launch.bind(launch);
+  simt_->ended.bind(ended);
+  for (unsigned u = 0; u < units; ++u) bind_rt_unit(u, clients);
+  for (unsigned i = 0; i < clients.size(); ++i) {
+    l1_->request[i].bind(*requests_[i]);
+    l1_->response[i].bind(*responses_[i]);
+  }
+  simt_->memory_request.bind(*requests_[simt_client]);
+  simt_->memory_response.bind(*responses_[simt_client]);
+  l1_->to_memory.bind(to_memory);
+  l1_->from_memory.bind(from_memory);
+}
+
+void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
+  RtUnit& rt = *rt_[u];
+  RtLinks& links = rt_links_[u];
+  simt_->trace_call.bind(*links.trace_call);
+  rt.trace_call.bind(*links.trace_call);
+  rt.trace_done.bind(*links.trace_done);
+  simt_->trace_done.bind(*links.trace_done);
+  rt.any_hit_batch.bind(*links.any_hit_batch);
+  simt_->any_hit_batch.bind(*links.any_hit_batch);
+  simt_->any_hit_done.bind(*links.any_hit_done);
+  rt.any_hit_done.bind(*links.any_hit_done);
+  if (!rt.fetches_nodes()) {
+    rt.node_fetch.bind(*links.node_fetch);
+    simt_->node_fetch.bind(*links.node_fetch);
+    simt_->node_fetch_done.bind(*links.node_fetch_done);
+    rt.node_fetch_done.bind(*links.node_fetch_done);
+  }
+  const auto client = [&](const char* name, auto& request, auto& response) {
+    const auto found = std::find(clients.begin(), clients.end(), numbered(name, u));
+    const auto i = static_cast<std::size_t>(found - clients.begin());
+    request.bind(*requests_.at(i));
+    response.bind(*responses_.at(i));
+  };
+  if (rt.fetches_nodes()) client("rt_node", rt.node_request, rt.node_response);
+  if (rt.has_checkpoint()) client("rt_checkpoint", rt.checkpoint_request, rt.checkpoint_response);
+  if (rt.has_prefetcher()) client("rt_prefetch", rt.prefetch_request, rt.prefetch_response);
+  if (rt.has_stack()) client("rt_stack", rt.stack_request, rt.stack_response);
+}
+
+bool Sm::idle() const {
+  bool idle = simt_->idle() && l1_->idle();
+  for (const auto& rt : rt_) idle = idle && rt->idle();
+  for (const RtLinks& rt : rt_links_) {
+    idle = idle && empty(rt.trace_call) && empty(rt.trace_done) && empty(rt.any_hit_batch) && empty(rt.any_hit_done) &&
+           empty(rt.node_fetch) && empty(rt.node_fetch_done);
+  }
+  for (const auto& request : requests_) idle = idle && request->empty();
+  for (const auto& response : responses_) idle = idle && response->empty();
+  return idle;
+}
+
+std::uint64_t Sm::progress() const {
+  std::uint64_t sum = 0;
+  for (const auto& rt : rt_) sum += rt->progress();
+  for (const RtLinks& rt : rt_links_) sum += rt.trace_call->pushed() + rt.any_hit_done->pushed();
+  for (const auto& request : requests_) sum += request->pushed();
+  for (const auto& response : responses_) sum += response->pushed();
+  return sum;
+}
+
+std::vector<modules::Inventory> Sm::inventory() const {
+  std::vector<modules::Inventory> parts;
+  for (const auto& rt : rt_) {
+    for (modules::Inventory& part : rt->inventory()) parts.push_back(std::move(part));
+  }
+  parts.push_back(simt_->inventory());
+  parts.push_back(l1_->inventory());
+  modules::Inventory ports{std::string(name()) + ".l1_ports", {}, {}};
+  for (const auto& [what, entries] : {std::pair("requests", modules::total_capacity(requests_)),
+                                      std::pair("responses", modules::total_capacity(responses_))}) {
+    ports.storage.push_back(
+        {what, modules::StorageKind::flip_flop, entries * modules::kPacketBits, 1, 1, false, modules::kPacketBits});
+  }
+  parts.push_back(std::move(ports));
+  return parts;
+}
+
+void Sm::dump_state(std::ostream& out) const {
+  out << name() << '\n';
+  for (const RtLinks& rt : rt_links_) {
+    dump_link(out, rt.trace_call);
+    dump_link(out, rt.trace_done);
+    dump_link(out, rt.any_hit_batch);
+    dump_link(out, rt.any_hit_done);
+    dump_link(out, rt.node_fetch);
+    dump_link(out, rt.node_fetch_done);
+  }
+  for (const auto& request : requests_) dump_link(out, request);
+  for (const auto& response : responses_) dump_link(out, response);
+  simt_->dump_state(out);
+  for (const auto& rt : rt_) rt->dump_state(out);
+  l1_->dump_state(out);
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,106 @@
+// Streaming multiprocessor: SIMT core, RT units and L1 data cache, and the links between them. Paper: Table I and the
+// figure of the architecture (one RT unit an SM, behind the SM's L1). Cost: the sum of its parts.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::tlm {
+
+/// Registered links inside an SM. Capacity 2 sustains one message a cycle at latency 1; the queues of messages between
+/// SIMT core and RT unit hold one a resident warp and never block.
+struct SmLinks {
+  unsigned message_latency = 1;  ///< SIMT core <-> RT unit, cycles
+  unsigned l1_latency = 1;       ///< to the L1 and back, cycles; the way back is part of the L1's hit latency
+  unsigned l1_capacity = 4;      ///< requests waiting at a port of the L1
+};
+
+struct SmConfig {
+  unsigned index = 0;
+  unsigned rt_units = 1;
+  unsigned resident_warps = 32;
+  modules::SimtCoreConfig simt;  ///< sm, resident_warps and l1_client are set here
+  RtUnitConfig rt;
+  modules::L1Cache::Config l1;  ///< sm and clients are set here
+  SmLinks links;
+};
+
+class Sm final : public sc_core::sc_module {
+ public:
+  /// header, map and clock must outlive the SM. order: see construct().
+  Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
+     const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order);
+
+  // To the GPU.
+  sc_core::sc_port<modules::Link<modules::LaunchWarp>> launch{"launch"};
+  sc_core::sc_port<modules::Link<modules::WarpEnded>> ended{"ended"};
+  sc_core::sc_port<modules::Link<modules::MemoryRequest>> to_memory{"to_memory"};
+  sc_core::sc_port<modules::Link<modules::MemoryResponse>> from_memory{"from_memory"};
+
+  modules::SimtCore& simt() { return *simt_; }
+  modules::L1Cache& l1() { return *l1_; }
+  const modules::SimtCore& simt() const { return *simt_; }
+  const RtUnit& rt() const { return *rt_.front(); }  ///< the first
+  const std::vector<std::unique_ptr<RtUnit>>& rt_units() const { return rt_; }
+  const modules::L1Cache& l1() const { return *l1_; }
+
+  /// Calls f(link) for each link inside the SM, whatever it carries.
+  template <typename F>
+  void for_each_link(F&& f) const {
+    for (const RtLinks& links : rt_links_) {
+      f(*links.trace_call);
+      f(*links.trace_done);
+      f(*links.any_hit_batch);
+      f(*links.any_hit_done);
+      if (links.node_fetch) f(*links.node_fetch);
+      if (links.node_fetch_done) f(*links.node_fetch_done);
+    }
+    for (const auto& request : requests_) f(*request);
+    for (const auto& response : responses_) f(*response);
+  }
+  /// Nothing inside, links included.
+  bool idle() const;
+  /// Grows with all that the SM does; for a watchdog.
+  std::uint64_t progress() const;
+  std::vector<modules::Inventory> inventory() const;
+  void dump_state(std::ostream& out) const;
+
+ private:
+  template <typename T>
+  using LinkPointer = std::unique_ptr<modules::Link<T>>;
+
+  /// clients: names of the L1's ports.
+  void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
+
+  /// Between the SIMT core and one RT unit; the last two exist when the shader cores fetch the nodes.
+  struct RtLinks {
+    LinkPointer<modules::TraceCall> trace_call;
+    LinkPointer<modules::TraceDone> trace_done;
+    LinkPointer<modules::AnyHitBatch> any_hit_batch;
+    LinkPointer<modules::AnyHitDone> any_hit_done;
+    LinkPointer<modules::NodeFetchBatch> node_fetch;
+    LinkPointer<modules::NodeFetchDone> node_fetch_done;
+  };
+
+  std::vector<RtLinks> rt_links_;                                ///< by RT unit
+  std::vector<LinkPointer<modules::MemoryRequest>> requests_;    ///< by client of the L1
+  std::vector<LinkPointer<modules::MemoryResponse>> responses_;  ///< by client of the L1
+  std::unique_ptr<modules::SimtCore> simt_;
+  std::vector<std::unique_ptr<RtUnit>> rt_;
+  std::unique_ptr<modules::L1Cache> l1_;
+};
+
+}  // namespace grtx::tlm

@@ -1,0 +1,49 @@
+#include "grtx/rtl_tlm/observe/observation.h"
+
+#include <charconv>
+
+#include "grtx/base/error.h"
+
+namespace grtx::tlm {
+namespace {
+
+bool parse_cycle(const std::string& text, Cycle& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+CycleWindow parse_window(const std::string& option, const std::string& text) {
+  CycleWindow window;
+  const std::size_t colon = text.find(':');
+  const std::string first = text.substr(0, colon);
+  const std::string last = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const bool ok = colon != std::string::npos && (first.empty() || parse_cycle(first, window.first)) &&
+                  (last.empty() || parse_cycle(last, window.last)) && window.first <= window.last;
+  if (!ok) throw Error(option, text, "must be A:B in core cycles with A <= B; either may be left out");
+  return window;
+}
+
+Observation::Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
+                         CycleObserver& observer)
+    : sc_module(name), domain_(domain), window_(window), observer_(observer), alarm_(domain) {
+  SC_METHOD(on_tick);
+  sensitive << alarm_.event();
+  dont_initialize();
+  SC_METHOD(look);
+  sensitive << settled_;
+  dont_initialize();
+  alarm_.request(window.first == 0 ? 0 : window.first - 1);
+}
+
+void Observation::on_tick() {
+  const Cycle now = domain_.cycle();
+  if (now > window_.last) return;
+  settled_.notify(sc_core::SC_ZERO_TIME);
+  if (now < window_.last) alarm_.request(now + 1);
+}
+
+void Observation::look() { observer_.sample(domain_.cycle()); }
+
+}  // namespace grtx::tlm

@@ -1,0 +1,51 @@
+// Looks at the model after every cycle of a window, from outside: modules hold no code for it, and outside the window
+// it does not exist for the kernel.
+#pragma once
+
+#include <string>
+#include <systemc>
+
+#include "grtx/modules/kernel/clock_domain.h"
+
+namespace grtx::tlm {
+
+/// In core cycles, both ends included.
+struct CycleWindow {
+  Cycle first = 0;
+  Cycle last = modules::kNever;
+  bool contains(Cycle cycle) const { return cycle >= first && cycle <= last; }
+};
+
+/// Parses "A:B", "A:" or ":B". option: its name, for the Error that it throws.
+CycleWindow parse_window(const std::string& option, const std::string& text);
+
+/// Sees the state that every module has at the end of a cycle.
+class CycleObserver {
+ public:
+  virtual ~CycleObserver() = default;
+  /// Called for each cycle of the window, in order, skipped ones included. The first call may be for the cycle before
+  /// it: what it sees is the state in which the window begins.
+  virtual void sample(Cycle now) = 0;
+};
+
+/// Wakes in each cycle of the window, and a delta cycle later, when all modules have done their cycle, calls the
+/// observer. Ticking a cycle that the clock would have skipped changes no result (ClockDomain).
+class Observation final : public sc_core::sc_module {
+ public:
+  SC_HAS_PROCESS(Observation);
+  /// observer must outlive it.
+  Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
+              CycleObserver& observer);
+
+ private:
+  void on_tick();
+  void look();
+
+  modules::ClockDomain& domain_;
+  CycleWindow window_;
+  CycleObserver& observer_;
+  modules::Alarm alarm_;
+  sc_core::sc_event settled_;
+};
+
+}  // namespace grtx::tlm

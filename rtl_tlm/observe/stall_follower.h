@@ -1,0 +1,56 @@
+// Follows, cycle by cycle, what an RT scheduler did: schedule a warp, or stall for a reason. The scheduler counts both;
+// cycles that its unit slept through it counts later, with the reason of the state it slept in.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/rt_unit/rt_scheduler.h"
+
+namespace grtx::tlm {
+
+class StallFollower {
+ public:
+  /// Values that look() returns: 0 a warp was scheduled, else 1 + the Stall.
+  static std::vector<std::string> names() {
+    std::vector<std::string> names = {"none"};
+    for (const auto name : modules::kStallNames) names.emplace_back(name);
+    return names;
+  }
+
+  /// Call after every cycle. accounted: the RT unit's first cycle not counted yet. The first call of a run that is
+  /// under way gives the reason of the present state, all others are exact.
+  unsigned look(Cycle now, Cycle accounted, const modules::RtScheduler& scheduler) {
+    const auto& stall = scheduler.counters().stall;
+    if (accounted <= now) {  // asleep in this cycle
+      const auto reason = static_cast<std::size_t>(scheduler.stall_reason());
+      if (!started_) {
+        seen_ = stall;
+        seen_[reason] += now + 1 - accounted;
+        started_ = true;
+      } else {
+        ++seen_[reason];
+      }
+      return static_cast<unsigned>(reason) + 1;
+    }
+    unsigned found = 0;
+    if (started_ || now == 0) {
+      for (std::size_t r = 0; r < modules::kStalls; ++r) {
+        if (stall[r] != seen_[r]) found = static_cast<unsigned>(r) + 1;
+      }
+    } else {
+      found = static_cast<unsigned>(scheduler.stall_reason()) + 1;
+    }
+    started_ = true;
+    seen_ = stall;
+    return found;
+  }
+
+ private:
+  std::array<std::uint64_t, modules::kStalls> seen_{};
+  bool started_ = false;
+};
+
+}  // namespace grtx::tlm

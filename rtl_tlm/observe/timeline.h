@@ -1,0 +1,85 @@
+// Timeline of a run for ui.perfetto.dev: a track for each warp slot (the warp, its rounds, what it does) and for each
+// unit (when it works, why the RT scheduler stalls), and counters of occupancy, hit rate and bandwidth.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/observe/observation.h"
+#include "grtx/rtl_tlm/observe/stall_follower.h"
+#include "grtx/rtl_tlm/observe/trace_event_writer.h"
+
+namespace grtx::tlm {
+
+struct TimelineOptions {
+  std::string path;  ///< empty: no timeline
+  CycleWindow window;
+  Cycle counter_cycles = 256;  ///< between two values of a counter; rates are means over them
+};
+
+class Timeline final : private CycleObserver {
+ public:
+  /// Build after the GPU. trace_hash, config_hash: kept in the file.
+  Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram& dram, const std::string& trace_hash,
+           const std::string& config_hash);
+  void finish();
+
+ private:
+  using Track = TraceEventWriter::Track;
+  static constexpr unsigned kNothing = ~0u;
+
+  /// What a warp slot's track shows: the warp, inside it a round, inside it an activity.
+  struct Slot {
+    Track track = 0;
+    bool occupied = false;
+    std::uint32_t group = 0;
+    std::uint32_t round = 0;
+    unsigned activity = kNothing;
+  };
+  /// A track whose slices follow one another, by the number of the state; kNothing: a gap.
+  struct Unit {
+    Track track = 0;
+    unsigned state = kNothing;
+    std::string name;
+  };
+  struct RtTracks {
+    const RtUnit* rt = nullptr;
+    StallFollower stalls;
+    const modules::RtScheduler* scheduler = nullptr;
+    const modules::WarpBuffer* buffer = nullptr;
+    Unit scheduler_track;
+    std::vector<const modules::IntersectionUnit*> units;
+    std::vector<Unit> unit_tracks;
+  };
+  struct SmTracks {
+    unsigned process = 0;
+    std::vector<Slot> slots;
+    std::vector<RtTracks> rt_units;
+    Unit l1;
+    modules::L1Counters::ByRegion nodes;  ///< at the last value of the counters
+    std::uint64_t occupancy = 0;          ///< warps x cycles since then
+  };
+
+  void sample(Cycle now) override;
+  void show_slot(Slot& slot, const modules::SimtCore& simt, unsigned index, Cycle now);
+  void show(Unit& unit, unsigned state, std::string_view name, Cycle now);
+  void count(Cycle end, bool write);
+
+  TimelineOptions options_;
+  Gpu& gpu_;
+  const modules::Dram& dram_;
+  TraceEventWriter writer_;
+  std::vector<SmTracks> sms_;
+  unsigned memory_process_ = 0;
+  std::vector<Unit> slices_;
+  std::vector<Unit> channels_;
+  std::uint64_t l2_reads_ = 0, l2_hits_ = 0, dram_bytes_ = 0;  ///< at the last value of the counters
+  Cycle counted_ = 0;                                          ///< first cycle after that value
+  Cycle last_ = 0;
+  bool begun_ = false;
+  Observation observation_;
+};
+
+}  // namespace grtx::tlm

@@ -1,0 +1,230 @@
+#include "grtx/rtl_tlm/observe/unit_probes.h"
+
+#include <bit>
+#include <stdexcept>
+
+#include "grtx/rtl_tlm/observe/wave_enumerations.h"
+
+namespace grtx::tlm {
+namespace {
+
+using modules::LaneState;
+
+constexpr unsigned kCounterBits = 48;
+constexpr unsigned kLevelBits = 16;
+
+/// A part of the RT unit by its name, or nullptr when this configuration does not elaborate it.
+template <typename T>
+const T* elaborated_part(const RtUnit& rt, const char* name) {
+  return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
+}
+
+template <typename T>
+const T& needed(const RtUnit& rt, const char* name) {
+  const T* found = elaborated_part<T>(rt, name);
+  if (found == nullptr) throw std::logic_error(std::string("the RT unit has no ") + name);
+  return *found;
+}
+
+std::uint64_t state_of(bool waiting, bool busy) {
+  return static_cast<std::uint64_t>(waiting ? UnitState::waiting : busy ? UnitState::busy : UnitState::idle);
+}
+
+}  // namespace
+
+RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& rt, const traces::Header& header)
+    : rt_(rt),
+      buffer_(needed<modules::WarpBuffer>(rt, "warp_buffer")),
+      scheduler_(needed<modules::RtScheduler>(rt, "rt_scheduler")),
+      memory_(needed<modules::MemoryScheduler>(rt, "memory_scheduler")),
+      any_hit_(needed<modules::AnyHitCollector>(rt, "any_hit_collector")),
+      checkpoint_(elaborated_part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
+      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
+  const std::size_t before = wires.selected();
+  const unsigned warps = buffer_.entries();
+  const unsigned lanes = width_for(std::uint64_t{warps} * modules::kMaxLanes);
+  const auto add = [&](const char* name, unsigned width, const Enumeration* enumeration = nullptr) {
+    return wires.add(scope + "." + name, width, WaveLevel::units, enumeration);
+  };
+  issue_ = add("rt_scheduler.issue", 1);
+  stall_ = add("rt_scheduler.stall_reason", width_for(modules::kStalls), &stall_reasons());
+  occupancy_ = add("warp_buffer.occupancy", width_for(warps));
+  ready_ = add("warp_buffer.ready_warps", warps);
+  memory_queue_ = add("memory_scheduler.queued", kLevelBits);
+  memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
+  fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
+  for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
+    Unit unit;
+    unit.unit = elaborated_part<modules::IntersectionUnit>(rt, name);
+    if (unit.unit == nullptr) continue;
+    const std::string prefix = std::string(name) + ".";
+    unit.state = add((prefix + "state").c_str(), 2, &unit_states());
+    unit.busy = add((prefix + "busy").c_str(), kLevelBits);
+    unit.queued = add((prefix + "queued").c_str(), lanes);
+    unit.in_flight = add((prefix + "in_flight").c_str(), lanes);
+    units_.push_back(unit);
+  }
+  any_hit_waiting_ = add("any_hit_collector.lanes_waiting", lanes);
+  any_hit_at_shader_ = add("any_hit_collector.lanes_at_shader", lanes);
+  any_hit_timer_ = add("any_hit_collector.timer", kLevelBits);
+  any_hit_batches_ = add("any_hit_collector.batches", kCounterBits);
+  any_hit_timeouts_ = add("any_hit_collector.timeouts", kCounterBits);
+  if (checkpoint_ != nullptr) {
+    ckpt_submitting_ = add("checkpoint_unit.lanes_submitting", lanes);
+    ckpt_reading_ = add("checkpoint_unit.lanes_reading", lanes);
+    ckpt_writes_ = add("checkpoint_unit.writes_queued", kLevelBits);
+    ckpt_outstanding_ = add("checkpoint_unit.outstanding", kLevelBits);
+    ckpt_written_ = add("checkpoint_unit.entries_written", kCounterBits);
+    ckpt_read_ = add("checkpoint_unit.entries_read", kCounterBits);
+  }
+  if (prefetcher_ != nullptr) {
+    prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
+    prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
+  }
+  for (unsigned entry = 0; entry < warps; ++entry) {
+    warps_.emplace_back(wires, scope + ".warp_buffer", buffer_, entry, checkpoint_, header);
+  }
+  selected_ = wires.selected() != before;
+}
+
+void RtUnitProbe::sample(Cycle now) {
+  if (!selected_) return;
+  const unsigned stall = stalls_.look(now, rt_.accounted(), scheduler_);
+  issue_.set(stall == 0);
+  stall_.set(stall);
+  occupancy_.set(static_cast<unsigned>(std::popcount(buffer_.occupied())));
+  ready_.set(buffer_.ready_entries());
+  memory_queue_.set(memory_.queued());
+  memory_outstanding_.set(memory_.outstanding());
+  fetches_.set(memory_.counters().node_sectors());
+  for (Unit& unit : units_) {
+    const unsigned busy = unit.unit->busy_pipelines(now);
+    unit.state.set(state_of(unit.unit->queued() != 0, !unit.unit->idle() || busy != 0));
+    unit.busy.set(busy);
+    unit.queued.set(unit.unit->queued());
+    unit.in_flight.set(unit.unit->in_flight());
+  }
+  unsigned waiting = 0;
+  unsigned at_shader = 0;
+  Cycle timer = 0;
+  modules::for_each_bit(buffer_.occupied(), [&](unsigned entry) {
+    const modules::Warp& warp = buffer_.warp(entry);
+    const LaneMask lanes = warp.in_state(LaneState::waiting_any_hit);
+    waiting += static_cast<unsigned>(std::popcount(lanes));
+    at_shader += static_cast<unsigned>(std::popcount(warp.in_state(LaneState::in_any_hit)));
+    if (lanes != 0) timer = std::max(timer, now - warp.any_hit_since);
+  });
+  any_hit_waiting_.set(waiting);
+  any_hit_at_shader_.set(at_shader);
+  any_hit_timer_.set(std::min<Cycle>(timer, (1u << kLevelBits) - 1));
+  any_hit_batches_.set(any_hit_.counters().batches);
+  any_hit_timeouts_.set(any_hit_.counters().timeouts);
+  if (checkpoint_ != nullptr) {
+    ckpt_submitting_.set(checkpoint_->lanes_submitting());
+    ckpt_reading_.set(checkpoint_->lanes_reading());
+    ckpt_writes_.set(checkpoint_->writes_queued());
+    ckpt_outstanding_.set(checkpoint_->outstanding());
+    ckpt_written_.set(checkpoint_->counters().entries_written);
+    ckpt_read_.set(checkpoint_->counters().entries_read);
+  }
+  if (prefetcher_ != nullptr) {
+    prefetch_queue_.set(prefetcher_->queued());
+    prefetch_outstanding_.set(prefetcher_->outstanding());
+  }
+  for (WarpProbe& warp : warps_) warp.sample();
+}
+
+SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::SimtCore& simt) : simt_(simt) {
+  const std::size_t before = wires.selected();
+  const unsigned warps = width_for(simt.slots());
+  resident_ = wires.add(scope + ".resident", warps);
+  for (std::size_t a = 0; a < modules::kWarpActivities; ++a) {
+    warps_[a] = wires.add(scope + ".warps_" + std::string(modules::kWarpActivityNames[a]), warps);
+  }
+  queued_ = wires.add(scope + ".load_store_queued", 20);
+  in_flight_ = wires.add(scope + ".load_store_in_flight", 20);
+  const std::size_t units = wires.selected();
+  for (unsigned i = 0; i < simt.slots(); ++i) {
+    const std::string slot = scope + ".slot" + std::to_string(i);
+    Slot wires_of;
+    wires_of.activity = wires.add(slot + ".activity", 3, WaveLevel::signals, &activities());
+    wires_of.group = wires.add(slot + ".group", 32, WaveLevel::signals);
+    wires_of.round = wires.add(slot + ".round", 32, WaveLevel::signals);
+    slots_.push_back(wires_of);
+  }
+  selected_ = wires.selected() != before;
+  slots_selected_ = wires.selected() != units;
+}
+
+void SimtProbe::sample() {
+  if (!selected_ || simt_.last_active() == seen_) return;
+  seen_ = simt_.last_active();
+  std::array<unsigned, modules::kWarpActivities> warps{};
+  unsigned resident = 0;
+  for (unsigned i = 0; i < slots_.size(); ++i) {
+    if (!simt_.occupied(i)) {
+      slots_[i].activity.set(0);
+      continue;
+    }
+    const auto activity = static_cast<std::size_t>(simt_.activity(i));
+    ++warps[activity];
+    ++resident;
+    if (!slots_selected_) continue;
+    slots_[i].activity.set(activity + 1);
+    slots_[i].group.set(simt_.group(i).index);
+    slots_[i].round.set(simt_.round(i));
+  }
+  resident_.set(resident);
+  for (std::size_t a = 0; a < warps.size(); ++a) warps_[a].set(warps[a]);
+  queued_.set(simt_.load_store().queued());
+  in_flight_.set(simt_.load_store().in_flight());
+}
+
+L1Probe::L1Probe(Wires& wires, const std::string& scope, const modules::L1Cache& l1) : l1_(l1) {
+  const std::size_t before = wires.selected();
+  state_ = wires.add(scope + ".state", 2, WaveLevel::units, &unit_states());
+  mshr_ = wires.add(scope + ".mshr", kLevelBits);
+  misses_ = wires.add(scope + ".misses_queued", kLevelBits);
+  writes_ = wires.add(scope + ".writes_pending", kLevelBits);
+  fills_ = wires.add(scope + ".fills", kCounterBits, WaveLevel::signals);
+  stalls_ = wires.add(scope + ".stalls", kCounterBits, WaveLevel::signals);
+  selected_ = wires.selected() != before;
+}
+
+void L1Probe::sample() {
+  if (!selected_) return;
+  const modules::L1Counters& counters = l1_.raw_counters();
+  std::uint64_t stalls = 0;
+  for (const std::uint64_t count : counters.stalls) stalls += count;
+  const std::size_t mshr = l1_.mshr_used();
+  state_.set(state_of(mshr != 0, !l1_.idle()));
+  mshr_.set(mshr);
+  misses_.set(l1_.misses_queued());
+  writes_.set(l1_.writes_pending());
+  fills_.set(counters.fills);
+  stalls_.set(stalls);
+}
+
+L2Probe::L2Probe(Wires& wires, const std::string& scope, const modules::L2Slice& slice) : slice_(slice) {
+  const std::size_t before = wires.selected();
+  state_ = wires.add(scope + ".state", 2, WaveLevel::units, &unit_states());
+  mshr_ = wires.add(scope + ".mshr", kLevelBits);
+  accesses_ = wires.add(scope + ".accesses_queued", kLevelBits);
+  replies_ = wires.add(scope + ".replies_queued", kLevelBits);
+  dram_queue_ = wires.add(scope + ".dram_queued", kLevelBits);
+  dram_outstanding_ = wires.add(scope + ".dram_outstanding", kLevelBits);
+  selected_ = wires.selected() != before;
+}
+
+void L2Probe::sample() {
+  if (!selected_) return;
+  const std::size_t mshr = slice_.mshr_used();
+  state_.set(state_of(mshr != 0, !slice_.idle()));
+  mshr_.set(mshr);
+  accesses_.set(slice_.accesses_queued());
+  replies_.set(slice_.replies_queued());
+  dram_queue_.set(slice_.dram_queued());
+  dram_outstanding_.set(slice_.dram.outstanding());
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,89 @@
+#include "grtx/rtl_tlm/observe/waveform.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/observe/gtkwave_files.h"
+
+namespace grtx::tlm {
+
+std::string save_file_of(const std::string& vcd_path) {
+  const std::string stem = vcd_path.ends_with(".vcd") ? vcd_path.substr(0, vcd_path.size() - 4) : vcd_path;
+  return stem + ".gtkw";
+}
+
+Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram& dram, const traces::Header& header,
+                   const std::string& comment)
+    : options_(options),
+      gpu_(gpu),
+      dram_(dram),
+      comment_(comment),
+      writer_(options.path),
+      wires_(writer_, options.scope, options.level),
+      observation_("waveform", gpu.core(), options.window, *this) {
+  const auto add_link = [this](const std::string& scope, const auto& link) {
+    using Probe = LinkProbe<std::decay_t<decltype(*link.front(0))>>;
+    Probe probe(wires_, scope, link);
+    if (probe.selected()) std::get<std::vector<Probe>>(links_).push_back(probe);
+  };
+  cycle_ = wires_.add("gpu.cycle", 48);
+  launched_ = wires_.add("gpu.distributor.launched", 32);
+  running_ = wires_.add("gpu.distributor.running", 16);
+  for (const auto& sm : gpu.sms()) {
+    const std::string scope = sm->name();
+    for (const auto& rt : sm->rt_units()) rt_units_.emplace_back(wires_, rt->name(), *rt, header);
+    simt_cores_.emplace_back(wires_, scope + ".simt", sm->simt());
+    l1_caches_.emplace_back(wires_, scope + ".l1d", sm->l1());
+    sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });
+  }
+  gpu.for_each_link([&](const auto& link) { add_link("gpu." + link.name(), link); });
+  crossbar_requests_ = wires_.add("gpu.crossbar.requests", 48, WaveLevel::signals);
+  crossbar_replies_ = wires_.add("gpu.crossbar.replies", 48, WaveLevel::signals);
+  for (const auto& slice : gpu.slices()) l2_slices_.emplace_back(wires_, slice->name(), *slice);
+  for (unsigned i = 0; i < dram.channels(); ++i) {
+    dram_outstanding_.push_back(wires_.add(fmt::format("gpu.dram.channel{}.outstanding", i), 16));
+  }
+  if (wires_.selected() == 0) {
+    throw Error("--vcd-scope", options.scope, "matches no signal; scopes begin with gpu, sm0, l2_slice0 or dram");
+  }
+}
+
+void Waveform::sample(Cycle now) {
+  const std::uint64_t time = now * gpu_.core().period_fs();
+  if (writer_.begun()) writer_.advance(time);
+  cycle_.set(now);
+  launched_.set(gpu_.distributor().launched());
+  running_.set(gpu_.distributor().running());
+  for (RtUnitProbe& rt : rt_units_) rt.sample(now);
+  for (SimtProbe& simt : simt_cores_) simt.sample();
+  for (L1Probe& l1 : l1_caches_) l1.sample();
+  for (L2Probe& slice : l2_slices_) slice.sample();
+  const modules::CrossbarCounters crossbar = gpu_.crossbar().counters();
+  crossbar_requests_.set(crossbar.request.packets_in);
+  crossbar_replies_.set(crossbar.reply.packets_in);
+  for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(dram_.outstanding(i));
+  const auto sample_all = [now](auto& probes) {
+    for (auto& probe : probes) probe.sample(now);
+  };
+  std::apply([&](auto&... probes) { (sample_all(probes), ...); }, links_);
+  if (!writer_.begun() && options_.window.contains(now)) {
+    writer_.begin(comment_, time);
+    first_ = now;
+  }
+  last_ = now;
+}
+
+void Waveform::finish() {
+  if (!writer_.begun()) {
+    first_ = last_ = gpu_.distributor().end_cycle();
+    writer_.begin(comment_ + "\nthe run ended before the window", last_ * gpu_.core().period_fs());
+  }
+  const std::uint64_t period = gpu_.core().period_fs();
+  writer_.finish(last_ * period);
+  write_gtkwave_files(options_.path, save_file_of(options_.path), writer_.signals(),
+                      {first_ * period, last_ * period, period});
+}
+
+}  // namespace grtx::tlm

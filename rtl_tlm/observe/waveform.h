@@ -1,0 +1,66 @@
+// Writes the GPU's state into a value change dump, after each cycle of a window. Exists only when a waveform was asked
+// for. docs/waveforms.md lists the signals.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <systemc>
+#include <tuple>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/observe/observation.h"
+#include "grtx/rtl_tlm/observe/unit_probes.h"
+#include "grtx/rtl_tlm/observe/vcd_writer.h"
+#include "grtx/rtl_tlm/observe/wires.h"
+
+namespace grtx::tlm {
+
+struct WaveformOptions {
+  std::string path;         ///< empty: no waveform
+  std::string scope = "*";  ///< only signals whose name or enclosing scope matches (Wires)
+  CycleWindow window;
+  WaveLevel level = WaveLevel::signals;
+};
+
+/// The save file that GTKWave opens beside the waveform: F.vcd has F.gtkw.
+std::string save_file_of(const std::string& vcd_path);
+
+class Waveform final : private CycleObserver {
+ public:
+  /// Build after the GPU. comment: lines for the header of the file. Throws Error when the scope matches no signal.
+  Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram& dram, const traces::Header& header,
+           const std::string& comment);
+
+  /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
+  void finish();
+  std::uint64_t changes() const { return writer_.changes(); }
+
+ private:
+  void sample(Cycle now) override;
+
+  WaveformOptions options_;
+  Gpu& gpu_;
+  const modules::Dram& dram_;
+  std::string comment_;
+  VcdWriter writer_;
+  Wires wires_;
+  Wire cycle_, launched_, running_, crossbar_requests_, crossbar_replies_;
+  std::vector<RtUnitProbe> rt_units_;
+  std::vector<SimtProbe> simt_cores_;
+  std::vector<L1Probe> l1_caches_;
+  std::vector<L2Probe> l2_slices_;
+  std::vector<Wire> dram_outstanding_;  ///< by channel
+  template <typename... T>
+  using LinkProbes = std::tuple<std::vector<LinkProbe<T>>...>;
+  /// By what they carry; those with a selected signal.
+  LinkProbes<modules::MemoryRequest, modules::MemoryResponse, modules::TraceCall, modules::TraceDone,
+             modules::AnyHitBatch, modules::AnyHitDone, modules::NodeFetchBatch, modules::NodeFetchDone,
+             modules::LaunchWarp, modules::WarpEnded>
+      links_;
+  Cycle first_ = 0;  ///< cycle of the first sample that was written
+  Cycle last_ = 0;   ///< cycle of the last sample
+  Observation observation_;
+};
+
+}  // namespace grtx::tlm

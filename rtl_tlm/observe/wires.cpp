@@ -1,0 +1,36 @@
+#include "grtx/rtl_tlm/observe/wires.h"
+
+#include <fnmatch.h>
+
+#include <sstream>
+
+namespace grtx::tlm {
+namespace {
+
+bool matches(const std::string& pattern, const std::string& name) {
+  constexpr std::string_view kRoot = "gpu.";
+  return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0 ||
+         (name.starts_with(kRoot) && ::fnmatch(pattern.c_str(), name.c_str() + kRoot.size(), 0) == 0);
+}
+
+}  // namespace
+
+Wires::Wires(VcdWriter& writer, const std::string& scope, WaveLevel level) : writer_(writer), level_(level) {
+  std::istringstream list(scope);
+  for (std::string pattern; std::getline(list, pattern, ',');) patterns_.push_back(pattern);
+}
+
+Wire Wires::add(const std::string& name, unsigned width, WaveLevel level, const Enumeration* enumeration) {
+  if (level > level_) return {};
+  const auto selects = [&](const std::string& pattern) {
+    for (std::size_t end = name.size(); end != std::string::npos; end = name.rfind('.', end - 1)) {
+      if (matches(pattern, name.substr(0, end))) return true;
+    }
+    return false;
+  };
+  if (std::none_of(patterns_.begin(), patterns_.end(), selects)) return {};
+  ++selected_;
+  return {&writer_, writer_.declare(name, width, enumeration)};
+}
+
+}  // namespace grtx::tlm

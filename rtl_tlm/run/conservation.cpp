@@ -1,0 +1,93 @@
+#include "grtx/rtl_tlm/run/conservation.h"
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+namespace grtx::tlm {
+
+std::vector<std::string> count_violations(const GpuCounters& c, const modules::DramCounters& memory,
+                                          const traces::Totals& totals, std::uint64_t groups) {
+  std::vector<std::string> violations;
+  const auto equal = [&](const char* what, std::uint64_t executed, std::uint64_t expected) {
+    if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
+  };
+  // Work of the trace.
+  const modules::RtScheduler::Counters& events = c.rt.scheduler;
+  equal("warps ended", c.simt.warps, groups);
+  equal("ray rounds executed", c.simt.shader.ray_rounds, totals.rounds);
+  equal("internal node visits", events.visits_internal, totals.visits_internal);
+  equal("instance leaf visits", events.visits_instance, totals.visits_instance);
+  equal("primitive leaf visits", events.visits_leaf, totals.visits_leaf);
+  equal("node visits fetched", c.rt.memory.node_visits(), totals.visits());
+  equal("culls", events.culls, totals.culls);
+  equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
+  equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);
+  equal("any-hit batches at the SIMT cores", c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
+  equal("evictions", c.simt.shader.evictions, totals.evictions);
+  equal("checkpoints written", c.rt.checkpoint.entries_written, totals.checkpoints_written);
+  equal("checkpoints read", c.rt.checkpoint.entries_read, totals.checkpoints_read);
+  equal("source entries taken or forwarded", events.replay_takes + events.replay_forwards, totals.checkpoints_read);
+  equal("k-buffer entries processed", c.simt.shader.entries_processed, totals.processed);
+  equal("k-buffer entries blended", c.simt.shader.entries_blended, totals.blended);
+  equal("k-buffer mismatches", c.simt.shader.k_buffer_mismatches, 0);
+  equal("traceRay calls accepted", c.rt.warp_buffer.calls, c.simt.shader.warp_rounds);
+
+  // Requests and responses, level by level.
+  const std::uint64_t rt_requests = c.rt.memory.node_sectors() - c.rt.memory.shader_sectors + c.rt.stack.spills +
+                                    c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_written +
+                                    c.rt.prefetch.sectors;
+  equal("L1 accesses", c.l1.accesses(), rt_requests + c.simt.memory.sectors());
+  equal("L1 responses", c.l1.responses, c.l1.accesses());
+  equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);
+  equal("checkpoint reads returned", c.rt.checkpoint.returned, c.rt.checkpoint.sectors_read);
+  equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
+  equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);
+  equal("stack entries filled", c.rt.stack.fills, c.rt.stack.spills);
+  equal("prefetches answered", c.rt.prefetch.responses, c.rt.prefetch.sectors);
+  equal("L1 fills", c.l1.fills, c.l1.sent_reads);
+  equal("packets into the request network", c.crossbar.request.packets_in, c.l1.sent_reads + c.l1.sent_writes);
+  equal("packets out of the request network", c.crossbar.request.packets_out, c.crossbar.request.packets_in);
+  equal("L2 requests", c.l2.requests_in, c.crossbar.request.packets_out);
+  equal("L2 accesses", c.l2.accesses(), c.l2.requests_in);
+  equal("L2 replies", c.l2.replies_out, c.l2.requests_in);
+  equal("packets into the reply network", c.crossbar.reply.packets_in, c.l2.replies_out);
+  equal("packets out of the reply network", c.crossbar.reply.packets_out, c.crossbar.reply.packets_in);
+  equal("DRAM reads", memory.channel.reads, c.l2.dram_reads);
+  equal("DRAM writes", memory.channel.writes, c.l2.dram_writes);
+  equal("DRAM responses", memory.responses, c.l2.dram_reads + c.l2.dram_writes);
+  equal("DRAM refusals", memory.refused, 0);
+
+  // Every cycle of every RT unit is a selection or has one stall reason.
+  const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});
+  equal("RT unit cycles accounted for", events.selections + stalls, c.rt.units * c.cycles);
+  // And every cycle of every warp in a buffer has one reason.
+  const auto& waits = c.rt.warp_buffer.warp_cycles;
+  equal("warp cycles accounted for", std::accumulate(waits.begin(), waits.end(), std::uint64_t{0}),
+        c.rt.warp_buffer.occupancy_integral);
+  return violations;
+}
+
+std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dram& dram) {
+  std::vector<std::string> violations;
+  if (!gpu.idle()) violations.push_back("the GPU is not empty at the end");
+  if (!dram.idle()) violations.push_back("the DRAM is not empty at the end");
+  for (const auto& slice : gpu.slices()) {
+    if (slice->dram.pool().live() != 0)
+      violations.push_back(std::string(slice->name()) + ": DRAM payloads are still held");
+  }
+  return violations;
+}
+
+std::vector<std::string> bound_violations(Cycle cycles, const std::vector<LowerBound>& bounds) {
+  std::vector<std::string> violations;
+  for (const LowerBound& bound : bounds) {
+    if (cycles < bound.cycles) {
+      violations.push_back(
+          fmt::format("{} cycles are below the lower bound {} of {}", cycles, bound.name, bound.cycles));
+    }
+  }
+  return violations;
+}
+
+}  // namespace grtx::tlm

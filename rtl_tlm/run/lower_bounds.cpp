@@ -1,0 +1,68 @@
+#include "grtx/rtl_tlm/run/lower_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grtx::tlm {
+namespace {
+
+Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
+
+}  // namespace
+
+std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
+  Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, transform = 0, rt_port = 0, l1_port = 0;
+  for (const RtUnitCounters& rt : c.rt_of) {
+    issue = std::max(issue, rt.scheduler.selections);
+    box = std::max(box, divide_up(rt.ray_box.busy_cycles, config.rt.ray_box.count));
+    triangle = std::max(triangle, divide_up(rt.ray_triangle.busy_cycles, config.rt.ray_triangle.count));
+    sphere = std::max(sphere, divide_up(rt.ray_sphere.busy_cycles, config.rt.ray_sphere.count));
+    transform = std::max(transform, divide_up(rt.ray_transform.busy_cycles, config.rt.ray_transform.count));
+    rt_port = std::max(rt_port, rt.memory.node_sectors());
+  }
+  for (const modules::SimtCounters& core : c.simt_of) {
+    simt = std::max(simt, divide_up(core.issue_busy_cycles, config.simt.schedulers));
+  }
+  for (const modules::L1Counters& l1 : c.l1_of) l1_port = std::max(l1_port, divide_up(l1.accesses(), config.l1.banks));
+  Cycle l1_miss_port = 0, l2_port = 0;
+  for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
+  for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());
+  // A data bus moves one burst in CCD memory clocks. The first burst's command may come in clock 0, and the channel may
+  // have decided on one command ahead of time, so two bursts do not count.
+  double dram = 0.0;
+  for (const modules::DramChannelCounters& channel : c.dram_of) {
+    if (config.dram.perfect || channel.bursts < 2) continue;
+    const double clocks = static_cast<double>(channel.bursts - 2) * config.dram.channel.timing.ccd;
+    dram = std::max(dram, std::floor(clocks * config.core_mhz / config.memory_mhz));
+  }
+  return {{"issue", issue, "cycles in which the busiest RT unit scheduled a warp"},
+          {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"},
+          {"unit.box", box, "busiest ray-box units: tests x interval / count"},
+          {"unit.triangle", triangle, "busiest ray-triangle units"},
+          {"unit.sphere", sphere, "busiest ray-sphere units"},
+          {"unit.transform", transform, "busiest ray-transform units"},
+          {"rt_port", rt_port, "node sectors of the busiest RT unit, one a cycle"},
+          {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
+          {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
+          {"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},
+          {"dram_bandwidth", static_cast<Cycle>(dram), "bursts of the busiest DRAM channel on its data bus"},
+          {"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency"},
+          {"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane"}};
+}
+
+const LowerBound& binding_bound(const std::vector<LowerBound>& bounds) {
+  return *std::max_element(bounds.begin(), bounds.end(),
+                           [](const LowerBound& a, const LowerBound& b) { return a.cycles < b.cycles; });
+}
+
+void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::StatisticList& list) {
+  for (const LowerBound& bound : bounds) {
+    list.add("gpu.bound." + bound.name, bound.cycles, "cycles", "lower bound: " + bound.description);
+  }
+  const LowerBound& binding = binding_bound(bounds);
+  list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name);
+  list.add("gpu.bound.fraction", cycles == 0 ? 0.0 : static_cast<double>(binding.cycles) / static_cast<double>(cycles),
+           "ratio", "largest lower bound / gpu.cycles");
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,29 @@
+// Lower bounds on a run's cycles: each resource alone, perfectly used. A run below one of them is wrong; the largest
+// says what limits the design.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
+#include "grtx/rtl_tlm/run/ray_chain.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::tlm {
+
+struct LowerBound {
+  std::string name;  ///< without the prefix gpu.bound.
+  Cycle cycles = 0;
+  std::string description;
+};
+
+/// From the work that each SM and slice of this run did.
+std::vector<LowerBound> lower_bounds(const GpuCounters& counters, const Chain& longest, const GpuConfig& config);
+/// The largest (the first of equals).
+const LowerBound& binding_bound(const std::vector<LowerBound>& bounds);
+/// gpu.bound.NAME for each, gpu.bound.largest and gpu.bound.fraction.
+void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::StatisticList& list);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,76 @@
+#include "grtx/rtl_tlm/run/ray_chain.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace grtx::tlm {
+
+ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
+  const RtUnitConfig& rt = config.rt;
+  const bool procedural = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+  // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
+  // scheduled warp to its request, one from the response to the unit's start.
+  const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + config.l1.latency;
+  internal = fetch + 1 + rt.ray_box.latency;
+  instance = fetch + 1 + rt.ray_transform.latency;
+  leaf = fetch + 1 + (procedural ? rt.ray_sphere : rt.ray_triangle).latency;
+  const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
+  const modules::ShaderCosts& cost = config.simt.costs;
+  any_hit = messages + cost.any_hit_fixed + config.simt.instruction_latency;
+  round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
+  ray = messages + cost.raygen_prologue + cost.epilogue;
+}
+
+namespace {
+
+/// By kind and detail of an event: a table, since what an event is follows no pattern that a branch could learn.
+class StepLengths {
+ public:
+  explicit StepLengths(const ChainLatencies& latencies) {
+    steps_.fill(latencies.stack);
+    const auto set = [&](EventKind kind, unsigned detail, Cycle length) { steps_[index(kind, detail)] = length; };
+    for (unsigned detail = 0; detail < kDetails; ++detail) {
+      set(EventKind::visit_internal, detail, latencies.internal);
+      set(EventKind::visit_instance, detail, latencies.instance);
+      const bool shader = traces::calls_any_hit(static_cast<traces::LeafOutcome>(detail));
+      set(EventKind::visit_leaf, detail, latencies.leaf + (shader ? latencies.any_hit : 0));
+    }
+  }
+  Cycle of(const traces::Event& event) const { return steps_[index(event.kind(), event.detail % kDetails)]; }
+
+ private:
+  using EventKind = traces::EventKind;
+  static constexpr unsigned kDetails = 8;
+  static std::size_t index(EventKind kind, unsigned detail) {
+    return static_cast<std::size_t>(kind) * kDetails + detail;
+  }
+  std::array<Cycle, 16 * kDetails> steps_;
+};
+
+}  // namespace
+
+Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latencies) {
+  Chain chain;
+  const StepLengths steps(latencies);
+  std::vector<Cycle> rounds;  // longest lane of each round
+  for (const traces::Ray& ray : group.rays) {
+    Cycle total = latencies.ray;
+    const traces::Event* event = ray.events.data();
+    for (std::size_t r = 0; r < ray.rounds.size(); ++r) {
+      Cycle length = latencies.round;
+      for (std::uint32_t i = 0; i < ray.rounds[r].event_count; ++i, ++event) {
+        length += steps.of(*event);
+      }
+      total += length;
+      if (r == rounds.size()) rounds.push_back(0);
+      rounds[r] = std::max(rounds[r], length);
+    }
+    chain.ray = std::max(chain.ray, total);
+  }
+  chain.warp = latencies.ray;
+  for (const Cycle round : rounds) chain.warp += round;
+  return chain;
+}
+
+}  // namespace grtx::tlm

@@ -1,0 +1,309 @@
+#include "grtx/rtl_tlm/run/simulation.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <iostream>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "grtx/base/error.h"
+#include "grtx/base/progress.h"
+#include "grtx/rtl_tlm/run/conservation.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
+#include "grtx/rtl_tlm/run/first_launches.h"
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
+#include "grtx/rtl_tlm/run/lower_bounds.h"
+#include "grtx/rtl_tlm/run/measured_source.h"
+#include "grtx/rtl_tlm/run/occupancy_series.h"
+#include "grtx/rtl_tlm/run/pixel_cycles.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/traces/io.h"
+
+namespace grtx::tlm {
+namespace {
+
+constexpr unsigned kDecodeAhead = 32;    ///< groups; the decoding thread never affects results
+constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
+constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// User and system time so far, of all threads of the process and of its children that have ended.
+double cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  rusage children{};
+  getrusage(RUSAGE_CHILDREN, &children);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec) + seconds(children.ru_utime) +
+         seconds(children.ru_stime);
+}
+
+std::uint64_t peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+[[noreturn]] void stand_still(const Gpu& gpu, const modules::Dram& dram, const std::string& why) {
+  gpu.dump_state(std::cerr);
+  dram.dump_state(std::cerr);
+  throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
+}
+
+/// Fails when the model stands still although work remains.
+class Watchdog {
+ public:
+  Watchdog(const Gpu& gpu, const modules::Dram& dram, Cycle limit) : gpu_(gpu), dram_(dram), limit_(limit) {}
+
+  void look(const std::string& remaining) {
+    const std::uint64_t progress = gpu_.progress() + dram_.counters().responses;
+    const Cycle now = gpu_.core().edge_at_or_after_now();
+    if (progress != progress_) {
+      progress_ = progress;
+      since_ = now;
+    }
+    if (!sc_core::sc_pending_activity()) stand_still(gpu_, dram_, "nothing is scheduled but " + remaining);
+    if (now - since_ > limit_) {
+      stand_still(gpu_, dram_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
+    }
+  }
+
+ private:
+  const Gpu& gpu_;
+  const modules::Dram& dram_;
+  Cycle limit_;
+  std::uint64_t progress_ = ~std::uint64_t{0};
+  Cycle since_ = 0;
+};
+
+/// Steps the kernel until the last warp has ended (the GPU pauses it there).
+void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options,
+                OccupancySeries& series) {
+  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
+  Progress progress("simulate", groups, "warps", options.quiet);
+  const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
+  Cycle at = 0;
+  while (!gpu.finished()) {
+    const Cycle length = std::min(step, series.next() - at);
+    run_for(gpu, length);
+    at += length;
+    if (at == series.next() && !gpu.finished()) series.sample();
+    const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
+    progress.set(ended);
+    if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
+  }
+  progress.finish();
+}
+
+/// Steps on until nothing is under way.
+void drain(Gpu& gpu, const modules::Dram& dram, const SimulationOptions& options) {
+  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
+  while (!(gpu.idle() && dram.idle())) {
+    run_for(gpu, kDrainStepCycles);
+    if (!(gpu.idle() && dram.idle())) watchdog.look("requests are under way after the last warp");
+  }
+}
+
+std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
+                                             const SimulationOptions& options) {
+  std::map<std::string, std::string> inputs;
+  for (const auto& [name, value] : reader.header().inputs) inputs["trace." + name] = value;
+  inputs["accel"] = reader.header().accel;
+  inputs["k"] = std::to_string(reader.header().k);
+  inputs["checkpoint"] = reader.header().checkpoint ? "on" : "off";
+  inputs["trace_hash"] = reader.content_hash();
+  inputs["config_hash"] = config_hash(config);
+  inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+  inputs["mode"] = options.mode == SimulationMode::fast ? "fast" : "cycle";
+  if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
+  return inputs;
+}
+
+void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, std::uint64_t ticks, double wall,
+                         double cpu) {
+  const double seconds = wall > 0.0 ? wall : 1e-9;
+  host.add("host.wall_seconds", wall, "s", "wall time of building and running the model");
+  host.add("host.cpu_seconds", cpu, "s", "processor time of building and running the model, all threads");
+  host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
+  host.add("host.cycles_per_second", static_cast<double>(counters.cycles) / seconds, "cycles/s",
+           "simulated core cycles a second of wall time");
+  host.add("host.node_visits_per_second", static_cast<double>(counters.rt.memory.node_visits()) / seconds, "visits/s",
+           "lane visits replayed a second of wall time");
+  host.add("host.cycles_per_cpu_second", static_cast<double>(counters.cycles) / std::max(cpu, 1e-9), "cycles/s",
+           "simulated core cycles a second of processor time: what a busy machine does not change");
+  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
+}
+
+/// What a process of the model threw arrives as the kernel's report. A trace that contradicts itself is bad input: then
+/// its check says where. Everything else is an internal error.
+[[noreturn]] void rethrow(const traces::Reader& reader, const MeasuredSource& source,
+                          const sc_core::sc_report& report) {
+  if (source.failure()) std::rethrow_exception(source.failure());
+  traces::check(reader, true);
+  throw std::runtime_error(report.get_msg());
+}
+
+/// What a run leaves behind, whichever model ran.
+struct Finished {
+  GpuCounters counters;
+  std::vector<std::string> violations;  ///< of the model's own checks
+  std::vector<modules::Inventory> inventories;
+  nlohmann::ordered_json over_time;
+  std::uint64_t ticks = 0;
+};
+
+Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
+                         modules::GroupSource& source, SimulationResult& result) {
+  const traces::Header& header = reader.header();
+  Finished finished;
+  Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
+  const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
+  std::unique_ptr<Waveform> waveform;
+  if (!options.waveform.path.empty()) {
+    waveform =
+        std::make_unique<Waveform>(options.waveform, gpu, memory->dram, header,
+                                   fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
+  }
+  std::unique_ptr<Timeline> timeline;
+  if (!options.timeline.path.empty()) {
+    timeline =
+        std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
+  }
+  gpu.distributor().observe(options.observer);
+  std::unique_ptr<PixelCycles> pixel_cycles;
+  if (options.pixel_cycles) {
+    pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
+    gpu.distributor().observe(pixel_cycles.get());
+  }
+  OccupancySeries series(gpu, memory->dram);
+  run_to_end(gpu, memory->dram, source.count(), options, series);
+  const EndOfRun end = settle(gpu, memory->dram);
+  finished.over_time = series.json(gpu.distributor().end_cycle());
+  drain(gpu, memory->dram, options);
+  if (waveform) waveform->finish();
+  if (timeline) timeline->finish();
+  if (pixel_cycles) {
+    result.width = header.width;
+    result.height = header.height;
+    result.pixel_cycles = pixel_cycles->cycles();
+  }
+  finished.counters = collect_counters(gpu, memory->dram, end);
+  finished.violations = emptiness_violations(gpu, memory->dram);
+  finished.inventories = inventory_of(gpu, memory->dram);
+  finished.ticks = gpu.core().ticks();
+  return finished;
+}
+
+/// What fast mode needs to know of cycle mode; nothing where all groups are launched at once.
+std::vector<Launch> launches_to_follow(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
+                                       const GpuConfig& config) {
+  if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return {};
+  try {
+    return first_launches(reader, groups, config);
+  } catch (const std::exception&) {
+    traces::check(reader, true);  // as in rethrow(): a trace that contradicts itself says where
+    throw;
+  }
+}
+
+Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
+                        modules::GroupSource& source, const std::vector<Launch>& first, unsigned stride) {
+  if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
+    throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
+  }
+  const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
+  const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
+  FastGpu gpu(config, reader.header(), evictions, source, stride);
+  gpu.observe(options.observer);
+  std::vector<unsigned> sms;
+  for (const Launch& launch : first) sms.push_back(launch.sm);
+  gpu.assign(std::move(sms));
+  Progress progress("simulate", source.count(), "warps", options.quiet);
+  gpu.run([&](std::uint64_t ended) { progress.set(ended); });
+  progress.finish();
+  Finished finished;
+  finished.counters = gpu.counters();
+  finished.inventories = machine.inventory();
+  if (!gpu.idle()) finished.violations.push_back("the GPU is not empty at the end");
+  finished.ticks = gpu.steps();
+  return finished;
+}
+
+}  // namespace
+
+SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options) {
+  if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
+    throw std::logic_error("a process can simulate once only");
+  }
+  check_config(config, "configuration");
+  const traces::Reader reader(trace_path);
+  reader.verify_content();
+  const traces::Header& header = reader.header();
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = cpu_seconds();
+
+  std::vector<std::uint64_t> groups = options.groups;
+  if (groups.empty()) {
+    groups.resize(reader.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  }
+  std::vector<Launch> first;
+  unsigned stride = 1;
+  if (options.mode == SimulationMode::fast) {
+    first = launches_to_follow(reader, groups, config);
+    stride = fast_stride(config,
+                         reader.totals().visits() * groups.size() / std::max<std::uint64_t>(1, reader.group_count()));
+  }
+  modules::set_time_resolution_to_fs();
+  TraceSource file(reader, groups, kDecodeAhead);
+  MeasuredSource source(file, header, ChainLatencies(config, header));
+
+  SimulationResult result;
+  nlohmann::ordered_json over_time;
+  result.inputs = inputs_of(reader, config, options);
+  try {
+    Finished finished = options.mode == SimulationMode::fast
+                            ? run_fast_model(reader, config, options, source, first, stride)
+                            : run_cycle_model(reader, config, options, source, result);
+    const GpuCounters& counters = finished.counters;
+    over_time = std::move(finished.over_time);
+    const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
+    result.cycles = counters.cycles;
+    result.binding_bound = binding_bound(bounds).name;
+    result.violations = count_violations(counters, counters.dram, source.totals(), groups.size());
+    for (const auto& more : {finished.violations, bound_violations(counters.cycles, bounds)}) {
+      result.violations.insert(result.violations.end(), more.begin(), more.end());
+    }
+    if (options.groups.empty() && !(source.totals() == reader.totals())) {
+      result.violations.push_back("the groups of the trace do not add up to its totals");
+    }
+    describe(counters, result.statistics);
+    if (options.mode == SimulationMode::fast) {
+      result.statistics.add(
+          "gpu.fast.stride", std::uint64_t{stride}, "events",
+          "one in so many of a lane's events took time; what these alone are counted for is estimated");
+    }
+    describe(bounds, counters.cycles, result.statistics);
+    describe_energy(config, finished.inventories, source.totals().rays, result.statistics);
+    add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);
+  } catch (const sc_core::sc_report& report) {
+    rethrow(reader, source, report);
+  }
+  result.document = statistics_document(config_json(config), result.inputs, result.statistics, result.host, over_time);
+  return result;
+}
+
+}  // namespace grtx::tlm

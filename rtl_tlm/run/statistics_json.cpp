@@ -1,0 +1,87 @@
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cmath>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+
+namespace grtx::tlm {
+
+nlohmann::ordered_json statistics_object(const modules::StatisticList& list) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  for (const modules::Statistic& statistic : list.items()) {
+    assert(!object.contains(statistic.name) && "two statistics with one name");
+    nlohmann::ordered_json& entry = object[statistic.name];
+    if (const auto* integer = std::get_if<std::uint64_t>(&statistic.value)) {
+      entry["value"] = *integer;
+    } else if (const double real = std::get<double>(statistic.value); std::isfinite(real)) {
+      entry["value"] = real;
+    } else {
+      entry["value"] = nullptr;
+    }
+    entry["unit"] = statistic.unit;
+    entry["description"] = statistic.description;
+  }
+  return object;
+}
+
+nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
+                                           const std::map<std::string, std::string>& inputs,
+                                           const modules::StatisticList& statistics, const modules::StatisticList& host,
+                                           const nlohmann::ordered_json& over_time) {
+  nlohmann::ordered_json document;
+  document["schema"] = "grtx.stats/1";
+  document["config"] = config;
+  document["inputs"] = inputs;
+  if (!over_time.is_null()) document["over_time"] = over_time;
+  document["stats"] = statistics_object(statistics);
+  const nlohmann::ordered_json last = statistics_object(host);
+  for (const auto& [name, entry] : last.items()) document["stats"][name] = entry;
+  return document;
+}
+
+std::string statistics_text(const nlohmann::ordered_json& document) {
+  std::string text = "{\n";
+  const auto member = [&text](const std::string& indent, const std::string& name, const std::string& value, bool last) {
+    text += indent + nlohmann::ordered_json(name).dump() + ": " + value + (last ? "\n" : ",\n");
+  };
+  std::size_t written = 0;
+  for (const auto& [name, value] : document.items()) {
+    const bool last = ++written == document.size();
+    if (!value.is_object() || value.empty()) {
+      member("  ", name, value.dump(), last);
+      continue;
+    }
+    text += "  " + nlohmann::ordered_json(name).dump() + ": {\n";
+    std::size_t inner_written = 0;
+    for (const auto& [inner_name, inner] : value.items()) {
+      member("    ", inner_name, inner.dump(), ++inner_written == value.size());
+    }
+    text += last ? "  }\n" : "  },\n";
+  }
+  return text + "}\n";
+}
+
+nlohmann::ordered_json read_statistics(const std::string& path) {
+  nlohmann::ordered_json document;
+  try {
+    document = nlohmann::ordered_json::parse(read_file(path));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
+  }
+  if (!document.is_object() || !document.contains("schema") || document.at("schema") != "grtx.stats/1") {
+    throw Error(path, "schema", "must be grtx.stats/1");
+  }
+  for (const char* part : {"config", "inputs", "stats"}) {
+    if (!document.contains(part) || !document.at(part).is_object()) throw Error(path, part, "must be an object");
+  }
+  for (const auto& [name, statistic] : document.at("stats").items()) {
+    if (!statistic.is_object() || !statistic.contains("value")) throw Error(path, name, "must have a value");
+  }
+  return document;
+}
+
+}  // namespace grtx::tlm

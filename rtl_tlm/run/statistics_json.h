@@ -1,0 +1,29 @@
+// The statistics file of a run: {"schema": "grtx.stats/1", "config": {...}, "inputs": {...}, "stats": {...}}.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "grtx/modules/kernel/statistics.h"
+
+namespace grtx::tlm {
+
+/// {"name": {"value", "unit", "description"}, ...} in the list's order. Integers stay integers; doubles are written in
+/// the shortest form that reads back; a value that is not finite becomes null.
+nlohmann::ordered_json statistics_object(const modules::StatisticList& list);
+
+/// The whole document. `host` (what depends on the machine: wall time, memory, speed) comes last in "stats", so that
+/// the lines before it are byte-identical for the same inputs.
+nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
+                                           const std::map<std::string, std::string>& inputs,
+                                           const modules::StatisticList& statistics, const modules::StatisticList& host,
+                                           const nlohmann::ordered_json& over_time = nullptr);
+
+/// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts.
+nlohmann::ordered_json read_statistics(const std::string& path);
+
+/// Text of such a document with one statistic (and one configuration key) a line.
+std::string statistics_text(const nlohmann::ordered_json& document);
+
+}  // namespace grtx::tlm

@@ -1,0 +1,76 @@
+// grtx sim from the outside: statistics file, summary, waveform, configuration list.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "program.h"
+#include "rtl_tlm/tiny_trace.h"
+#include "paths.h"
+
+namespace grtx::e2e {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kSmall = std::string("--config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
+
+class CliSim : public ::testing::Test {
+ protected:
+  CliSim() { tlm::test::write_tiny_trace(folder_.path("t.grtx")); }
+  Folder folder_;
+};
+
+TEST_F(CliSim, WritesTheStatisticsFile) {
+  const Outcome outcome = folder_.run("sim t.grtx " + kSmall + "--stats s.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("cycles"));
+  EXPECT_THAT(outcome.out, HasSubstr("host: "));
+  const auto json = nlohmann::ordered_json::parse(folder_.read("s.json"));
+  EXPECT_EQ(json.at("schema"), "grtx.stats/1");
+  EXPECT_EQ(json.at("config").at("gpu.sms"), 2);
+  EXPECT_EQ(json.at("inputs").at("trace.scene"), "tiny");
+  EXPECT_EQ(json.at("inputs").at("trace_hash").get<std::string>().size(), 16U);
+  EXPECT_GT(json.at("stats").at("gpu.cycles").at("value").get<std::uint64_t>(), 0U);
+}
+
+TEST_F(CliSim, TwoRunsDifferInHostStatisticsOnly) {
+  ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats a.json").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats b.json --construction-order 9 --no-idle-skip").code, 0);
+  const std::string a = folder_.read("a.json"), b = folder_.read("b.json");
+  const std::size_t host = a.find("\"host.");
+  ASSERT_NE(host, std::string::npos);
+  EXPECT_EQ(a.substr(0, host), b.substr(0, host));
+}
+
+TEST_F(CliSim, QuietPrintsNothing) {
+  const Outcome outcome = folder_.run("sim t.grtx --quiet");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(CliSim, SettingsComeAfterTheFile) {
+  const Outcome outcome =
+      folder_.run("sim t.grtx --quiet --stats s.json " + kSmall + "--set gpu.sms=3 --set l1.latency=25");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::ordered_json::parse(folder_.read("s.json"));
+  EXPECT_EQ(json.at("config").at("gpu.sms"), 3);
+  EXPECT_EQ(json.at("config").at("l1.latency"), 25);
+}
+
+TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
+  if (std::system("command -v vcd2fst > /dev/null") != 0) GTEST_SKIP() << "vcd2fst (package gtkwave) is not installed";
+  ASSERT_EQ(folder_.run("sim t.grtx --quiet --vcd w.vcd --vcd-scope 'gpu.sm0*' --vcd-window 100:900").code, 0);
+  EXPECT_EQ(std::system(("vcd2fst '" + folder_.path("w.vcd") + "' '" + folder_.path("w.fst") + "' >/dev/null").c_str()),
+            0);
+  EXPECT_TRUE(folder_.has("w.fst"));
+}
+
+TEST_F(CliSim, AnOldResultStaysWhenARunFails) {
+  folder_.write("s.json", "old");
+  EXPECT_EQ(folder_.run("sim t.grtx --quiet --stats s.json --set dram.fixed_latency=100000 --watchdog 1000").code, 3);
+  EXPECT_EQ(folder_.read("s.json"), "old");
+}
+
+}  // namespace
+}  // namespace grtx::e2e

@@ -1,0 +1,149 @@
+// Reports in a real browser: report_browser.mjs looks, this says what must be there. Needs node, Chromium and the
+// packages that the build fetched for the charts; skips without.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "grtx/base/atomic_file.h"
+#include "tests/e2e/program.h"
+#include "tests/sweep_database.h"
+#include "paths.h"
+
+namespace grtx::e2e {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class ReportInBrowser : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (grtx::paths::charts_folder().empty()) GTEST_SKIP() << "built without charts";
+    if (std::system("command -v node >/dev/null") != 0) GTEST_SKIP() << "needs node (Debian: nodejs)";
+    for (const char* path : {"/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"}) {
+      if (chromium.empty() && std::filesystem::exists(path)) chromium = path;
+    }
+    if (chromium.empty()) GTEST_SKIP() << "needs Chromium (Debian: chromium)";
+  }
+
+  json look(const std::string& page) {
+    // GRTX_SCREENSHOTS=FOLDER keeps pictures of what the browser showed.
+    const char* shots = std::getenv("GRTX_SCREENSHOTS");
+    const std::string prefix =
+        shots == nullptr ? "" : std::string(shots) + "/" + std::filesystem::path(page).stem().string();
+    const std::string command = "node '" + grtx::paths::source_dir() + "/tests/apps/report_browser.mjs' '" + folder.path(page) +
+                                "' '" + grtx::paths::charts_folder() + "' '" + chromium + "' '" + prefix + "' >'" +
+                                folder.path("found.json") + "' 2>'" + folder.path("log") + "'";
+    if (std::system(command.c_str()) != 0) {
+      ADD_FAILURE() << folder.read("log");
+      return json::object();
+    }
+    return json::parse(folder.read("found.json"));
+  }
+
+  void expect_sound(const json& found) {
+    EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");  // no error, no warning
+    EXPECT_THAT(found.at("requests"), IsEmpty()) << found.at("requests");
+    EXPECT_LE(found.at("overflow").at("1280").get<int>(), 0);
+    EXPECT_LE(found.at("overflow").at("390").get<int>(), 0);
+    EXPECT_THAT(found.at("wide_drawings"), IsEmpty()) << found.at("wide_drawings");
+    EXPECT_EQ(found.at("charts"), found.at("drawings"));
+    EXPECT_TRUE(found.at("labelled").get<bool>());
+    EXPECT_EQ(found.at("tables"), found.at("described_tables"));
+    EXPECT_THAT(found.at("repeated_ids"), IsEmpty()) << found.at("repeated_ids");
+    EXPECT_NE(found.at("light"), found.at("dark"));
+    EXPECT_EQ(found.at("pdf").at("begin"), "%PDF-");
+    EXPECT_GT(found.at("pdf").at("bytes").get<int>(), 20000);
+    EXPECT_EQ(found.at("plain").at("tables"), found.at("tables"));  // all tables are there without JavaScript
+    EXPECT_EQ(found.at("plain").at("svgs"), 0);
+    EXPECT_EQ(found.at("plain").at("notes"), found.at("charts"));
+  }
+
+  Folder folder;
+  std::string chromium;
+};
+
+std::set<int> set_of(const json& list) { return list.get<std::set<int>>(); }
+
+std::set<int> numbers(const json& labels) {
+  std::set<int> ids;
+  for (const json& label : labels) ids.insert(std::stoi(label.get<std::string>().substr(1)));
+  return ids;
+}
+
+TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
+  const Outcome cost = folder.run("cost --json");
+  ASSERT_EQ(cost.code, 0) << cost.err;
+  testing_sweep::make_grid(folder.path("sweep.sqlite"), json::parse(cost.out).at("config").dump());
+  const Outcome made =
+      folder.run("report sweep.sqlite --image " + grtx::paths::source_dir() + "/docs/images/heatmap_cycles.png -o sweep.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const json found = look("sweep.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+
+  std::set<int> done;
+  for (int id = 1; id <= 60; ++id) {
+    if (id != 7 && id != 31) done.insert(id);
+  }
+  EXPECT_EQ(found.at("area_points").size(), 58u);
+  EXPECT_EQ(set_of(found.at("area_points")), done);
+  EXPECT_EQ(set_of(found.at("energy_points")), done);
+  EXPECT_EQ(found.at("plain").at("rows"), 58);
+  EXPECT_EQ(found.at("colours"), 5);       // warp buffers of 4, 8, 12, 16, 20
+  EXPECT_EQ(found.at("colours_by_last"), 2);  // k of 4 and 8
+
+  // Point number id of the grid: 12 points a warp buffer, 4 a lane count, 2 an L1 size.
+  const int id = found.at("hover").at("id").get<int>();
+  const int warps = 4 * (1 + (id - 1) / 12), lanes = std::array{1, 4, 16}[static_cast<std::size_t>((id - 1) / 4 % 3)];
+  const int bytes = ((id - 1) / 2 % 2 == 0 ? 64 : 128) * 1024, k = (id - 1) % 2 == 0 ? 4 : 8;
+  std::string tooltip = found.at("hover").at("text").get<std::string>();
+  std::replace_if(
+      tooltip.begin(), tooltip.end(), [](char c) { return c == '\t' || c == '\n'; }, ' ');
+  tooltip.erase(std::unique(tooltip.begin(), tooltip.end(), [](char a, char b) { return a == ' ' && b == ' '; }),
+                tooltip.end());
+  EXPECT_THAT(tooltip, HasSubstr("point #" + std::to_string(id) + " "));
+  EXPECT_THAT(tooltip, HasSubstr("rt.warp_buffer.entries " + std::to_string(warps) + " "));
+  EXPECT_THAT(tooltip, HasSubstr("rt.checkpoint.lanes " + std::to_string(lanes) + " "));
+  EXPECT_THAT(tooltip, HasSubstr("l1.bytes " + std::to_string(bytes) + " "));
+  EXPECT_THAT(tooltip, HasSubstr(" k " + std::to_string(k) + " "));
+
+  EXPECT_EQ(numbers(found.at("front_bars")), set_of(found.at("front_rows")));
+  const json& box = found.at("box");
+  EXPECT_GT(box.at("inside").size(), 10u);
+  EXPECT_LT(box.at("inside").size(), 50u);
+  EXPECT_EQ(set_of(box.at("rows")), set_of(box.at("inside")));            // the table,
+  EXPECT_EQ(numbers(box.at("bars")), set_of(box.at("inside")));           // the bars
+  EXPECT_EQ(set_of(box.at("full_elsewhere")), set_of(box.at("inside")));  // and the other chart follow
+  EXPECT_EQ(box.at("status"), std::to_string(box.at("inside").size()) + " of 58 points chosen");
+  EXPECT_GE(found.at("second_box").at("rows").size(), 1u);
+  EXPECT_LT(found.at("second_box").at("rows").size(), 20u);
+  EXPECT_EQ(found.at("second_box").at("first_box"), 0);  // its frame is gone
+  EXPECT_EQ(set_of(found.at("after_all").at("rows")), done);
+  EXPECT_EQ(numbers(found.at("after_all").at("bars")), set_of(found.at("front_rows")));
+  const std::vector<double> sorted = found.at("sorted").get<std::vector<double>>();
+  EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
+}
+
+TEST_F(ReportInBrowser, ARunIsDrawn) {
+  ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
+  const Outcome run = folder.run("run --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 --config " +
+                                 grtx::paths::source_dir() + "/configs/small.toml --quiet -o out");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome made = folder.run("report out/results.json out/results.json -o run.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const json found = look("run.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+  EXPECT_EQ(found.at("charts"), 3);  // ratios, stalls, energy
+}
+
+}  // namespace
+}  // namespace grtx::e2e

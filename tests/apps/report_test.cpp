@@ -1,0 +1,158 @@
+// grtx report through the program: what it reads, what it refuses, what a page holds without JavaScript.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "grtx/base/atomic_file.h"
+#include "tests/e2e/program.h"
+#include "tests/sweep_database.h"
+#include "paths.h"
+
+namespace grtx::e2e {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// A grid on the configuration that the program itself resolves.
+void make_grid(const Folder& folder, const std::string& name) {
+  const Outcome cost = folder.run("cost --json");
+  ASSERT_EQ(cost.code, 0) << cost.err;
+  testing_sweep::make_grid(folder.path(name), nlohmann::json::parse(cost.out).at("config").dump());
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+TEST(Report, ASweepHasItsPointsInATable) {
+  const Folder folder;
+  make_grid(folder, "grid.sqlite");
+  const Outcome outcome = folder.run("report grid.sqlite -o r.html");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string page = folder.read("r.html");
+  EXPECT_EQ(count(page, "<tr data-id="), 58u);
+  EXPECT_THAT(page, HasSubstr("58 / 60"));
+  EXPECT_THAT(page, HasSubstr("watchdog: &lt;no progress&gt;"));  // why #7 failed
+  EXPECT_THAT(page, HasSubstr("longer than 20 s"));
+  // Least time: w = 20, l = 16, b = 128, k = 8 -> 1000 + 300 + 18.75 + 156.25 us, and 10 + 4 + 0.8 + 2.56 mm2.
+  EXPECT_THAT(page, HasSubstr("<dt>Least time</dt><dd>1,475 µs</dd>"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"n\">17.36</td>"));
+  EXPECT_THAT(page, HasSubstr("2,658 B"));  // checkpoint storage of 20 warps: 132 x 20 + 18
+}
+
+TEST(Report, TheSameInputsGiveTheSameBytes) {
+  const Folder folder;
+  make_grid(folder, "grid.sqlite");
+  ASSERT_EQ(folder.run("report grid.sqlite -o a.html").code, 0);
+  ASSERT_EQ(folder.run("report grid.sqlite -o b.html").code, 0);
+  EXPECT_EQ(folder.read("a.html"), folder.read("b.html"));
+}
+
+TEST(Report, NothingOfAPageComesFromElsewhere) {
+  const Folder folder;
+  make_grid(folder, "grid.sqlite");
+  ASSERT_EQ(folder.run("report grid.sqlite -o r.html").code, 0);
+  const std::string whole = folder.read("r.html");
+  EXPECT_THAT(whole, Not(HasSubstr("sourceMappingURL")));
+  const std::string page = whole.substr(0, whole.find("</footer>"));  // the chart library's own text comes behind
+  EXPECT_EQ(count(page, " src="), count(page, " src=\"data:"));
+  EXPECT_EQ(count(page, "<link"), 1u);
+  EXPECT_THAT(page, HasSubstr("<link rel=\"icon\" href=\"data:,\">"));
+  EXPECT_THAT(page, Not(HasSubstr("@import")));
+  EXPECT_THAT(page, Not(HasSubstr("url(")));
+}
+
+TEST(Report, InputIsTextAndNeverMarkup) {
+  const Folder folder;
+  const std::string evil = "</script><script>alert(1)</script>\"'&";
+  testing_sweep::make_points(folder.path("evil.sqlite"),
+                             {{{"id", 1},
+                               {"scene", evil},
+                               {"design", evil},
+                               {"coordinates", {{evil, evil}}},
+                               {"values", {{"gpu.time_us", 1.0}, {"cost.mm2", 2.0}, {"gpu.rt.stall." + evil, 1.0}}}},
+                              {{"id", 2}, {"status", "failed"}, {"reason", evil}, {"coordinates", {{evil, "b"}}}}});
+  testing_sweep::execute(folder.path("evil.sqlite"),
+                         "INSERT OR REPLACE INTO meta VALUES ('plan', " + testing_sweep::quoted(evil) + ")");
+  const Outcome outcome = folder.run("report evil.sqlite -o r.html --title '<b>bold</b>'");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string page = folder.read("r.html");
+  EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
+  EXPECT_THAT(page, Not(HasSubstr("<b>bold")));
+  EXPECT_GE(count(page, "&lt;/script&gt;&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39;&amp;"), 5u);
+  EXPECT_THAT(page, HasSubstr("<title>&lt;b&gt;bold&lt;/b&gt;</title>"));
+}
+
+TEST(Report, ARunWritesItsReport) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
+  const Outcome run = folder.run("run --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 --config " +
+                                 grtx::paths::source_dir() + "/configs/small.toml --quiet -o out");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string page = folder.read("out/report.html");
+  for (const char* part : {"Speed-up, GRTX-SW", "Storage added to an RT core", "Fewer L2 accesses, GRTX",
+                           "src=\"data:image/png;base64,iVBOR", "gpu.rt.stall.memory", "rt.warp_buffer.entries"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  EXPECT_THAT(page, Not(HasSubstr("host.wall_seconds")));
+  const nlohmann::json results = nlohmann::json::parse(folder.read("out/results.json"));
+  char speedup[32];
+  std::snprintf(speedup, sizeof(speedup), "<dd>%.2f×</dd>", results.at("speedup").at("grtx").get<double>());
+  EXPECT_THAT(page, HasSubstr(speedup));
+}
+
+TEST(Report, SimulationsOfOneViewAreComparedWithEachOther) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
+  const std::string config = " --config " + grtx::paths::source_dir() + "/configs/small.toml --quiet";
+  for (const char* design : {"tri20", "tlas-tri20"}) {
+    ASSERT_EQ(folder
+                  .run(std::string("trace --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 "
+                                   "--checkpoint off --quiet --accel ") +
+                       design + " -o t.grtx")
+                  .code,
+              0);
+    ASSERT_EQ(folder.run("sim t.grtx --stats " + std::string(design) + ".json" + config).code, 0);
+  }
+  const Outcome outcome = folder.run("report tri20.json tlas-tri20.json -o r.html");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(folder.read("r.html"), HasSubstr("Speed-up, GRTX-SW"));
+  ASSERT_EQ(folder.run("report tlas-tri20.json -o one.html").code, 0);
+  EXPECT_THAT(folder.read("one.html"), Not(HasSubstr("Speed-up, GRTX-SW")));
+}
+
+TEST(Report, BadInputIsOneLine) {
+  const Folder folder;
+  folder.write("empty", "");
+  folder.write("garbage.json", "{\"schema\": ");
+  folder.write("other.json", R"({"schema": "grtx.cost/1"})");
+  folder.write("half.json", R"({"schema": "grtx.run/1", "config": {}})");
+  folder.write("hollow.json", R"({"schema": "grtx.run/1", "config": {}, "designs": {"a": {"gpu.cycles": 3}}})");
+  folder.write("ok.json", R"({"schema": "grtx.stats/1", "config": {}, "inputs": {}, "stats": {}})");
+  folder.write("picture.png", "no picture");
+  folder.write("torn.sqlite", std::string("SQLite format 3\0", 16) + "rubbish");
+  testing_sweep::execute(folder.path("foreign.sqlite"), "CREATE TABLE t(a)");
+  testing_sweep::execute(folder.path("old.sqlite"),
+                         "CREATE TABLE meta(key, value); INSERT INTO meta VALUES ('schema', 'grtx.sweep/0')");
+  testing_sweep::make_points(folder.path("json.sqlite"), nlohmann::json::parse(R"([{"id": 1}])"));
+  testing_sweep::execute(folder.path("json.sqlite"), "UPDATE point SET coordinates = '[1'");
+  for (const char* arguments :
+       {"missing.json", "empty", "garbage.json", "other.json", "half.json", "hollow.json", "torn.sqlite",
+        "foreign.sqlite", "old.sqlite", "json.sqlite", "ok.json --image picture.png", "ok.json --image missing.png"}) {
+    const Outcome outcome = folder.run(std::string("report ") + arguments + " -o r.html");
+    EXPECT_EQ(outcome.code, 2) << arguments << ": " << outcome.err;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << arguments << ": " << outcome.err;
+    EXPECT_FALSE(folder.has("r.html")) << arguments;
+  }
+  EXPECT_EQ(folder.run("report -o r.html").code, 2);
+  EXPECT_EQ(folder.run("report ok.json").code, 2);
+  EXPECT_EQ(folder.run("report ok.json -o no/folder/r.html").code, 2);
+}
+
+}  // namespace
+}  // namespace grtx::e2e

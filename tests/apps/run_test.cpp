@@ -1,0 +1,165 @@
+// The main job on a small generated scene, through the program: synth, trace, check, run, sim twice, errors.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "grtx/base/atomic_file.h"
+#include "paths.h"
+
+namespace grtx {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string output;  ///< standard output and error
+};
+
+class RunTest : public testing::Test {
+ protected:
+  RunTest() : folder(testing::TempDir() + "/grtx_run_" + std::to_string(::getpid())) {
+    std::filesystem::create_directories(folder);
+  }
+  ~RunTest() override { std::filesystem::remove_all(folder); }
+
+  Outcome grtx(const std::string& arguments) {
+    Outcome outcome;
+    std::FILE* pipe = ::popen((grtx::paths::program() + " " + arguments + " 2>&1").c_str(), "r");
+    std::array<char, 4096> buffer{};
+    for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+      outcome.output.append(buffer.data(), n);
+    }
+    const int status = ::pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+  }
+  void must(const std::string& arguments) {
+    const Outcome outcome = grtx(arguments);
+    ASSERT_EQ(outcome.code, 0) << arguments << "\n" << outcome.output;
+  }
+  nlohmann::json json(const std::string& file) { return nlohmann::json::parse(read_file(folder + "/" + file)); }
+  std::string scene_arguments() {
+    return "--scene " + folder + "/s.ply --cameras " + folder + "/s.cameras.json --view 0 --width 24 --height 16 ";
+  }
+  std::string config() { return "--config " + grtx::paths::source_dir() + "/configs/small.toml "; }
+
+  std::string folder;
+};
+
+TEST_F(RunTest, FourDesignsEndToEnd) {
+  must("synth --preset object --count 3000 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_EQ(results.at("schema"), "grtx.run/1");
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  EXPECT_TRUE(results.at("violations").empty());
+  const auto stat = [&](const char* design, const char* name) {
+    return results.at("designs").at(design).at(name).at("value").get<double>();
+  };
+  for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+    EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
+    EXPECT_LE(stat(design, "gpu.rt.node_fetches"), stat(design, "gpu.rt.node_visits")) << design;
+    EXPECT_GE(stat(design, "gpu.cycles"), stat(design, "gpu.bound.largest")) << design;
+    EXPECT_EQ(stat(design, "tracer.blended"), stat("baseline", "tracer.blended")) << design;
+    must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+  }
+  EXPECT_LT(stat("hw", "tracer.visits.total"), stat("baseline", "tracer.visits.total"));
+  EXPECT_LT(stat("grtx", "tracer.visits.total"), stat("sw", "tracer.visits.total"));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
+}
+
+TEST_F(RunTest, SecondaryRaysEndToEnd) {
+  must("synth --preset object --count 2000 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  EXPECT_TRUE(results.at("violations").empty());
+  const auto stat = [&](const char* design, const char* name) {
+    return results.at("designs").at(design).at(name).at("value").get<double>();
+  };
+  for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+    EXPECT_GT(stat(design, "tracer.secondary.glass_rays"), 0.0);
+    EXPECT_GT(stat(design, "tracer.secondary.mirror_rays"), 0.0);
+    EXPECT_EQ(stat(design, "tracer.rays"), 24.0 * 16.0 + stat(design, "tracer.secondary.rays"));
+    EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
+    EXPECT_GT(stat(design, "gpu.rays.secondary_cycles"), 0.0);
+    EXPECT_EQ(stat(design, "gpu.rays.primary_cycles") + stat(design, "gpu.rays.secondary_cycles"),
+              stat(design, "gpu.cycles"));
+    must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+  }
+  EXPECT_GT(results.at("speedup_secondary").at("grtx").get<double>(), 0.0);
+  must("reference " + scene_arguments() + "--secondary both --secondary-seed 2 --quiet -o " + folder + "/r.pfm");
+  must("trace " + scene_arguments() + "--secondary both --secondary-seed 2 --no-trace --quiet --image " + folder +
+       "/i.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const char* bad : {"--glass 0,0,0,1", "--secondary glass --glass 0,0,0,-1", "--secondary mirror --mirror 1,2,3",
+                          "--secondary glas", "--secondary both --glass 0,0,0,1 --mirror 0,0,0.5,0,0,1,2,2"}) {
+    EXPECT_EQ(grtx("trace " + scene_arguments() + "--no-trace --quiet " + bad).code, 2) << bad;
+  }
+}
+
+TEST_F(RunTest, SeveralObjectsAreRenderedAndNotTraced) {
+  must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/objects.json",
+             R"([{"file": "s.ply"}, {"file": "s.ply", "translate": [0.8, 0.1, 0.3], "scale": 0.5}])");
+  const std::string scene = "--scene " + folder + "/objects.json --cameras " + folder +
+                            "/s.cameras.json --view 0 --width 24 --height 16 --quiet ";
+  must("trace " + scene + "--accel tlas-tri20 --no-trace --image " + folder + "/i.pfm --stats " + folder + "/s.json");
+  EXPECT_EQ(json("s.json").at("stats").at("accel.objects").at("value"), 2);
+  EXPECT_EQ(json("s.json").at("stats").at("accel.gaussians").at("value"), 3000);
+  must("reference " + scene + "-o " + folder + "/r.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  for (const std::string& refused :
+       {"trace " + scene + "--accel tlas-tri20 -o " + folder + "/t.grtx", "trace " + scene + "--accel tri20 --no-trace",
+        "trace " + scene + "--accel tlas-tri20 --no-trace --secondary both",
+        "run " + scene + "-o " + folder + "/out"}) {
+    const Outcome outcome = grtx(refused);
+    EXPECT_EQ(outcome.code, 2) << refused;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder + "/t.grtx"));
+}
+
+TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {
+  must("synth --preset object --count 2000 --seed 9 -o " + folder + "/s.ply --quiet");
+  must("trace " + scene_arguments() + "--accel tlas-tri20 --checkpoint on --quiet -o " + folder + "/t.grtx");
+  for (const char* name : {"a", "b"}) {
+    must("sim " + folder + "/t.grtx " + config() + "--quiet --stats " + folder + "/" + name + ".json");
+  }
+  nlohmann::json a = json("a.json"), b = json("b.json");
+  for (nlohmann::json* document : {&a, &b}) {
+    nlohmann::json& stats = document->at("stats");
+    for (auto it = stats.begin(); it != stats.end();) {
+      it = it.key().rfind("host.", 0) == 0 ? stats.erase(it) : std::next(it);
+    }
+    EXPECT_GT(stats.size(), 50u);
+  }
+  EXPECT_EQ(a.dump(), b.dump());
+}
+
+TEST_F(RunTest, TracesAndImagesDoNotDependOnThreads) {
+  must("synth --preset indoor --count 3000 --seed 3 -o " + folder + "/s.ply --quiet");
+  for (const char* threads : {"1", "2", "7"}) {
+    must("trace " + scene_arguments() + "--accel tri20 --checkpoint on --quiet --threads " + threads + " -o " + folder +
+         "/t" + threads + ".grtx --image " + folder + "/i" + threads + ".pfm");
+  }
+  for (const char* threads : {"2", "7"}) {
+    EXPECT_EQ(read_file(folder + "/t1.grtx"), read_file(folder + "/t" + threads + ".grtx"));
+    EXPECT_EQ(read_file(folder + "/i1.pfm"), read_file(folder + "/i" + threads + ".pfm"));
+  }
+}
+
+TEST_F(RunTest, TracerAgreesWithTheReferenceThroughTheProgram) {
+  must("synth --preset object --count 2000 --seed 5 -o " + folder + "/s.ply --quiet");
+  must("trace " + scene_arguments() + "--accel tri20 --no-trace --quiet --image " + folder + "/i.pfm");
+  must("reference " + scene_arguments() + "--accel tri20 --quiet -o " + folder + "/r.pfm");
+  must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
+  EXPECT_EQ(grtx("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 1000").code, 1);
+}
+
+}  // namespace
+}  // namespace grtx

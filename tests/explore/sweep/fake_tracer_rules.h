@@ -1,0 +1,25 @@
+// A tracer that knows two options: k (1 to 64), and which k single-round tracing takes.
+#pragma once
+
+#include "grtx/base/error.h"
+#include "grtx/explore/sweep/plan.h"
+
+namespace grtx::tlm::test {
+
+class FakeTracerRules final : public TracerRules {
+ public:
+  void check(const std::string& option, const std::string& value) const override {
+    if (option == "accel" || option == "checkpoint") return;
+    if (option != "k") throw Error("tracer", option, "unknown tracer option '" + option + "', the nearest is 'k'");
+    if (std::stoi(value) < 1 || std::stoi(value) > 64) throw Error("tracer", option, "k: must be 1 to 64");
+  }
+  std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
+                                             const std::string& accel, bool checkpoint) const override {
+    std::map<std::string, std::string> all = {{"k", "8"}, {"accel", accel}, {"checkpoint", checkpoint ? "on" : "off"}};
+    for (const auto& [name, value] : options) all[name] = value;
+    if (checkpoint && all["k"] == "1") throw Error("tracer", "k", "k = 1 has nothing to checkpoint");
+    return all;
+  }
+};
+
+}  // namespace grtx::tlm::test

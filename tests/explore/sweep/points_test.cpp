@@ -1,0 +1,125 @@
+// What decides a point's key: everything it is made from, and nothing else.
+#include "grtx/explore/sweep/points.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "explore/sweep/fake_tracer_rules.h"
+
+namespace grtx::tlm {
+namespace {
+
+class SweepPointsTest : public testing::Test {
+ protected:
+  SweepPointsTest() : folder(testing::TempDir() + "/grtx_points_" + std::to_string(::getpid())) {
+    std::filesystem::create_directories(folder);
+    write_file(folder + "/s.ply", "scene");
+    write_file(folder + "/c.json", "cameras");
+  }
+  ~SweepPointsTest() override { std::filesystem::remove_all(folder); }
+  SweepPlan plan() const {
+    SweepPlan plan;
+    plan.points = {{}};
+    plan.scenes.emplace_back();
+    plan.scenes[0].name = "s";
+    plan.scenes[0].file = folder + "/s.ply";
+    plan.scenes[0].cameras = folder + "/c.json";
+    return plan;
+  }
+  SweepPoints points(const SweepPlan& plan, const std::string& program = "grtx 1") const {
+    return expand(plan, test::FakeTracerRules(), program);
+  }
+  std::string folder;
+};
+
+TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
+  const SweepPoints base = points(plan());
+  const struct {
+    const char* what;
+    bool traced_anew;
+    std::function<void(SweepPlan&)> change;
+  } cases[] = {
+      {"scene", true, [&](SweepPlan&) { write_file(folder + "/s.ply", "other"); }},
+      {"cameras", true, [&](SweepPlan&) { write_file(folder + "/c.json", "other"); }},
+      {"view", true, [](SweepPlan& p) { p.scenes[0].views = {1}; }},
+      {"width", true, [](SweepPlan& p) { p.scenes[0].width = 5; }},
+      {"fov", true, [](SweepPlan& p) { p.scenes[0].fov_scale = 0.5; }},
+      {"k", true,
+       [](SweepPlan& p) {
+         p.settings = {{"tracer.k", 4}};
+       }},
+      {"design", true, [](SweepPlan& p) { p.designs = {"hw"}; }},
+      {"key", false,
+       [](SweepPlan& p) {
+         p.settings = {{"l1.latency", 21}};
+       }},
+      {"axis", false,
+       [](SweepPlan& p) {
+         p.points = {{{"l1.latency", 21}}};
+       }},
+      {"mode", false, [](SweepPlan& p) { p.mode = "fast"; }},
+  };
+  for (const auto& c : cases) {
+    SweepPlan changed = plan();
+    c.change(changed);
+    const SweepPoints other = points(changed);
+    EXPECT_NE(other.points.at(0).key, base.points.at(0).key) << c.what;
+    EXPECT_EQ(other.traces.at(0).key != base.traces.at(0).key, c.traced_anew) << c.what;
+    write_file(folder + "/s.ply", "scene");
+    write_file(folder + "/c.json", "cameras");
+  }
+  EXPECT_NE(points(plan(), "grtx 2").points.at(0).key, base.points.at(0).key);
+}
+
+TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
+  const SweepPoints base = points(plan());
+  SweepPlan other = plan();
+  std::filesystem::rename(folder + "/s.ply", folder + "/moved.ply");
+  other.scenes[0].file = folder + "/moved.ply";
+  other.settings = {{"tracer.k", 8}, {"l1.latency", 20}};  // the defaults
+  other.points = {{}, {{"gpu.sms", 8}}};
+  const SweepPoints same = points(other);
+  ASSERT_EQ(same.points.size(), 1U);
+  EXPECT_EQ(same.points[0].key, base.points[0].key);
+}
+
+TEST_F(SweepPointsTest, PointsShareTheTraceThatTheyCanShare) {
+  SweepPlan p = plan();
+  p.points.clear();
+  for (const int k : {4, 8}) {
+    for (const int latency : {10, 20, 30}) p.points.push_back({{"tracer.k", k}, {"l1.latency", latency}});
+  }
+  const SweepPoints all = points(p);
+  EXPECT_EQ(all.points.size(), 6U);
+  ASSERT_EQ(all.traces.size(), 2U);
+  EXPECT_EQ(all.points[2].trace_key, all.traces[0].key);
+  EXPECT_EQ(all.points[3].trace_key, all.traces[1].key);
+  EXPECT_EQ(all.points[4].coordinates.dump(), R"({"tracer.k":8,"l1.latency":20})");
+  EXPECT_EQ(all.points[4].config.at("l1.latency"), 20);
+}
+
+TEST_F(SweepPointsTest, ACombinationThatNothingTakesIsAPointWithAReason) {
+  SweepPlan p = plan();
+  p.points = {{{"l1.bytes", 64}}, {{"tracer.k", 1}}, {{"l1.latency", 30}}};
+  const SweepPoints all = points(p);
+  ASSERT_EQ(all.points.size(), 3U);
+  EXPECT_NE(all.points[0].broken.find("l1.bytes: must hold at least l1.ways lines"), std::string::npos);
+  EXPECT_NE(all.points[1].broken.find("nothing to checkpoint"), std::string::npos);
+  EXPECT_EQ(all.points[2].broken, "");
+}
+
+TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
+  SweepPlan p = plan();
+  p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"l2.xor_hash", true}}};
+  const SweepPoint point = points(p).points.at(0);
+  write_file(folder + "/config.toml", config_toml(point.config));
+  EXPECT_EQ(config_json(load_config(folder + "/config.toml", {})), point.config);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,102 @@
+// A sweep through the program, in a folder of its own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/explore/sweep/database.h"
+#include "grtx/explore/sweep/sqlite.h"
+#include "paths.h"
+
+namespace grtx::tlm::test {
+
+struct Outcome {
+  int code = -1;
+  std::string output;  ///< standard output and error
+};
+
+inline Outcome shell(const std::string& command) {
+  Outcome outcome;
+  std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    outcome.output.append(buffer.data(), n);
+  }
+  const int status = ::pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+class SweepBench : public testing::Test {
+ protected:
+  SweepBench()
+      : folder((std::filesystem::temp_directory_path() / ("grtx_sweep_" + std::to_string(::getpid()))).string()) {
+    std::filesystem::create_directories(folder);
+  }
+  ~SweepBench() override { std::filesystem::remove_all(folder); }
+
+  /// Eight points of a tiny scene on a small machine; `more` is added to the plan.
+  void write_plan(const std::string& more = "") {
+    write_file(folder + "/plan.toml", "base = '" + grtx::paths::source_dir() +
+                                          "/configs/small.toml'\n"
+                                          "[[scene]]\npreset = 'object'\ncount = 300\nseed = 7\nwidth = 8\nheight = 8\n"
+                                          "[grid]\ntracer.k = [4, 8]\nrt.warp_buffer.entries = [2, 4]\n"
+                                          "rt.checkpoint.lanes = [1, 4]\n" +
+                                          more);
+  }
+  std::string arguments(const std::string& database, const std::string& more = "") const {
+    return "sweep " + folder + "/plan.toml -o " + folder + "/" + database + " " + more;
+  }
+  Outcome sweep(const std::string& database, const std::string& more = "") const {
+    return shell(grtx::paths::program() + " " + arguments(database, more));
+  }
+  /// Starts a sweep in a process of its own, kills it after a while, and waits for its end. Returns whether it was
+  /// still running.
+  bool kill_sweep(const std::string& database, std::chrono::milliseconds after, const std::string& more = "") const {
+    const std::string command = "exec " + grtx::paths::program() + " " + arguments(database, more + " --quiet");
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    std::this_thread::sleep_for(after);
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFSIGNALED(status);
+  }
+  /// All rows of a query, columns joined by '|'.
+  std::vector<std::string> rows(const std::string& database, const std::string& sql, int columns = 1) const {
+    Sqlite opened(folder + "/" + database, Sqlite::Open::read_only);
+    SqliteStatement statement(opened, sql);
+    std::vector<std::string> list;
+    while (statement.step()) {
+      std::string row;
+      for (int i = 0; i < columns; ++i) row += (i == 0 ? "" : "|") + statement.text(i);
+      list.push_back(row);
+    }
+    return list;
+  }
+  /// A program that behaves like grtx but for one command: a shell script's lines, which see "$@".
+  std::string program(const std::string& lines) const {
+    const std::string path = folder + "/program.sh";
+    write_file(path, "#!/bin/sh\n" + lines + "\nexec " + grtx::paths::program() + " \"$@\"\n");
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    return path;
+  }
+
+  std::string folder;
+};
+
+}  // namespace grtx::tlm::test

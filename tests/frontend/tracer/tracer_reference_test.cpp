@@ -1,0 +1,51 @@
+// The fp32 tracer against the fp64 brute force of the same proxy and sort key: it shares no code with the tracer.
+#include <gtest/gtest.h>
+
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/reference/reference.h"
+#include "random_scene.h"
+#include "render_helpers.h"
+
+namespace grtx::frontend {
+namespace {
+
+struct Case {
+  AccelKind accel;
+  ReferenceProxy proxy;
+  bool peak;
+};
+
+class TracerReference : public testing::TestWithParam<Case> {};
+
+TEST_P(TracerReference, PsnrAndSequences) {
+  const Case c = GetParam();
+  const Scene scene = test::random_scene(21);
+  const Camera camera = test::front_camera(48, 48);
+  TracerOptions options;
+  options.sort_key = c.peak ? SortKey::peak : SortKey::entry;
+  const RenderResult traced = test::trace_scene(scene, camera, c.accel, options);
+  ReferenceOptions reference;
+  reference.proxy = c.proxy;
+  reference.sort_by_peak = c.peak;
+  reference.keep_sequences = true;
+  const ReferenceResult exact = render_reference(scene, camera, reference);
+  EXPECT_GE(compare(traced.image, exact.image).psnr, 90.0);
+  std::size_t different = 0;
+  for (std::size_t p = 0; p < exact.sequences.size(); ++p) {
+    std::vector<std::uint32_t> ids;
+    for (const ReferenceHit& hit : exact.sequences[p]) ids.push_back(hit.gaussian);
+    if (ids != traced.sequences[p]) ++different;
+  }
+  EXPECT_LE(different, exact.sequences.size() / 1000);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Proxies, TracerReference,
+    testing::Values(Case{AccelKind::tri20, ReferenceProxy::icosahedron20, false},
+                    Case{AccelKind::tri80, ReferenceProxy::icosphere80, false},
+                    Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false},
+                    Case{AccelKind::tlas_tri20, ReferenceProxy::icosahedron20, true},
+                    Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}));
+
+}  // namespace
+}  // namespace grtx::frontend

@@ -1,0 +1,69 @@
+// Intersection unit: exact start and result cycles for count, latency and interval, in queue order.
+#include "grtx/modules/rt_unit/intersection_unit.h"
+
+#include "grtx/base/error.h"
+
+#include <gtest/gtest.h>
+
+#include "systemc_fixture.h"
+
+namespace grtx::modules {
+namespace {
+
+class RtIntersectionUnitTest : public SystemCTest {};
+
+struct Case {
+  const char* what;
+  IntersectionUnit::Config config;
+  std::vector<unsigned> tests;  ///< of the operations queued in cycle 0
+  std::vector<std::pair<Cycle, LaneId>> results;
+};
+
+TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
+  const std::vector<Case> cases = {
+      {"one pipeline", {1, 13, 1}, {1, 1, 1}, {{14, 0}, {15, 1}, {16, 2}}},
+      {"interval", {1, 13, 3}, {1, 1, 1}, {{14, 0}, {17, 1}, {20, 2}}},
+      {"two pipelines", {2, 4, 1}, {1, 1, 1, 1}, {{5, 0}, {5, 1}, {6, 2}, {6, 3}}},
+      {"two pipelines, interval", {2, 4, 2}, {1, 1, 1, 1}, {{5, 0}, {5, 1}, {7, 2}, {7, 3}}},
+      {"latency 1", {4, 1, 1}, {1, 1}, {{2, 0}, {2, 1}}},
+      // Lane 0 holds its pipeline for six starts; lanes 2 and 3 follow lane 1 and overtake it.
+      {"several tests", {2, 4, 1}, {6, 1, 1, 2}, {{5, 1}, {6, 2}, {8, 3}, {10, 0}}},
+  };
+  unsigned number = 0;
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    IntersectionUnit unit(("unit" + std::to_string(number++)).c_str(), c.config, 1, ray_triangle_path());
+    for (std::size_t i = 0; i < c.tests.size(); ++i) unit.enqueue(0, static_cast<LaneId>(i), c.tests[i]);
+    std::vector<std::pair<Cycle, LaneId>> results;
+    for (Cycle now = 1; !unit.idle() && now < 100;) {
+      unit.collect(now, [&](LaneId id) { results.emplace_back(now, id); });
+      unit.start(now);
+      const Cycle next = unit.due();
+      EXPECT_GT(next, now);
+      now = next;  // nothing may be missed by jumping
+    }
+    EXPECT_EQ(results, c.results);
+    std::uint64_t tests = 0;
+    for (const unsigned t : c.tests) tests += t;
+    EXPECT_EQ(unit.counters().operations, c.tests.size());
+    EXPECT_EQ(unit.counters().tests, tests);
+    EXPECT_EQ(unit.counters().busy_cycles, tests * c.config.interval);
+  }
+}
+
+TEST_F(RtIntersectionUnitTest, OperatorsScaleWithPipelines) {
+  const IntersectionUnit unit("unit", {4, 13, 1}, 8, ray_box_path(6));
+  const auto operators = unit.inventory().operators;
+  ASSERT_EQ(operators.size(), 4u);
+  EXPECT_EQ(operators[0].count, 4u * 36u);  // six slab tests of six additions
+  EXPECT_EQ(operators[3].count, 4u * 12u);  // twelve exchanges order six children
+}
+
+TEST_F(RtIntersectionUnitTest, ZeroIsNoCountLatencyOrInterval) {
+  EXPECT_THROW(IntersectionUnit("a", {0, 1, 1}, 1, {}), Error);
+  EXPECT_THROW(IntersectionUnit("b", {1, 0, 1}, 1, {}), Error);
+  EXPECT_THROW(IntersectionUnit("c", {1, 1, 0}, 1, {}), Error);
+}
+
+}  // namespace
+}  // namespace grtx::modules

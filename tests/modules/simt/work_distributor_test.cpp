@@ -1,0 +1,201 @@
+// The work distributor: index order, round robin over SMs, one launch a cycle, slot reuse, the end.
+#include "grtx/modules/simt/work_distributor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <map>
+#include <memory>
+
+#include "systemc_fixture.h"
+
+namespace grtx::modules {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class ListSource final : public GroupSource {
+ public:
+  explicit ListSource(std::size_t n) : groups_(n) {
+    for (std::size_t i = 0; i < n; ++i) groups_[i].index = static_cast<std::uint32_t>(i);
+  }
+  std::uint64_t count() const override { return groups_.size(); }
+  const traces::RayGroup* acquire(std::uint64_t position) override {
+    acquired.push_back(position);
+    return &groups_.at(position);
+  }
+  void release(std::uint64_t position) override { released.push_back(position); }
+
+  void make_secondary(std::size_t first) {
+    for (std::size_t i = first; i < groups_.size(); ++i) groups_[i].kind = traces::RayKind::glass;
+  }
+
+  std::vector<std::uint64_t> acquired;
+  std::vector<std::uint64_t> released;
+
+ private:
+  std::vector<traces::RayGroup> groups_;
+};
+
+/// SMs that run each group for a time given by its index.
+class WorkBench {
+ public:
+  struct Seen {
+    Cycle cycle;
+    unsigned sm;
+    unsigned slot;
+    std::uint32_t group;
+    friend bool operator==(const Seen&, const Seen&) = default;
+  };
+
+  WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration,
+            bool stop = false)
+      : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots, stop}, source) {
+    for (unsigned sm = 0; sm < sms; ++sm) {
+      launches.emplace_back(std::make_unique<Link<LaunchWarp>>("launch", 1, slots));
+      ends.emplace_back(std::make_unique<Link<WarpEnded>>("ended", 1, slots));
+      distributor.launch[sm].bind(*launches[sm]);
+      distributor.ended[sm].bind(*ends[sm]);
+    }
+    process = std::make_unique<TickProcess>("sms", clock, [this, sms, duration](Cycle now) {
+      for (unsigned sm = 0; sm < sms; ++sm) {
+        while (const LaunchWarp* warp = launches[sm]->front(now)) {
+          seen.push_back({now, sm, warp->slot, warp->group->index});
+          const Cycle end = now + duration(warp->group->index);
+          running[end].push_back({sm, warp->slot});
+          clock.request(end);
+          launches[sm]->pop(now);
+        }
+      }
+      if (const auto due = running.find(now); due != running.end()) {
+        for (const auto& [sm, slot] : due->second) {
+          ends[sm]->push(now, WarpEnded{static_cast<std::uint16_t>(slot)});
+          clock.request(now + 1);
+        }
+        running.erase(due);
+      }
+    });
+  }
+
+  ListSource source;
+  ClockDomain clock;
+  WorkDistributor distributor;
+  std::vector<std::unique_ptr<Link<LaunchWarp>>> launches;
+  std::vector<std::unique_ptr<Link<WarpEnded>>> ends;
+  std::unique_ptr<TickProcess> process;
+  std::map<Cycle, std::vector<std::pair<unsigned, unsigned>>> running;
+  std::vector<Seen> seen;
+};
+
+class WorkDistributorTest : public SystemCTest {};
+
+TEST_F(WorkDistributorTest, OneGroupACycleRoundRobinLowestFreeSlot) {
+  WorkBench bench(6, 2, 3, [](std::uint32_t) { return 1000; });
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  EXPECT_THAT(bench.seen,
+              ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{4, 1, 1, 3}, S{5, 0, 2, 4}, S{6, 1, 2, 5}));
+}
+
+TEST_F(WorkDistributorTest, AFreedSlotIsReusedTheCycleItsEndIsSeen) {
+  // One SM, two slots; group 0 takes 10 cycles, the others 100.
+  WorkBench bench(4, 1, 2, [](std::uint32_t g) { return g == 0 ? Cycle{10} : Cycle{100}; });
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  // Group 0: seen in 1, ends in 11, its end is seen in 12, group 2 starts in 13 in the same slot. Group 1 ends in 102.
+  EXPECT_THAT(bench.seen, ElementsAre(S{1, 0, 0, 0}, S{2, 0, 1, 1}, S{13, 0, 0, 2}, S{104, 0, 1, 3}));
+  EXPECT_THAT(bench.source.released, ElementsAre(0, 1, 2, 3));
+  EXPECT_TRUE(bench.distributor.finished());
+  EXPECT_EQ(bench.distributor.end_cycle(), 205u);  // group 3 ends in 204
+}
+
+TEST_F(WorkDistributorTest, SecondaryGroupsWaitForTheLastPrimaryOne) {
+  // Slots are free all the time, yet groups 3 and 4 start only when the longest of 0 to 2 has ended.
+  WorkBench bench(5, 2, 4, [](std::uint32_t g) { return g == 1 ? Cycle{300} : Cycle{20}; });
+  bench.source.make_secondary(3);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  // Group 1: seen in 2, ends in 302, its end is seen in 303; group 3 is launched then and seen in 304.
+  EXPECT_THAT(bench.seen,
+              ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{304, 1, 0, 3}, S{305, 0, 0, 4}));
+  EXPECT_EQ(bench.distributor.primary_end_cycle(), 303u);
+  EXPECT_EQ(bench.distributor.end_cycle(), 326u);  // group 4 ends in 325
+  EXPECT_THAT(bench.source.acquired, ElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST_F(WorkDistributorTest, SkipsFullSmsAndKeepsIndexOrder) {
+  // SM 0 is held by long groups (even indices at first); later groups all go to SM 1.
+  WorkBench bench(10, 2, 1, [](std::uint32_t g) { return g == 0 ? Cycle{500} : Cycle{20}; });
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  ASSERT_EQ(bench.seen.size(), 10u);
+  for (std::uint32_t g = 0; g < 10; ++g) {
+    EXPECT_EQ(bench.seen[g].group, g);
+    EXPECT_EQ(bench.seen[g].sm, g == 0 ? 0u : 1u);
+  }
+  EXPECT_EQ(bench.distributor.launched_on(0), 1u);
+  EXPECT_EQ(bench.distributor.launched_on(1), 9u);
+  EXPECT_EQ(bench.source.released.size(), 10u);
+}
+
+TEST_F(WorkDistributorTest, FiresDoneOnceWhenTheLastGroupEnded) {
+  WorkBench bench(3, 2, 2, [](std::uint32_t) { return 50; });
+  unsigned fired = 0;
+  class Listener final : public sc_core::sc_module {
+   public:
+    SC_HAS_PROCESS(Listener);
+    Listener(const sc_core::sc_module_name& name, const sc_core::sc_event& event, unsigned& count)
+        : sc_module(name), count_(count) {
+      SC_METHOD(on_done);
+      sensitive << event;
+      dont_initialize();
+    }
+
+   private:
+    void on_done() { ++count_; }
+    unsigned& count_;
+  } listener("listener", bench.distributor.done(), fired);
+  run(bench.clock, 52);  // the last group is seen in 3 and ends in 53
+  EXPECT_EQ(fired, 0u);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
+  EXPECT_EQ(fired, 1u);
+  EXPECT_EQ(bench.distributor.end_cycle(), 54u);
+  EXPECT_TRUE(bench.distributor.idle());
+}
+
+TEST_F(WorkDistributorTest, StopsTheSimulationOnlyIfAsked) {
+  for (const bool stop : {false, true}) {
+    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
+    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
+    set_time_resolution_to_fs();
+    WorkBench bench(
+        1, 1, 1, [](std::uint32_t) { return 5; }, stop);
+    run(bench.clock, 100);
+    EXPECT_EQ(sc_core::sc_get_status() == sc_core::SC_STOPPED, stop);
+    EXPECT_TRUE(bench.distributor.finished());
+  }
+}
+
+TEST_F(WorkDistributorTest, ATraceWithoutGroupsEndsAtOnce) {
+  WorkBench bench(0, 2, 2, [](std::uint32_t) { return 5; });
+  EXPECT_TRUE(run_until_quiet(bench.clock, 100));
+  EXPECT_TRUE(bench.distributor.finished());
+  EXPECT_EQ(bench.distributor.end_cycle(), 0u);
+  EXPECT_THAT(bench.source.acquired, IsEmpty());
+}
+
+TEST_F(WorkDistributorTest, HoldsNoMoreGroupsThanThereAreSlots) {
+  WorkBench bench(200, 3, 4, [](std::uint32_t g) { return Cycle{1} + (g * 7919U) % 97; });
+  std::size_t most = 0;
+  TickProcess watch("watch", bench.clock,
+                    [&](Cycle) { most = std::max(most, bench.source.acquired.size() - bench.source.released.size()); });
+  EXPECT_TRUE(run_until_quiet(bench.clock, 100000));
+  EXPECT_EQ(bench.source.acquired.size(), 200u);
+  EXPECT_TRUE(std::is_sorted(bench.source.acquired.begin(), bench.source.acquired.end()));
+  EXPECT_EQ(bench.source.released.size(), 200u);
+  EXPECT_LE(most, 12u);
+}
+
+}  // namespace
+}  // namespace grtx::modules

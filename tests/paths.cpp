@@ -1,0 +1,10 @@
+#include "paths.h"
+
+namespace grtx::paths {
+
+std::string source_dir() { return GRTX_SOURCE_DIR; }
+std::string program() { return GRTX_PROGRAM; }
+std::string own_dram() { return GRTX_OWN_DRAM; }
+std::string charts_folder() { return GRTX_CHARTS_FOLDER; }
+
+}  // namespace grtx::paths

@@ -1,0 +1,14 @@
+// Where the tests find the source tree and the programs they run. One file knows, so that a compiler cache can serve
+// the others in any folder.
+#pragma once
+
+#include <string>
+
+namespace grtx::paths {
+
+std::string source_dir();     ///< the checkout
+std::string program();        ///< grtx
+std::string own_dram();       ///< examples/own_dram
+std::string charts_folder();  ///< the chart library as it was fetched; empty: built without charts
+
+}  // namespace grtx::paths

@@ -1,0 +1,311 @@
+// The resources of fast mode give what plain tables give.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "grtx/rtl_tlm/estimate/fast/bank_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/near_cycle.h"
+#include "grtx/rtl_tlm/estimate/fast/place_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/place_ring.h"
+#include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/response_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
+
+namespace grtx::tlm {
+namespace {
+
+class SpanCalendarTest : public ::testing::TestWithParam<unsigned> {};
+
+TEST_P(SpanCalendarTest, EqualsASetOfBusyCycles) {
+  const unsigned span = GetParam();
+  SpanCalendar calendar(span);
+  std::set<Cycle> busy;
+  std::mt19937_64 random(5);
+  Cycle now = 0;
+  for (int step = 0; step < 5000; ++step) {
+    if (step % 40 == 39) {
+      now += random() % (400 * span);  // so that no backlog outgrows what is kept
+      calendar.advance(now);
+    }
+    const Cycle wish = now + random() % 300;
+    Cycle first = wish;
+    for (unsigned i = 0; i < span;) {
+      if (busy.contains(first + i)) {
+        first += i + 1;
+        i = 0;
+      } else {
+        ++i;
+      }
+    }
+    for (unsigned i = 0; i < span; ++i) busy.insert(first + i);
+    ASSERT_EQ(calendar.reserve(wish), first) << "step " << step << " wish " << wish;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Spans, SpanCalendarTest, ::testing::Values(1u, 4u, 10u, 64u, 150u));
+
+TEST(SpanCalendarLimits, WhatLiesFarAheadComesInOrder) {
+  SpanCalendar calendar(4);
+  const Cycle first = calendar.reserve(1000000);
+  EXPECT_EQ(first, 1000000u);
+  EXPECT_EQ(calendar.reserve(1000000), first + 4);
+  EXPECT_EQ(calendar.reserve(7), 7u);
+}
+
+TEST(BankCalendarTest, EqualsASetOfBanksAndCycles) {
+  for (const unsigned banks : {1u, 3u, 4u, 64u}) {
+    BankCalendar calendar(banks);
+    std::set<std::pair<unsigned, Cycle>> busy;
+    std::mt19937_64 random(banks);
+    Cycle now = 0;
+    for (int step = 0; step < 20000; ++step) {
+      if (step % 50 == 49) {
+        now += random() % 100;
+        calendar.advance(now);
+      }
+      const std::uint64_t sector = random() % 1000;
+      const unsigned bank = calendar.bank(sector);
+      ASSERT_EQ(bank, sector % banks);
+      Cycle wish = now + random() % 60;
+      const Cycle got = calendar.reserve(bank, wish);
+      while (!busy.insert({bank, wish}).second) ++wish;
+      ASSERT_EQ(got, wish) << "step " << step;
+    }
+  }
+}
+
+TEST(BankCalendarTest, RunsAreTheBanksOfConsecutiveSectorsInConsecutiveCycles) {
+  for (const unsigned banks : {1u, 3u, 4u, 64u}) {
+    BankCalendar calendar(banks);
+    std::set<std::pair<unsigned, Cycle>> busy;
+    std::mt19937_64 random(banks);
+    Cycle now = 0;
+    unsigned taken = 0, refused = 0;
+    for (int step = 0; step < 20000; ++step) {
+      if (step % 50 == 49) {
+        now += random() % 100;
+        calendar.advance(now);
+      }
+      const unsigned count = 1 + static_cast<unsigned>(random() % 8);
+      const unsigned bank = static_cast<unsigned>(random() % banks);
+      const Cycle from = now + random() % 150;
+      bool free = true;
+      for (unsigned i = 0; i < count; ++i) free = free && !busy.contains({(bank + i) % banks, from + i});
+      const bool shares = step % 7 == 0;
+      if (shares) {
+        calendar.share_run(bank, from, count);
+      } else {
+        ASSERT_EQ(calendar.reserve_run(bank, from, count), free) << "step " << step;
+        ++(free ? taken : refused);
+      }
+      for (unsigned i = 0; i < count && (free || shares); ++i) busy.insert({(bank + i) % banks, from + i});
+    }
+    EXPECT_GT(taken, 1000u);
+    EXPECT_GT(refused, 1000u);
+  }
+}
+
+TEST(PortCalendarTest, RunsAreTakenWhenEachOfTheirCyclesIsFree) {
+  PortCalendar calendar;
+  std::set<Cycle> busy;
+  std::mt19937_64 random(4);
+  Cycle now = 0;
+  unsigned taken = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 50 == 49) {
+      now += random() % 300;
+      calendar.advance(now);
+    }
+    Cycle from = now + random() % 200;
+    if (step % 2 == 0) {
+      const Cycle got = calendar.reserve(from);
+      while (!busy.insert(from).second) ++from;
+      ASSERT_EQ(got, from) << "step " << step;
+      continue;
+    }
+    const unsigned count = 1 + static_cast<unsigned>(random() % 5);
+    bool free = true;
+    for (unsigned i = 0; i < count; ++i) free = free && !busy.contains(from + i);
+    const bool got = calendar.reserve_run(from, count);
+    ASSERT_TRUE(free || !got) << "step " << step;
+    ASSERT_TRUE(got || !free || from % 64 + count > 64) << "step " << step;  // no run reaches into the next word
+    for (unsigned i = 0; i < count && got; ++i) busy.insert(from + i);
+    taken += got;
+  }
+  EXPECT_GT(taken, 1000u);
+}
+
+// The port itself, cycle by cycle: what has been due longest first, a hit before a fill of the same cycle. Fills are
+// reserved long before they come, hits when they come; all that the calendar cannot do is to tell fills of hits that
+// were not known when they reserved.
+TEST(ResponseCalendarTest, GivesHitsWhatAQueueOfHitsAndOneOfFillsGiveThem) {
+  std::mt19937_64 random(11);
+  unsigned waited = 0, passed = 0;
+  for (int round = 0; round < 200; ++round) {
+    ResponseCalendar calendar;
+    constexpr Cycle kCycles = 300;
+    const unsigned load = 1 + static_cast<unsigned>(random() % 10);  // tenths of the cycles in which something is due
+    std::vector<bool> hit_due(kCycles), fill_due(kCycles);
+    for (Cycle at = 0; at < kCycles; ++at) {
+      hit_due[at] = random() % 20 < load;
+      fill_due[at] = random() % 20 < load;
+    }
+    for (Cycle at = 0; at < kCycles; ++at) {
+      if (fill_due[at]) {
+        EXPECT_GE(calendar.reserve_fill(at), at);
+      }
+    }
+    std::deque<Cycle> hits, fills;
+    std::vector<Cycle> hit_left;
+    for (Cycle now = 0; now < 3 * kCycles; ++now) {
+      if (now < kCycles && hit_due[now]) hits.push_back(now);
+      if (now < kCycles && fill_due[now]) fills.push_back(now);
+      if (!hits.empty() && (fills.empty() || hits.front() <= fills.front())) {
+        passed += !fills.empty();
+        waited += now > hits.front();
+        hits.pop_front();
+        hit_left.push_back(now);
+      } else if (!fills.empty()) {
+        fills.pop_front();
+      }
+    }
+    std::size_t i = 0;
+    for (Cycle at = 0; at < kCycles; ++at) {
+      if (!hit_due[at]) continue;
+      ASSERT_EQ(calendar.reserve_hit(at), hit_left[i]) << "round " << round << " due " << at;
+      ++i;
+    }
+  }
+  EXPECT_GT(waited, 1000u);
+  EXPECT_GT(passed, 1000u);
+}
+
+TEST(ResponseCalendarTest, RunsAreTakenWhereNobodyIs) {
+  ResponseCalendar calendar;
+  EXPECT_EQ(calendar.reserve_fill(10), 10u);
+  EXPECT_FALSE(calendar.reserve_run(11, 2, true)) << "10 is taken";
+  EXPECT_TRUE(calendar.reserve_run(14, 3, false));
+  EXPECT_EQ(calendar.reserve_hit(12), 12u) << "a hit goes before a fill that is due in the same cycle";
+  EXPECT_EQ(calendar.reserve_fill(11), 11u);
+  EXPECT_EQ(calendar.reserve_fill(12), 16u) << "the three fills are one cycle later";
+  EXPECT_TRUE(calendar.reserve_run(21, 2, true));
+  EXPECT_EQ(calendar.reserve_hit(20), 22u) << "hits keep their places";
+  calendar.advance(100000);
+  EXPECT_EQ(calendar.reserve_hit(5), 100000u / 64 * 64) << "past cycles are not given";
+}
+
+// Whoever comes waits for one item of each of the others at most, and no cycle serves two.
+TEST(TurnCalendarTest, NobodyWaitsForTwoItemsOfAnother) {
+  TurnCalendar calendar;
+  std::map<Cycle, unsigned> owner;
+  std::mt19937_64 random(6);
+  Cycle now = 0;
+  unsigned displaced = 0, waited = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 40 == 39) {
+      now += 45;
+      calendar.advance(now);
+    }
+    const unsigned client = static_cast<unsigned>(random() % 5) * 50;
+    const Cycle from = now + random() % 60;
+    const TurnCalendar::Place place = calendar.reserve(from, client);
+    ASSERT_GE(place.cycle, from);
+    std::map<unsigned, unsigned> before;
+    for (Cycle at = from; at < place.cycle; ++at) {
+      ASSERT_TRUE(owner.contains(at)) << "step " << step << ": cycle " << at << " was free";
+      if (owner[at] == client) continue;
+      ASSERT_EQ(++before[owner[at]], 1u) << "step " << step << " at " << at;
+    }
+    waited += place.cycle > from;
+    if (place.displaced == TurnCalendar::kNobody) {
+      ASSERT_FALSE(owner.contains(place.cycle)) << "step " << step;
+    } else {
+      ++displaced;
+      ASSERT_NE(place.displaced, client);
+      ASSERT_EQ(owner[place.cycle], place.displaced) << "step " << step;
+      ASSERT_EQ(before[place.displaced], 1u) << "step " << step << ": it had not had its turn";
+      Cycle free = place.cycle;
+      while (owner.contains(free)) ++free;
+      owner[free] = place.displaced;
+    }
+    owner[place.cycle] = client;
+  }
+  EXPECT_GT(displaced, 1000u);
+  EXPECT_GT(waited, 2000u);
+}
+
+TEST(TurnCalendarTest, WhatLiesFarAheadComesInOrder) {
+  TurnCalendar calendar;
+  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000000u);
+  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000001u);
+  EXPECT_EQ(calendar.reserve(7, 3).cycle, 7u);
+}
+
+TEST(PlaceCalendarTest, EqualsASortedListOfThoseInside) {
+  constexpr std::size_t kPlaces = 20;
+  PlaceCalendar calendar(kPlaces);
+  std::multiset<Cycle> inside;
+  std::mt19937_64 random(9);
+  Cycle now = 0;
+  std::size_t waited = 0;
+  for (int step = 0; step < 20000; ++step) {
+    now += random() % 20;
+    Cycle room = now;
+    inside.erase(inside.begin(), inside.upper_bound(room));
+    while (inside.size() >= kPlaces) {
+      room = *inside.begin();
+      inside.erase(inside.begin(), inside.upper_bound(room));
+    }
+    waited += room > now ? 1 : 0;
+    ASSERT_EQ(calendar.room(now), room) << "step " << step;
+    now = room;
+    const Cycle until = now + 1 + random() % (step % 100 == 0 ? 5000 : 400);
+    const unsigned count = step % 10 == 0 ? 3 : 1;
+    calendar.take(until, count);
+    for (unsigned i = 0; i < count; ++i) inside.insert(until);
+  }
+  EXPECT_GT(waited, 1000u);
+}
+
+TEST(PlaceRingTest, HasRoomWhenTheOneSoManyPlacesAgoHasLeft) {
+  PlaceRing ring(2);
+  EXPECT_EQ(ring.room(), 0u);
+  ring.take(10);
+  EXPECT_EQ(ring.room(), 0u);
+  ring.take(7);
+  EXPECT_EQ(ring.room(), 10u);
+  ring.take(30);
+  EXPECT_EQ(ring.room(), 7u);
+}
+
+TEST(PlaceRingTest, HasRoomForSeveralWhenAsManyHaveLeft) {
+  PlaceRing ring(3);
+  ring.take(10, 2);
+  ring.take(25);
+  EXPECT_EQ(ring.room(1), 10u);
+  EXPECT_EQ(ring.room(2), 10u);
+  EXPECT_EQ(ring.room(3), 25u);
+  EXPECT_EQ(ring.room(9), 25u) << "more than there are places: for as many as there are";
+  ring.take(40);
+  EXPECT_EQ(ring.room(2), 25u);
+}
+
+TEST(NearCycleTest, IsTheCycleWithinReachOfThePresent) {
+  for (const Cycle now : {Cycle{0}, Cycle{5000}, Cycle{1} << 32, (Cycle{7} << 32) - 3}) {
+    for (const Cycle ahead : {Cycle{0}, Cycle{1}, Cycle{123456}, NearCycle::kReach - 1}) {
+      EXPECT_EQ(NearCycle(now + ahead).at(now), now + ahead);
+      if (ahead <= now) {
+        EXPECT_EQ(NearCycle(now - ahead).at(now), now - ahead);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grtx::tlm

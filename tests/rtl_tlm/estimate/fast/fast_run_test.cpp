@@ -1,0 +1,127 @@
+// Fast mode against cycle mode, on random traces: close in cycles, and in what the caches saw.
+#include "grtx/rtl_tlm/estimate/fast/fast_run.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "grtx/base/error.h"
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+#include "paths.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+using traces::testing::RandomOptions;
+using traces::testing::TemporaryFile;
+
+class FastRunTest : public ::testing::TestWithParam<bool> {
+ protected:
+  explicit FastRunTest(bool checkpoint = GetParam()) {
+    RandomOptions random;
+    random.seed = 3;
+    random.groups = 96;
+    random.depth = 4;
+    random.warp_size = 8;
+    random.checkpoint = checkpoint;
+    auto trace = traces::testing::random_trace(random);
+    traces::testing::write_trace(file_.path(), trace.header, trace.groups);
+  }
+  ordered_json cycle_mode() const {
+    ChildProcess child("cycle", [this] { return simulate(file_.path(), config_, {}).document.at("stats").dump(); });
+    return ordered_json::parse(child.result());
+  }
+  FastRun whole(const traces::Reader& reader) const {
+    std::vector<std::uint64_t> groups(reader.group_count());
+    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+    return run_fast(reader, groups, first_launches(reader, groups, config_), config_, {});
+  }
+
+  TemporaryFile file_{"fast"};
+  GpuConfig config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
+};
+
+TEST_P(FastRunTest, IsCloseToCycleMode) {
+  const ordered_json stats = cycle_mode();
+  const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
+  const traces::Reader reader(file_.path());
+  const FastRun run = whole(reader);
+  // These warps are short: some latencies that the model leaves out count more than in a scene.
+  EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.counters.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.counters.dram.channel.bursts) / value("gpu.dram.bursts"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
+}
+
+TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {
+  const traces::Reader reader(file_.path());
+  std::vector<std::uint32_t> decoded;
+  std::vector<std::uint64_t> groups = {3, 7, 8, 40, 95};
+  const auto count = [&decoded](const traces::RayGroup& group) { decoded.push_back(group.index); };
+  const FastRun run = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, count);
+  EXPECT_EQ(decoded, (std::vector<std::uint32_t>{3, 7, 8, 40, 95}));
+  ASSERT_EQ(run.group_end.size(), groups.size());
+  for (const Cycle end : run.group_end) EXPECT_GT(end, 0U);
+  EXPECT_EQ(run.cycles(), *std::max_element(run.group_end.begin(), run.group_end.end()));
+  EXPECT_EQ(run.group_sm[0], 1U);
+  EXPECT_EQ(run.group_sm[1], 1U);
+  const FastRun again = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, {});
+  EXPECT_EQ(run.group_end, again.group_end);
+}
+
+TEST_P(FastRunTest, PerfectCachesAskNobody) {
+  const traces::Reader reader(file_.path());
+  // A DRAM that counts: with the present one, which warp is the last matters more.
+  config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml", {"dram.fixed_latency=2000"});
+  const Cycle with = whole(reader).cycles();
+  config_.l2.perfect = true;
+  const FastRun no_dram = whole(reader);
+  EXPECT_EQ(no_dram.counters.dram.responses, 0U);
+  EXPECT_GT(no_dram.counters.l2.accesses(), 0U);
+  EXPECT_LT(no_dram.cycles(), with);
+  config_.l1.perfect = true;
+  const FastRun no_l2 = whole(reader);
+  EXPECT_EQ(no_l2.counters.l2.accesses(), 0U);
+  EXPECT_LT(no_l2.cycles(), no_dram.cycles());
+}
+
+// The decoder lets such a trace pass; so do the hashes of a file that was written so.
+TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
+  RandomOptions random;
+  random.seed = 3;
+  random.groups = 96;
+  random.depth = 4;
+  random.warp_size = 8;
+  random.checkpoint = true;
+  auto trace = traces::testing::random_trace(random);
+  std::size_t replays = 0;
+  for (const auto& group : trace.groups) {
+    for (const auto& ray : group.rays) {
+      for (const auto& round : ray.rounds) replays += round.replay ? 1 : 0;
+    }
+  }
+  ASSERT_GT(replays, 0U);
+  trace.header.checkpoint = false;
+  trace.header.checkpoint_capacity = 0;
+  const TemporaryFile file{"fast"};
+  traces::testing::write_trace(file.path(), trace.header, trace.groups);
+  const traces::Reader reader(file.path());
+  std::vector<std::uint64_t> groups(reader.group_count());
+  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
+  try {
+    run_fast(reader, groups, {}, config, {});
+    FAIL() << "it ran";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("although checkpointing is off"), std::string::npos);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Checkpointing, FastRunTest, ::testing::Bool());
+
+}  // namespace
+}  // namespace grtx::tlm

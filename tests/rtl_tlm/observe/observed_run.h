@@ -1,0 +1,72 @@
+// A run of a random trace on the small GPU in a process of its own, for tests of what observers write.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+#include "paths.h"
+
+namespace grtx::tlm::test {
+
+class ObservedRun {
+ public:
+  explicit ObservedRun(bool checkpoint = true, bool two_level = true) {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              ("grtx_observed_" + std::to_string(::getpid()) + "_" + std::to_string(++count()));
+    std::filesystem::create_directories(folder_);
+    traces::testing::RandomOptions random;
+    random.seed = 11;
+    random.groups = 12;
+    random.warp_size = 32;
+    random.two_level = two_level;
+    random.checkpoint = checkpoint;
+    random.capacity = checkpoint ? 1000 : 0;
+    auto trace = traces::testing::random_trace(random);
+    for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;
+    traces::testing::write_trace(path("t.grtx"), trace.header, trace.groups);
+  }
+  ~ObservedRun() { std::filesystem::remove_all(folder_); }
+  ObservedRun(const ObservedRun&) = delete;
+  ObservedRun& operator=(const ObservedRun&) = delete;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// Runs with `options`; returns the statistics. Fails the test when a conservation law does not hold.
+  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {}) const {
+    ChildProcess child("simulation", [&] {
+      const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
+      const SimulationResult result = simulate(path("t.grtx"), config, options);
+      nlohmann::ordered_json answer = {{"stats", result.document.at("stats")},
+                                       {"violations", result.violations},
+                                       {"pixel_cycles", result.pixel_cycles}};
+      return answer.dump();
+    });
+    const auto answer = nlohmann::ordered_json::parse(child.result());
+    EXPECT_EQ(answer.at("violations").size(), 0U) << answer.at("violations").dump();
+    pixel_cycles_ = answer.at("pixel_cycles").get<std::vector<std::uint64_t>>();
+    return answer.at("stats");
+  }
+  const std::vector<std::uint64_t>& pixel_cycles() const { return pixel_cycles_; }
+
+ private:
+  static int& count() {
+    static int value = 0;
+    return value;
+  }
+  std::filesystem::path folder_;
+  mutable std::vector<std::uint64_t> pixel_cycles_;
+};
+
+inline std::uint64_t statistic(const nlohmann::ordered_json& stats, const std::string& name) {
+  return stats.at(name).at("value").get<std::uint64_t>();
+}
+
+}  // namespace grtx::tlm::test

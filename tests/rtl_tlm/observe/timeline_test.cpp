@@ -1,0 +1,178 @@
+// The timeline keeps the rules of the trace-event format, and its slices last as long as the statistics say.
+#include "grtx/rtl_tlm/observe/timeline.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/modules/simt/simt_counters.h"
+#include "observed_run.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::json;
+using test::statistic;
+
+/// What a viewer makes of the file. Throws std::runtime_error for what the format forbids.
+struct TimelineFile {
+  struct Slice {
+    std::string track, name;
+    double begin = 0, end = 0;
+    std::size_t depth = 0;  ///< 0: outermost
+  };
+  std::vector<Slice> slices;
+  std::map<std::string, std::vector<std::pair<double, double>>> counters;  ///< name -> (time, value)
+  std::set<std::string> tracks;
+
+  explicit TimelineFile(const std::string& text) {
+    const json file = json::parse(text);
+    std::map<std::pair<int, int>, std::string> names;
+    std::map<int, std::string> processes;
+    std::map<std::pair<int, int>, std::vector<Slice>> open;
+    std::map<std::pair<int, int>, double> time;
+    for (const json& event : file.at("traceEvents")) {
+      const std::string phase = event.at("ph");
+      const std::pair<int, int> at{event.at("pid"), event.at("tid")};
+      const double ts = event.at("ts");
+      if (ts < 0) throw std::runtime_error("negative time");
+      if (phase == "M") {
+        const std::string what = event.at("name");
+        if (what == "process_name") processes[at.first] = event.at("args").at("name");
+        if (what == "thread_name") {
+          names[at] = processes.at(at.first) + "." + event.at("args").at("name").get<std::string>();
+          if (!tracks.insert(names[at]).second) throw std::runtime_error("two tracks of one name: " + names[at]);
+        }
+      } else if (phase == "B") {
+        if (ts < time[at]) throw std::runtime_error("time goes back on " + names.at(at));
+        time[at] = ts;
+        open[at].push_back({names.at(at), event.at("name"), ts, 0, open[at].size()});
+      } else if (phase == "E") {
+        if (ts < time[at] || open[at].empty()) throw std::runtime_error("an end without begin on " + names.at(at));
+        time[at] = ts;
+        open[at].back().end = ts;
+        slices.push_back(open[at].back());
+        open[at].pop_back();
+      } else if (phase == "C") {
+        const std::string name = processes.at(at.first) + "." + event.at("name").get<std::string>();
+        for (const auto& [series, value] : event.at("args").items()) {
+          auto& values = counters[name];
+          if (!values.empty() && ts <= values.back().first) throw std::runtime_error("a counter goes back: " + name);
+          values.emplace_back(ts, value.get<double>());
+        }
+      } else {
+        throw std::runtime_error("unknown phase " + phase);
+      }
+    }
+    for (const auto& [at, slice] : open) {
+      if (!slice.empty()) throw std::runtime_error("a slice without end on " + names.at(at));
+    }
+  }
+};
+
+class TimelineTest : public ::testing::Test {
+ protected:
+  TimelineFile record(const CycleWindow& window = {}) {
+    SimulationOptions options;
+    options.timeline.path = run_.path("t.json");
+    options.timeline.window = window;
+    stats_ = run_.run(options);
+    return TimelineFile(read_file(options.timeline.path));
+  }
+  test::ObservedRun run_;
+  nlohmann::ordered_json stats_;
+};
+
+TEST_F(TimelineTest, SlicesLastAsLongAsTheStatisticsSay) {
+  const TimelineFile file = record();
+  std::map<std::string, double> activity, scheduler;
+  std::size_t warps = 0, rounds = 0;
+  for (const TimelineFile::Slice& slice : file.slices) {
+    const double cycles = slice.end - slice.begin;
+    if (slice.track.find("warp slot") != std::string::npos) {
+      if (slice.depth == 0) ++warps;
+      if (slice.depth == 1) ++rounds;
+      if (slice.depth == 2) activity[slice.name] += cycles;
+      EXPECT_LE(slice.depth, 2U);
+    }
+    if (slice.track.ends_with(".rt_scheduler")) scheduler[slice.name] += cycles;
+  }
+  EXPECT_EQ(warps, 12U);
+  EXPECT_GE(rounds, warps);
+  for (const auto name : modules::kWarpActivityNames) {
+    const std::string key(name);
+    EXPECT_EQ(activity[key], static_cast<double>(statistic(stats_, "gpu.simt.warp_cycles." + key))) << key;
+  }
+  EXPECT_EQ(scheduler["issue"], static_cast<double>(statistic(stats_, "gpu.rt.selections")));
+  for (const char* reason : {"memory", "checkpoint", "unit", "any_hit"}) {
+    EXPECT_EQ(scheduler[reason], static_cast<double>(statistic(stats_, std::string("gpu.rt.stall.") + reason)))
+        << reason;
+  }
+}
+
+TEST_F(TimelineTest, SlicesNestAndCountersAreThere) {
+  const TimelineFile file = record();
+  for (const char* track : {"gpu.sm0.warp slot 0", "gpu.sm1.rt_scheduler", "gpu.sm0.ray_box", "gpu.sm1.l1d",
+                            "gpu.memory.l2_slice0", "gpu.memory.dram.channel1"}) {
+    EXPECT_TRUE(file.tracks.contains(track)) << track;
+  }
+  std::map<std::string, std::vector<TimelineFile::Slice>> inner;  // ended, waiting for what encloses them
+  for (const TimelineFile::Slice& slice : file.slices) {
+    EXPECT_LT(slice.begin, slice.end) << slice.track << " " << slice.name;
+    auto& waiting = inner[slice.track];
+    while (!waiting.empty() && waiting.back().depth > slice.depth) {
+      EXPECT_GE(waiting.back().begin, slice.begin);
+      EXPECT_LE(waiting.back().end, slice.end);
+      waiting.pop_back();
+    }
+    waiting.push_back(slice);
+  }
+  for (const char* name :
+       {"gpu.sm0.RT occupancy", "gpu.sm0.L1 node hit rate", "gpu.memory.L2 hit rate", "gpu.memory.DRAM bandwidth"}) {
+    ASSERT_TRUE(file.counters.contains(name)) << name;
+    EXPECT_GT(file.counters.at(name).size(), 10U) << name;
+  }
+  for (const auto& [time, value] : file.counters.at("gpu.sm0.L1 node hit rate")) EXPECT_TRUE(value >= 0 && value <= 1);
+  // The mean of the counter, weighted by its intervals, is the statistic.
+  const auto& bandwidth = file.counters.at("gpu.memory.DRAM bandwidth");
+  double bytes = 0, end = 0;
+  for (const TimelineFile::Slice& slice : file.slices) end = std::max(end, slice.end);
+  for (std::size_t i = 0; i < bandwidth.size(); ++i) {
+    bytes += bandwidth[i].second * ((i + 1 < bandwidth.size() ? bandwidth[i + 1].first : 0) - bandwidth[i].first) *
+             (i + 1 < bandwidth.size() ? 1 : 0);
+  }
+  EXPECT_GT(bytes, 0.9 * static_cast<double>(statistic(stats_, "gpu.dram.bytes")) - 256.0 * 100);
+  EXPECT_LE(bytes, static_cast<double>(statistic(stats_, "gpu.dram.bytes")) + 1);
+}
+
+TEST_F(TimelineTest, AWindowCutsSlices) {
+  const TimelineFile file = record({2000, 2999});
+  EXPECT_FALSE(file.slices.empty());
+  for (const TimelineFile::Slice& slice : file.slices) {
+    EXPECT_GE(slice.begin, 2000);
+    EXPECT_LE(slice.end, 3000);
+  }
+  for (const auto& [name, values] : file.counters) EXPECT_GE(values.front().first, 2000) << name;
+}
+
+TEST(TraceEventWriter, EndsWhatIsOpenAndQuotesNames) {
+  const traces::testing::TemporaryFile path("timeline");
+  TraceEventWriter writer(path.path(), {{"trace", "\"a\\b\""}});
+  const unsigned process = writer.process("p \"1\"");
+  const auto track = writer.track(process, "t");
+  writer.begin(track, 1, "outer", {{"group", 7}});
+  writer.begin(track, 2, "inner");
+  EXPECT_EQ(writer.depth(track), 2U);
+  writer.finish(5);
+  const std::string text = read_file(path.path());
+  EXPECT_EQ(json::parse(text).at("otherData").at("trace"), "\"a\\b\"");
+  const TimelineFile file(text);
+  ASSERT_EQ(file.slices.size(), 2U);
+  EXPECT_EQ(file.slices[0].name, "inner");
+  EXPECT_EQ(file.slices[1].end, 5);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,684 @@
+// A second implementation of the RT unit: one file, no SystemC, no skipping, every cycle ticked, lanes kept as plain
+// structs. Written from docs/modules/{rt_scheduler,warp_buffer,memory_scheduler,intersection_units,checkpoint_unit,
+// sibling_prefetcher,stack_unit}.md, so that the pages, the SystemC model and this file check one another to the cycle.
+// It brings the surroundings of RtBench with it: a SIMT core that answers after a fixed time, and memories of fixed
+// latency.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+#include <vector>
+
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::tlm::test {
+
+class PlainRtUnit {
+ public:
+  struct Done {
+    unsigned slot, round;
+    std::uint64_t cycle;
+    friend bool operator==(const Done&, const Done&) = default;
+  };
+  struct Batch {
+    unsigned slot, round;
+    std::uint64_t lanes;
+    std::uint64_t cycle;
+    friend bool operator==(const Batch&, const Batch&) = default;
+  };
+  struct Request {
+    std::uint64_t address;
+    bool write;
+    std::uint64_t cycle;
+    friend bool operator==(const Request&, const Request&) = default;
+  };
+  std::vector<Done> dones;
+  std::vector<Batch> batches;
+  std::vector<Request> requests[4];  ///< node, checkpoint, prefetch, stack
+
+  PlainRtUnit(const RtUnitConfig& config, const traces::Header& header, const modules::MemoryMap& map,
+              unsigned memory_latency, unsigned any_hit_cycles)
+      : config_(config), header_(header), map_(map), memory_latency_(memory_latency), any_hit_cycles_(any_hit_cycles) {
+    warps_.resize(config.warp_buffer.entries);
+    const bool procedural = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+    const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
+      return Unit{c.count, c.latency, c.interval, std::vector<std::uint64_t>(c.count, 0), {}, {}};
+    };
+    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+              pipelines(config.ray_transform)};
+    leaf_unit_ = procedural ? 2 : 1;
+  }
+
+  void launch(const traces::RayGroup& group, unsigned slot) {
+    groups_.resize(std::max<std::size_t>(groups_.size(), slot + std::size_t{1}));
+    groups_[slot] = &group;
+    to_call_.push_back({slot, 0});
+  }
+  void run(std::uint64_t limit = 1'000'000) {
+    for (now_ = 0; now_ < limit; ++now_) {
+      surroundings();
+      take_results();
+      start_operations();
+      take_responses();
+      issue();
+      hand_over();
+      any_hit();
+      retire();
+      schedule();
+      accept();
+      if (to_call_.empty() && calls_.empty() && pending_calls_ == 0 && idle()) return;
+    }
+    throw std::runtime_error("the plain RT unit does not come to an end");
+  }
+
+ private:
+  enum class State { absent, ready, memory, unit, any_hit_wait, any_hit_run, read, write, stack, finished };
+  struct Record {  // of the sibling prefetcher
+    std::uint64_t node_address, child_base;
+    const traces::NodeDefinition* node;
+    unsigned hit;
+    bool triggered = false;
+  };
+  struct Lane {
+    State state = State::absent;
+    const traces::Ray* ray = nullptr;
+    std::size_t next = 0, end = 0;    // events of the round
+    std::uint64_t waiting_since = 0;  // any-hit
+    // checkpoint unit
+    unsigned to_write = 0;  // entries submitted, not yet taken
+    bool flush = false;     // the open sector is an item behind them
+    std::uint64_t written = 0, reads = 0, source = 0;
+    std::optional<std::uint64_t> open_sector, held_sector;
+    unsigned sectors_due = 0;  // of the entry being read
+    std::deque<Record> records;
+    // stack unit
+    std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
+    unsigned held_back = 0;                // checkpoint entries that wait for the stack
+  };
+  struct Warp {
+    bool used = false;
+    unsigned slot = 0, round = 0;
+    std::uint64_t age = 0;
+    bool shader_busy = false;
+    Lane lanes[32];
+  };
+  using LaneName = std::pair<unsigned, unsigned>;  // entry, lane
+  struct Operation {
+    LaneName lane;
+    std::uint64_t queued;
+    unsigned tests;
+  };
+  struct Result {
+    std::uint64_t due, order;
+    LaneName lane;
+  };
+  struct Unit {
+    unsigned count, latency, interval;
+    std::vector<std::uint64_t> free_from;
+    std::deque<Operation> queue;
+    std::vector<Result> flying;
+  };
+  struct Fetch {
+    unsigned entry;
+    std::uint64_t address;
+    bool header;
+    traces::NodeKind kind;
+    std::vector<unsigned> lanes;
+    std::vector<std::uint64_t> sectors;
+    std::size_t sent = 0, back = 0;
+    std::uint64_t opened;
+  };
+  struct Response {
+    std::uint64_t visible;
+    std::size_t what;  // node: fetch number; checkpoint: see below
+  };
+
+  // --- what the trace says -----------------------------------------------------------------------------------------
+  const traces::Event& event(const Lane& lane) const { return lane.ray->events[lane.next]; }
+  const traces::NodeDefinition& definition(const Warp& warp, const traces::Event& e) const {
+    return groups_[warp.slot]->nodes[e.node];
+  }
+  std::uint64_t stored(traces::NodeKind kind) const { return traces::node_bytes(kind, header_.bvh_width); }
+
+  // --- SIMT core and memory as in RtBench --------------------------------------------------------------------------
+  void surroundings() {
+    // Retired and fired in cycle c, seen here in c + 1. This stage runs before those that take messages, so a place
+    // freed in a cycle is free from the next one on, as in a Link.
+    while (!done_messages_.empty() && done_messages_.front().cycle + 1 <= now_) {
+      const Done done = done_messages_.front();
+      done_messages_.pop_front();
+      --pending_calls_;
+      if (rounds(done.slot) > done.round + 1) to_call_.push_back({done.slot, done.round + 1});
+    }
+    while (!batch_messages_.empty() && batch_messages_.front().cycle + 1 <= now_) {
+      const Batch batch = batch_messages_.front();
+      batch_messages_.pop_front();
+      shading_.push_back({now_ + any_hit_cycles_, batch});
+    }
+    if (!shading_.empty() && shading_.front().first <= now_ && shaded_.size() < 2) {
+      shaded_.push_back({now_ + 1, shading_.front().second});
+      shading_.pop_front();
+    }
+    if (!to_call_.empty() && calls_.size() < 2) {
+      calls_.push_back({now_ + 1, to_call_.front()});
+      to_call_.pop_front();
+      ++pending_calls_;
+    }
+  }
+  std::size_t rounds(unsigned slot) const {
+    std::size_t most = 0;
+    for (const auto& ray : groups_[slot]->rays) most = std::max(most, ray.rounds.size());
+    return most;
+  }
+
+  // --- 1 results ---------------------------------------------------------------------------------------------------
+  void take_results() {
+    for (Unit& unit : units_) {
+      std::sort(unit.flying.begin(), unit.flying.end(),
+                [](const Result& a, const Result& b) { return std::tie(a.due, a.order) < std::tie(b.due, b.order); });
+      while (!unit.flying.empty() && unit.flying.front().due <= now_) {
+        const LaneName name = unit.flying.front().lane;
+        unit.flying.erase(unit.flying.begin());
+        result(name);
+      }
+    }
+  }
+  void result(LaneName name) {
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const traces::Event& e = event(lane);
+    if (e.kind() != traces::EventKind::visit_instance) --lane.depth;
+    if (e.kind() == traces::EventKind::visit_internal) lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
+    if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
+      lane.state = State::any_hit_wait;
+      lane.waiting_since = now_;
+      return;
+    }
+    if (e.kind() == traces::EventKind::visit_internal) remember(warp, lane, e);
+    finish_event(name, static_cast<unsigned>(std::popcount(unsigned{e.checkpoints})));
+  }
+  // The event is over but for its checkpoint entries.
+  void finish_event(LaneName name, unsigned entries) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    ++lane.next;
+    if (config_.warp_buffer.spill && stack_moves(name)) {
+      lane.held_back = entries;
+      lane.state = State::stack;
+    } else {
+      submit(name, entries);
+    }
+  }
+  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move in pairs.
+  bool stack_moves(LaneName name) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    const std::size_t before = stack_queue_.size();
+    while (lane.depth - lane.spilled > config_.warp_buffer.stack_entries) {
+      stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), true});
+      lane.spilled += 2;
+    }
+    if (lane.depth == lane.spilled && lane.spilled > 0 && lane.next != lane.end) {
+      const auto kind = event(lane).kind();
+      if (kind != traces::EventKind::replay_take && kind != traces::EventKind::replay_forward) {
+        lane.spilled -= 2;
+        stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), false});
+      }
+    }
+    return stack_queue_.size() != before;
+  }
+  std::uint64_t stack_address(LaneName name, std::uint64_t pair) const {
+    return map_.stack_sector(map_.ray_slot(0, warps_[name.first].slot, name.second), pair);
+  }
+  void stack_moved(LaneName name) { submit(name, warps_[name.first].lanes[name.second].held_back); }
+  void submit(LaneName name, unsigned entries) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    lane.to_write = entries;
+    const bool last = lane.next == lane.end;
+    lane.flush = last && config_.checkpoint.write_combine && (lane.written + entries) * 20 % 32 != 0;
+    if (entries > 0 || lane.flush) {
+      lane.state = State::write;
+      submitted_.push_back(name);
+    } else {
+      lane.state = last ? State::finished : State::ready;
+    }
+  }
+
+  // --- 2 start -----------------------------------------------------------------------------------------------------
+  void start_operations() {
+    for (Unit& unit : units_) {
+      for (std::uint64_t& free : unit.free_from) {
+        if (free > now_ || unit.queue.empty() || unit.queue.front().queued >= now_) continue;
+        const Operation op = unit.queue.front();
+        unit.queue.pop_front();
+        free = now_ + std::uint64_t{op.tests} * unit.interval;
+        unit.flying.push_back({now_ + unit.latency + std::uint64_t{op.tests - 1} * unit.interval, order_++, op.lane});
+      }
+    }
+  }
+
+  // --- 3 responses -------------------------------------------------------------------------------------------------
+  void take_responses() {
+    if (!node_responses_.empty() && node_responses_.front().visible <= now_) {
+      Fetch& fetch = fetches_.at(node_responses_.front().what);
+      node_responses_.pop_front();
+      if (++fetch.back == fetch.sectors.size()) {
+        complete(fetch);
+        for (auto it = fetches_.begin(); it != fetches_.end(); ++it) {
+          if (&it->second == &fetch) {
+            fetches_.erase(it);
+            break;
+          }
+        }
+      }
+    }
+    if (!checkpoint_responses_.empty() && checkpoint_responses_.front().visible <= now_) {
+      const std::optional<LaneName> reader = checkpoint_readers_.front();
+      checkpoint_responses_.pop_front();
+      checkpoint_readers_.pop_front();
+      if (reader) {
+        Lane& lane = warps_[reader->first].lanes[reader->second];
+        if (--lane.sectors_due == 0) entry_read(*reader);
+      }
+    }
+    if (!prefetch_responses_.empty() && prefetch_responses_.front().visible <= now_) prefetch_responses_.pop_front();
+    if (!stack_responses_.empty() && stack_responses_.front().first <= now_) {
+      const std::optional<LaneName> filled = stack_responses_.front().second;
+      stack_responses_.pop_front();
+      if (filled) stack_moved(*filled);
+    }
+  }
+  void complete(const Fetch& fetch) {
+    std::vector<unsigned> lanes = fetch.lanes;
+    std::sort(lanes.begin(), lanes.end());
+    const bool internal = fetch.kind == traces::NodeKind::internal;
+    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance ? 3 : leaf_unit_];
+    for (const unsigned l : lanes) {
+      Warp& warp = warps_[fetch.entry];
+      Lane& lane = warp.lanes[l];
+      lane.state = State::unit;
+      const unsigned tests = internal && config_.box_op_per_child ? definition(warp, event(lane)).child_count : 1;
+      unit.queue.push_back({{fetch.entry, l}, now_, tests});
+    }
+  }
+  // The source entry of the event is there: a replay_take pushes it, a replay_forward may submit it.
+  void entry_read(LaneName name) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    if (event(lane).kind() == traces::EventKind::replay_take) ++lane.depth;
+    finish_event(name, event(lane).checkpoints);
+  }
+
+  // --- 4 issue -----------------------------------------------------------------------------------------------------
+  void issue() {
+    if (!fetch_queue_.empty()) {
+      const std::size_t number = fetch_queue_.front();
+      Fetch& fetch = fetches_.at(number);
+      if (fetch.opened < now_) {
+        send(0, fetch.sectors[fetch.sent], false);
+        node_responses_.push_back({now_ + memory_latency_, number});
+        if (++fetch.sent == fetch.sectors.size()) fetch_queue_.pop_front();
+      }
+    }
+    const bool read_blocked = !read_queue_.empty() && std::find(write_queue_.begin(), write_queue_.end(),
+                                                                read_queue_.front().second) != write_queue_.end();
+    if (!read_queue_.empty() && !read_blocked) {
+      send(1, read_queue_.front().second, false);
+      checkpoint_responses_.push_back({now_ + memory_latency_, 0});
+      checkpoint_readers_.push_back(read_queue_.front().first);
+      read_queue_.pop_front();
+    } else if (!write_queue_.empty()) {
+      send(1, write_queue_.front(), true);
+      checkpoint_responses_.push_back({now_ + memory_latency_, 0});
+      checkpoint_readers_.push_back(std::nullopt);
+      write_queue_.pop_front();
+    }
+    if (!prefetch_queue_.empty()) {
+      Prefetch& front = prefetch_queue_.front();
+      send(2, front.address + 32 * front.sent, false);
+      prefetch_responses_.push_back({now_ + memory_latency_, 0});
+      if (++front.sent == front.sectors) prefetch_queue_.pop_front();
+    }
+    if (!stack_queue_.empty()) {
+      const StackMove move = stack_queue_.front();
+      stack_queue_.pop_front();
+      send(3, move.address, move.write);
+      stack_responses_.push_back({now_ + memory_latency_, move.write ? std::nullopt : std::optional(move.lane)});
+      const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
+      if (move.write && !more) stack_moved(move.lane);
+    }
+  }
+  void send(unsigned client, std::uint64_t address, bool write) { requests[client].push_back({address, write, now_}); }
+
+  // --- 5 hand-over -------------------------------------------------------------------------------------------------
+  void hand_over() {
+    const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
+    for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
+      if (write_queue_.size() + places > config_.checkpoint.write_queue) return;
+      const LaneName name = submitted_.front();
+      Warp& warp = warps_[name.first];
+      Lane& lane = warp.lanes[name.second];
+      if (lane.to_write > 0) {
+        --lane.to_write;
+        const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
+        const std::uint64_t last_sector = (first + 19) / 32 * 32;
+        const std::uint64_t first_sector = first / 32 * 32;
+        if (!config_.checkpoint.write_combine) {
+          write_queue_.push_back(first_sector);
+          if (last_sector != first_sector) write_queue_.push_back(last_sector);
+        } else {
+          const bool reaches_end = (first + 20) / 32 * 32 != first_sector;
+          if (reaches_end) write_queue_.push_back(first_sector);
+          lane.open_sector.reset();
+          if ((first + 20) % 32 != 0) lane.open_sector = (first + 20) / 32 * 32;
+        }
+      } else {
+        write_queue_.push_back(*lane.open_sector);
+        lane.open_sector.reset();
+        lane.flush = false;
+      }
+      if (lane.to_write == 0 && !lane.flush) {
+        submitted_.pop_front();
+        lane.state = lane.next == lane.end ? State::finished : State::ready;
+      }
+    }
+  }
+  std::uint64_t entry_address(const Warp& warp, unsigned lane, unsigned buffer, std::uint64_t index) const {
+    return map_.checkpoint_entry(map_.ray_slot(0, warp.slot, lane), buffer, index);
+  }
+
+  // --- 6 any-hit ---------------------------------------------------------------------------------------------------
+  void any_hit() {
+    if (!shaded_.empty() && shaded_.front().first <= now_) {
+      const Batch batch = shaded_.front().second;
+      shaded_.pop_front();
+      for (unsigned w = 0; w < warps_.size(); ++w) {
+        Warp& warp = warps_[w];
+        if (!warp.used || warp.slot != batch.slot) continue;
+        warp.shader_busy = false;
+        for (unsigned l = 0; l < 32; ++l) {
+          if ((batch.lanes >> l & 1) == 0) continue;
+          finish_event({w, l}, event(warp.lanes[l]).checkpoints);
+        }
+      }
+    }
+    Warp* fires = nullptr;
+    for (Warp& warp : warps_) {
+      if (!warp.used || warp.shader_busy) continue;
+      bool all = true, any = false, late = false;
+      for (const Lane& lane : warp.lanes) {
+        if (lane.state == State::any_hit_wait) {
+          any = true;
+          late = late || now_ >= lane.waiting_since + config_.any_hit.timeout;
+        } else if (lane.state != State::finished && lane.state != State::absent) {
+          all = false;
+        }
+      }
+      if (any && (all || late) && (fires == nullptr || warp.age < fires->age)) fires = &warp;
+    }
+    if (fires == nullptr) return;
+    fires->shader_busy = true;
+    Batch batch{fires->slot, fires->round, 0, now_};
+    for (unsigned l = 0; l < 32; ++l) {
+      if (fires->lanes[l].state != State::any_hit_wait) continue;
+      fires->lanes[l].state = State::any_hit_run;
+      batch.lanes |= std::uint64_t{1} << l;
+    }
+    batches.push_back(batch);
+    batch_messages_.push_back(batch);
+  }
+
+  // --- 7 retire ----------------------------------------------------------------------------------------------------
+  void retire() {
+    Warp* oldest = nullptr;
+    for (Warp& warp : warps_) {
+      if (!warp.used || (oldest != nullptr && oldest->age < warp.age)) continue;
+      const bool finished = std::all_of(std::begin(warp.lanes), std::end(warp.lanes), [](const Lane& lane) {
+        return lane.state == State::finished || lane.state == State::absent;
+      });
+      if (finished) oldest = &warp;
+    }
+    if (oldest == nullptr) return;
+    dones.push_back({oldest->slot, oldest->round, now_});
+    done_messages_.push_back(dones.back());
+    for (unsigned l = 0; l < 32; ++l) written_before_[{oldest->slot, l}] = oldest->lanes[l].written;
+    *oldest = {};
+  }
+
+  // --- 8 schedule --------------------------------------------------------------------------------------------------
+  void schedule() {
+    std::vector<unsigned> candidates;
+    for (unsigned w = 0; w < warps_.size(); ++w) {
+      const bool ready = std::any_of(std::begin(warps_[w].lanes), std::end(warps_[w].lanes),
+                                     [](const Lane& lane) { return lane.state == State::ready; });
+      if (warps_[w].used && ready) candidates.push_back(w);
+    }
+    if (candidates.empty() || fetch_queue_.size() + 32 > config_.memory.queue) return;
+    const unsigned chosen = choose(candidates);
+    last_ = chosen;
+    last_age_ = warps_[chosen].age;
+    for (unsigned l = 0; l < 32; ++l) {
+      if (warps_[chosen].lanes[l].state == State::ready) handle({chosen, l});
+    }
+  }
+  unsigned choose(const std::vector<unsigned>& candidates) const {
+    const auto older = [this](unsigned a, unsigned b) { return warps_[a].age < warps_[b].age; };
+    const unsigned oldest = *std::min_element(candidates.begin(), candidates.end(), older);
+    if (config_.scheduler.policy == "oldest_first") return oldest;
+    if (config_.scheduler.policy == "greedy_then_oldest") {
+      const bool again = last_ && std::find(candidates.begin(), candidates.end(), *last_) != candidates.end() &&
+                         warps_[*last_].age == last_age_;
+      return again ? *last_ : oldest;
+    }
+    for (unsigned i = 1; i <= warps_.size(); ++i) {  // round_robin, from the one after the last
+      const unsigned w = static_cast<unsigned>(((last_ ? *last_ : warps_.size() - 1) + i) % warps_.size());
+      if (std::find(candidates.begin(), candidates.end(), w) != candidates.end()) return w;
+    }
+    throw std::logic_error("no candidate");
+  }
+  void handle(LaneName name) {
+    using traces::EventKind;
+    using traces::NodeKind;
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const traces::Event& e = event(lane);
+    const std::uint64_t at = std::uint64_t{e.node} * traces::kNodeUnit;
+    switch (e.kind()) {
+      case EventKind::visit_internal:
+        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * traces::kNodeUnit, false);
+        return;
+      case EventKind::visit_instance:
+        if (e.detail == 0) trigger(lane, at);
+        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read);
+        return;
+      case EventKind::visit_leaf:
+        trigger(lane, at);
+        visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
+        return;
+      case EventKind::cull:
+        --lane.depth;
+        finish_event(name, e.checkpoints);
+        return;
+      default:
+        read_entry(name);
+    }
+  }
+  void visit(LaneName name, traces::NodeKind kind, std::uint64_t address, bool header) {
+    warps_[name.first].lanes[name.second].state = State::memory;
+    for (auto& [number, fetch] : fetches_) {
+      if (fetch.entry != name.first || fetch.address != address || fetch.header != header) continue;
+      if (!config_.memory.merge_in_flight && fetch.opened != now_) continue;
+      fetch.lanes.push_back(name.second);
+      return;
+    }
+    Fetch fetch{name.first, address, header, kind, {name.second}, {}, 0, 0, now_};
+    const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+    if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.push_back(address);
+    const std::uint64_t bytes =
+        kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
+    for (std::uint64_t b = 0; b < bytes; b += 32) fetch.sectors.push_back(address + b);
+    if (header) fetch.sectors.insert(fetch.sectors.end(), {header_.blas_base, header_.blas_base + 32});
+    fetch_queue_.push_back(next_fetch_);
+    fetches_.emplace(next_fetch_++, std::move(fetch));
+  }
+  void read_entry(LaneName name) {
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const bool backwards = header_.checkpoint_order == "lifo";
+    const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
+    ++lane.reads;
+    const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    std::vector<std::uint64_t> sectors{first / 32 * 32};
+    if ((first + 19) / 32 * 32 != sectors[0]) sectors.push_back((first + 19) / 32 * 32);
+    if (backwards) std::reverse(sectors.begin(), sectors.end());
+    for (const std::uint64_t sector : sectors) {
+      if (config_.checkpoint.read_buffer && lane.held_sector == sector) continue;
+      read_queue_.push_back({name, sector});
+      ++lane.sectors_due;
+    }
+    lane.held_sector = sectors.back();
+    if (lane.sectors_due > 0) {
+      lane.state = State::read;
+    } else {
+      entry_read(name);
+    }
+  }
+
+  // --- sibling prefetcher ------------------------------------------------------------------------------------------
+  struct Prefetch {
+    std::uint64_t address;
+    unsigned sectors, sent = 0;
+  };
+  static std::uint64_t child_address(const Record& record, unsigned slot, unsigned width) {
+    std::uint64_t address = record.child_base;
+    for (unsigned s = 0; s < slot; ++s) address += traces::node_bytes(record.node->child_kinds[s], width);
+    return address;
+  }
+  void remember(const Warp& warp, Lane& lane, const traces::Event& e) {
+    if (!config_.sibling_prefetch || std::popcount(e.pushed()) < 2) return;
+    const traces::NodeDefinition& node = definition(warp, e);
+    bool leaf = false;
+    for (unsigned s = 0; s < node.child_count; ++s) {
+      leaf = leaf || ((e.pushed() >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+    }
+    if (!leaf) return;
+    lane.records.push_back({std::uint64_t{node.address} * traces::kNodeUnit,
+                            std::uint64_t{node.child_base} * traces::kNodeUnit, &node, e.pushed()});
+    if (lane.records.size() > config_.prefetcher.records) lane.records.pop_front();
+  }
+  void trigger(Lane& lane, std::uint64_t leaf) {
+    for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
+      unsigned self = 8;
+      for (unsigned s = 0; s < record->node->child_count; ++s) {
+        if ((record->hit >> s & 1) != 0 && child_address(*record, s, header_.bvh_width) == leaf) self = s;
+      }
+      if (self == 8) continue;
+      if (record->triggered) return;
+      record->triggered = true;
+      for (unsigned s = 0; s < record->node->child_count; ++s) {
+        if ((record->hit >> s & 1) == 0 || s == self) continue;
+        const std::uint64_t address = child_address(*record, s, header_.bvh_width);
+        if (!queued_now(record->node_address, address)) continue;
+        const traces::NodeKind kind = record->node->child_kinds[s];
+        const std::uint64_t bytes =
+            kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
+        const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
+                                       [&](const Prefetch& p) { return p.address == address; });
+        if (there || prefetch_queue_.size() >= config_.prefetcher.queue) continue;
+        prefetch_queue_.push_back({address, static_cast<unsigned>(bytes / 32)});
+      }
+      return;
+    }
+  }
+  /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
+  bool queued_now(std::uint64_t node, std::uint64_t sibling) {
+    if (asked_cycle_ != now_) asked_.clear();
+    asked_cycle_ = now_;
+    return asked_.insert({node, sibling}).second;
+  }
+
+  // --- 9 accept ----------------------------------------------------------------------------------------------------
+  void accept() {
+    if (calls_.empty() || calls_.front().first > now_) return;
+    for (unsigned w = 0; w < warps_.size(); ++w) {
+      Warp& warp = warps_[w];
+      if (warp.used) continue;
+      const auto [slot, round] = calls_.front().second;
+      calls_.pop_front();
+      warp.used = true;
+      warp.slot = slot;
+      warp.round = round;
+      warp.age = next_age_++;
+      for (unsigned l = 0; l < groups_[slot]->rays.size(); ++l) {
+        const traces::Ray& ray = groups_[slot]->rays[l];
+        if (round >= ray.rounds.size()) continue;
+        Lane& lane = warp.lanes[l];
+        lane.ray = &ray;
+        for (unsigned r = 0; r < round; ++r) lane.next += ray.rounds[r].event_count;
+        lane.end = lane.next + ray.rounds[round].event_count;
+        lane.source = written_before_[{slot, l}];
+        lane.depth = ray.rounds[round].replay ? 0 : 1;
+        lane.state = lane.next == lane.end ? State::finished : State::ready;
+      }
+      return;
+    }
+  }
+
+  bool idle() const {
+    return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
+           read_queue_.empty() && write_queue_.empty() && checkpoint_responses_.empty() && prefetch_queue_.empty() &&
+           prefetch_responses_.empty() && stack_queue_.empty() && stack_responses_.empty() && done_messages_.empty();
+  }
+
+  RtUnitConfig config_;
+  traces::Header header_;
+  const modules::MemoryMap& map_;
+  unsigned memory_latency_, any_hit_cycles_;
+  std::uint64_t now_ = 0, order_ = 0, next_age_ = 0;
+  std::vector<const traces::RayGroup*> groups_;
+  std::vector<Warp> warps_;
+  std::vector<Unit> units_;  // box, triangle, sphere, transform
+  unsigned leaf_unit_ = 1;
+
+  std::map<std::size_t, Fetch> fetches_;
+  std::size_t next_fetch_ = 0;
+  std::deque<std::size_t> fetch_queue_;
+  std::deque<Response> node_responses_, checkpoint_responses_, prefetch_responses_;
+  std::deque<std::optional<LaneName>> checkpoint_readers_;
+  std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
+  std::deque<std::uint64_t> write_queue_;
+  std::deque<LaneName> submitted_;
+  std::deque<Prefetch> prefetch_queue_;
+  struct StackMove {
+    LaneName lane;
+    std::uint64_t address;
+    bool write;
+  };
+  std::deque<StackMove> stack_queue_;
+  std::deque<std::pair<std::uint64_t, std::optional<LaneName>>> stack_responses_;
+  std::set<std::pair<std::uint64_t, std::uint64_t>> asked_;
+  std::uint64_t asked_cycle_ = ~std::uint64_t{0};
+  std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round
+  std::optional<unsigned> last_;
+  std::uint64_t last_age_ = 0;
+
+  struct CallName {
+    unsigned slot, round;
+  };
+  std::deque<CallName> to_call_;
+  std::deque<std::pair<std::uint64_t, CallName>> calls_;
+  std::size_t pending_calls_ = 0;
+  std::deque<Done> done_messages_;
+  std::deque<Batch> batch_messages_;
+  std::deque<std::pair<std::uint64_t, Batch>> shading_, shaded_;
+};
+
+}  // namespace grtx::tlm::test

@@ -1,0 +1,182 @@
+// The SystemC RT unit against the plain one, cycle by cycle: every retirement, any-hit batch and memory request.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "plain_rt_unit.h"
+#include "real_scene_files.h"
+#include "rt_bench.h"
+#include "grtx/traces/io.h"
+#include "traces/random_group.h"
+
+namespace grtx::tlm {
+namespace {
+
+using namespace test;
+using traces::testing::random_trace;
+using traces::testing::RandomOptions;
+
+/// Compares two event lists and names the first difference.
+template <typename T, typename Print>
+void expect_same(const char* what, const std::vector<T>& plain, const std::vector<T>& systemc, Print&& print) {
+  const std::size_t common = std::min(plain.size(), systemc.size());
+  for (std::size_t i = 0; i < common; ++i) {
+    if (plain[i] == systemc[i]) continue;
+    ADD_FAILURE() << what << " " << i << ": plain " << print(plain[i]) << ", SystemC " << print(systemc[i]);
+    return;
+  }
+  EXPECT_EQ(plain.size(), systemc.size()) << what;
+}
+
+void expect_agreement(const traces::Header& header, const std::vector<traces::RayGroup>& groups, BenchOptions options) {
+  fresh_context();
+  options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
+  RtBench bench(header, options);
+  PlainRtUnit plain(options.rt, header, bench.map(), options.memory_latency, options.any_hit_cycles);
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const bool any = std::any_of(groups[g].rays.begin(), groups[g].rays.end(),
+                                 [](const traces::Ray& ray) { return !ray.rounds.empty(); });
+    if (!any) continue;
+    bench.launch(groups[g], static_cast<std::uint16_t>(g));
+    plain.launch(groups[g], static_cast<unsigned>(g));
+  }
+  bench.run(50'000'000);
+  plain.run(50'000'000);
+  std::vector<PlainRtUnit::Done> dones;
+  for (const auto& d : bench.dones) dones.push_back({d.slot, d.round, d.cycle});
+  std::vector<PlainRtUnit::Batch> batches;
+  for (const auto& b : bench.batches) batches.push_back({b.batch.slot, b.batch.round, b.batch.lanes, b.cycle});
+  using fmt::format;
+  for (unsigned c = 0; c < 4; ++c) {
+    std::vector<PlainRtUnit::Request> requests;
+    for (const auto& r : bench.requests[c]) requests.push_back({r.request.address, r.request.write, r.cycle});
+    const char* names[] = {"node request", "checkpoint request", "prefetch request", "stack request"};
+    expect_same(names[c], plain.requests[c], requests, [](const PlainRtUnit::Request& r) {
+      return format("cycle {} {} {:#x}", r.cycle, r.write ? "write" : "read", r.address);
+    });
+  }
+  expect_same("any-hit batch", plain.batches, batches, [](const PlainRtUnit::Batch& b) {
+    return format("cycle {} slot {} round {} lanes {:#x}", b.cycle, b.slot, b.round, b.lanes);
+  });
+  expect_same("retirement", plain.dones, dones,
+              [](const PlainRtUnit::Done& d) { return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round); });
+}
+
+/// Any configuration, from roomy to starved.
+BenchOptions random_configuration(std::mt19937& random) {
+  const auto one_of = [&](std::initializer_list<unsigned> values) {
+    return *(values.begin() + std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(random));
+  };
+  BenchOptions options;
+  options.memory_latency = one_of({2, 3, 20, 117});
+  options.any_hit_cycles = one_of({1, 10, 60});
+  RtUnitConfig& rt = options.rt;
+  rt.warp_buffer.entries = one_of({1, 2, 4, 8});
+  const char* policies[] = {"oldest_first", "round_robin", "greedy_then_oldest"};
+  rt.scheduler.policy = policies[one_of({0, 1, 2})];
+  rt.memory.queue = one_of({32, 40, 64});
+  rt.memory.merge_in_flight = one_of({0, 1}) != 0;
+  rt.memory.traffic.instance_leaf_bytes = one_of({64, 128});
+  rt.memory.traffic.blas_header_read = one_of({0, 1}) != 0;
+  rt.memory.traffic.leaf_descriptor_read = one_of({0, 1}) != 0;
+  for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_sphere, &rt.ray_transform}) {
+    *unit = {one_of({1, 2, 4, 32}), one_of({1, 4, 13, 37}), one_of({1, 2, 5})};
+  }
+  rt.box_op_per_child = one_of({0, 1}) != 0;
+  rt.any_hit.timeout = one_of({1, 5, 64, 1000});
+  rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0};
+  rt.sibling_prefetch = one_of({0, 1, 1}) != 0;
+  rt.prefetcher = {one_of({1, 4}), one_of({2, 32})};
+  rt.warp_buffer.spill = one_of({0, 1, 1}) != 0;
+  rt.warp_buffer.stack_entries = one_of({2, 3, 4, 8});
+  return options;
+}
+
+class RtUnitPlain : public modules::SystemCTest, public ::testing::WithParamInterface<unsigned> {};
+
+// 20 x 50 = 1,000 random traces, each with a configuration of its own.
+TEST_P(RtUnitPlain, AgreesToTheCycle) {
+  for (unsigned i = 0; i < 50 && !HasFailure(); ++i) {
+    const unsigned seed = GetParam() * 50 + i;
+    std::mt19937 random(seed);
+    const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
+    RandomOptions trace;
+    trace.seed = seed;
+    trace.groups = 1 + pick(5);
+    trace.warp_size = pick(3) == 0 ? 32 : 8;
+    trace.bvh_width = 2 + pick(6);
+    trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
+    trace.k = 1 + pick(7);
+    trace.checkpoint = pick(3) != 0;
+    trace.capacity = pick(3) == 0 ? 6 : 1000;
+    trace.checkpoint_order = pick(2) == 0 ? "lifo" : "fifo";
+    trace.two_level = pick(1) != 0;
+    trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
+    SCOPED_TRACE(traces::testing::describe(trace));
+    const auto made = random_trace(trace);
+    expect_agreement(made.header, made.groups, random_configuration(random));
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
+
+/// Warps of a view, traced for one design, on the default configuration.
+void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
+                         bool checkpoint) {
+  camera = camera.resized(32, 16);
+  frontend::TracerOptions options;
+  options.checkpoint = checkpoint;
+  frontend::RenderOptions render;
+  render.threads = 1;
+  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
+  const traces::Header header = frontend::trace_header(scene, camera, accel, options, render);
+  const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";
+  traces::Writer writer(path, header);
+  frontend::render(scene, gaussians, accel, camera, options, render, &writer);
+  writer.finish();
+  const traces::Reader reader(path);
+  std::vector<traces::RayGroup> groups(reader.group_count());
+  for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
+  std::filesystem::remove(path);
+  expect_agreement(header, groups, {});
+  if (!checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
+  BenchOptions spilling;
+  spilling.rt.warp_buffer.spill = true;
+  spilling.rt.warp_buffer.stack_entries = 4;
+  expect_agreement(header, groups, spilling);
+}
+
+class RtUnitPlainScene : public modules::SystemCTest {
+ protected:
+  static void all_designs(const frontend::Scene& scene, const frontend::Camera& camera) {
+    for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
+      for (const bool checkpoint : {false, true}) {
+        SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints" : ""));
+        expect_agreement_on(scene, camera, kind, checkpoint);
+      }
+    }
+  }
+};
+
+TEST_F(RtUnitPlainScene, GeneratedRoom) {
+  const std::string path = ::testing::TempDir() + "/plain_room_" + std::to_string(::getpid()) + ".ply";
+  frontend::synthesise({"indoor", 3000, 5, 1}, path);
+  const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
+  all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
+  std::filesystem::remove(path);
+  std::filesystem::remove(cameras);
+}
+
+TEST_F(RtUnitPlainScene, TrainedScene) {
+  const std::string path = grtx::test::real_scene_path("playbot_L4");
+  const std::string cameras = grtx::test::real_cameras_path("playbot");
+  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
+  all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

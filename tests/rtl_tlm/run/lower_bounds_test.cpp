@@ -1,0 +1,107 @@
+// Lower bounds from counters, with the formula beside each, and the longest dependent chain of a hand-made group.
+#include "grtx/rtl_tlm/run/lower_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "rtl_tlm/tiny_trace.h"
+
+namespace grtx::tlm {
+namespace {
+
+std::map<std::string, Cycle> bounds_of(const GpuCounters& counters, const Chain& chain, const GpuConfig& config) {
+  std::map<std::string, Cycle> result;
+  for (const LowerBound& bound : lower_bounds(counters, chain, config)) result[bound.name] = bound.cycles;
+  return result;
+}
+
+GpuCounters two_sms() {
+  GpuCounters c;
+  c.rt_of.resize(2);
+  c.simt_of.resize(2);
+  c.l1_of.resize(2);
+  c.l2_of.resize(2);
+  c.dram_of.resize(2);
+  return c;
+}
+
+TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
+  GpuConfig config;
+  GpuCounters c = two_sms();
+  c.rt_of[0].scheduler.selections = 10;
+  c.rt_of[1].scheduler.selections = 30;
+  c.rt_of[1].ray_box.busy_cycles = 401;
+  c.rt_of[0].ray_triangle.busy_cycles = 8;
+  c.rt_of[0].memory.sectors[0] = 70;
+  c.simt_of[0].issue_busy_cycles = 41;
+  c.l1_of[1].prefetches = 9;
+  c.l1_of[1].sent_reads = 5;
+  c.l1_of[1].sent_writes = 6;
+  c.l2_of[0].region[0].reads = 12;
+  c.dram_of[1].bursts = 1002;
+  const auto bounds = bounds_of(c, {500, 600}, config);
+  EXPECT_EQ(bounds.at("issue"), 30U);
+  EXPECT_EQ(bounds.at("unit.box"), 101U);     // ceil(401 / 4 pipelines)
+  EXPECT_EQ(bounds.at("unit.triangle"), 2U);  // 8 / 4
+  EXPECT_EQ(bounds.at("rt_port"), 70U);       // one sector a cycle
+  EXPECT_EQ(bounds.at("simt_issue"), 11U);    // ceil(41 / 4 schedulers)
+  EXPECT_EQ(bounds.at("l1_port"), 3U);        // ceil(9 / 4 banks)
+  EXPECT_EQ(bounds.at("l1_miss_port"), 11U);  // 5 + 6
+  EXPECT_EQ(bounds.at("l2_port"), 12U);
+  EXPECT_EQ(bounds.at("dram_bandwidth"), 1560U);  // (1002 - 2) bursts x 4 clocks x 1365 / 3500
+  EXPECT_EQ(bounds.at("longest_ray"), 500U);
+  EXPECT_EQ(bounds.at("longest_warp"), 600U);
+  EXPECT_EQ(binding_bound(lower_bounds(c, {500, 600}, config)).name, "dram_bandwidth");
+}
+
+TEST(LowerBounds, PerfectDramHasNoDataBus) {
+  GpuConfig config;
+  config.dram.perfect = true;
+  GpuCounters c = two_sms();
+  c.dram_of[0].bursts = 1000;
+  EXPECT_EQ(bounds_of(c, {}, config).at("dram_bandwidth"), 0U);
+}
+
+TEST(LongestRay, SumsTheVisitsOfATinyRay) {
+  GpuConfig config;
+  config.rt.memory.merge_in_flight = false;
+  const test::TinyTrace tiny{1, 2};
+  const ChainLatencies latencies(config, test::tiny_header(tiny));
+  // Fetch: 1 to the request, 1 link, 20 L1, 1 into the unit; box 13, triangle 37.
+  EXPECT_EQ(latencies.internal, 36U);
+  EXPECT_EQ(latencies.leaf, 60U);
+  // Messages 1 + 1, 12 instructions, result after 4.
+  EXPECT_EQ(latencies.any_hit, 18U);
+  // Messages 1 + 1, traceRay 6, blending 10; no eviction move without checkpointing.
+  EXPECT_EQ(latencies.round, 18U);
+  // Messages 1 + 1, prologue 40, epilogue 10.
+  EXPECT_EQ(latencies.ray, 52U);
+  const Chain chain = measure_chain(test::tiny_group(tiny, 0), latencies);
+  EXPECT_EQ(chain.ray, 52U + 18 + 36 + 2 * (60 + 18));
+  EXPECT_EQ(chain.warp, chain.ray);
+
+  // A visit that joins a fetch under way may wait for less than an L1 hit: only the box test and its start are certain.
+  config.rt.memory.merge_in_flight = true;
+  EXPECT_EQ(ChainLatencies(config, test::tiny_header(tiny)).internal, 36U - 22U);
+}
+
+TEST(LongestRay, AWarpWaitsForTheLongestLaneOfEachRound) {
+  const GpuConfig config;
+  const test::TinyTrace tiny{1, 2};
+  const ChainLatencies l(config, test::tiny_header(tiny));
+  traces::RayGroup group = test::tiny_group(tiny, 0);
+  // Lane 0: long round 0, then an empty round; lane 1: short round 0 (one event), then two leaves.
+  group.rays[0].rounds.push_back({});
+  traces::Ray& lane1 = group.rays[1];
+  lane1.rounds[0].event_count = 1;
+  lane1.rounds.push_back({});
+  lane1.rounds[1].event_count = 2;
+  const Chain chain = measure_chain(group, l);
+  const Cycle leaf = l.leaf + l.any_hit;
+  EXPECT_EQ(chain.ray, l.ray + 2 * l.round + l.internal + 2 * leaf);
+  EXPECT_EQ(chain.warp, l.ray + 2 * l.round + (l.internal + 2 * leaf) + 2 * leaf);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,295 @@
+// Whole runs of small traces: conservation, determinism, independence of how the model is built and stepped.
+#include "grtx/rtl_tlm/run/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+#include "rtl_tlm/tiny_trace.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+#include "paths.h"
+
+namespace grtx::tlm {
+namespace {
+
+using nlohmann::ordered_json;
+using traces::testing::RandomOptions;
+using traces::testing::TemporaryFile;
+
+/// The statistics file of a run in a process of its own, with its violations.
+ordered_json simulated(const std::string& path, const GpuConfig& config, const SimulationOptions& options = {}) {
+  ChildProcess child("simulation", [&] {
+    const SimulationResult result = simulate(path, config, options);
+    ordered_json document = result.document;
+    document["violations"] = result.violations;
+    document["binding_bound"] = result.binding_bound;
+    return document.dump();
+  });
+  return ordered_json::parse(child.result());
+}
+
+ordered_json without_host(ordered_json document) {
+  for (auto it = document["stats"].begin(); it != document["stats"].end();) {
+    it = it.key().starts_with("host.") ? document["stats"].erase(it) : std::next(it);
+  }
+  return document;
+}
+
+GpuConfig small() { return load_config(grtx::paths::source_dir() + "/configs/small.toml", {}); }
+
+std::uint64_t value(const ordered_json& document, const std::string& name) {
+  return document.at("stats").at(name).at("value").get<std::uint64_t>();
+}
+
+RandomOptions random_options(bool two_level, bool checkpoint) {
+  RandomOptions options;
+  options.seed = 7;
+  options.groups = 24;
+  options.warp_size = 32;
+  options.two_level = two_level;
+  options.checkpoint = checkpoint;
+  options.capacity = checkpoint ? 200 : 0;
+  return options;
+}
+
+void write_random(const std::string& path, const RandomOptions& options) {
+  const auto trace = traces::testing::random_trace(options);
+  traces::testing::write_trace(path, trace.header, trace.groups);
+}
+
+TEST(Simulation, TinyTraceExecutesEveryEventOnce) {
+  const TemporaryFile file("tiny");
+  test::write_tiny_trace(file.path(), {4, 32});
+  const ordered_json result = simulated(file.path(), small());
+  EXPECT_EQ(result["violations"], ordered_json::array());
+  EXPECT_EQ(value(result, "gpu.rt.node_visits"), 4U * 32 * 3);
+  // All lanes of a warp visit the same three nodes in step: one fetch a node and warp, two 32 B sectors each.
+  EXPECT_EQ(value(result, "gpu.rt.node_fetches"), 4U * 3);
+  EXPECT_EQ(value(result, "gpu.rt.node_sectors"), 4U * 3 * 2);
+  EXPECT_EQ(value(result, "gpu.rt.any_hit.batches"), 4U * 2);
+  EXPECT_EQ(value(result, "gpu.simt.blended"), 4U * 32 * 2);
+  // Three nodes of 64 B and their records miss once: no node sector is read twice from DRAM.
+  EXPECT_EQ(value(result, "gpu.l2.node.misses"), 3U * 2);
+}
+
+TEST(Simulation, SameInputsGiveTheSameStatistics) {
+  const TemporaryFile file("same");
+  write_random(file.path(), random_options(true, true));
+  EXPECT_EQ(without_host(simulated(file.path(), small())).dump(), without_host(simulated(file.path(), small())).dump());
+}
+
+TEST(Simulation, HostStatisticsComeLast) {
+  const TemporaryFile file("host");
+  test::write_tiny_trace(file.path());
+  const ordered_json result = simulated(file.path(), small());
+  bool host = false;
+  for (const auto& [name, entry] : result["stats"].items()) {
+    EXPECT_TRUE(!host || name.starts_with("host.")) << name << " stands behind a host statistic";
+    host = host || name.starts_with("host.");
+    EXPECT_FALSE(entry.at("unit").get<std::string>().empty()) << name;
+    EXPECT_FALSE(entry.at("description").get<std::string>().empty()) << name;
+  }
+  EXPECT_TRUE(host);
+}
+
+TEST(Simulation, HasTheStatisticsThatScriptsRelyOn) {
+  const TemporaryFile file("names");
+  test::write_tiny_trace(file.path());
+  const ordered_json stats = simulated(file.path(), small())["stats"];
+  for (const char* name : {"gpu.cycles",
+                           "gpu.time_us",
+                           "gpu.rt.node_visits",
+                           "gpu.rt.node_fetches",
+                           "gpu.rt.node_fetch_latency",
+                           "gpu.l1.node.hit_rate",
+                           "gpu.l1.accesses",
+                           "gpu.l2.accesses",
+                           "gpu.l2.hit_rate",
+                           "gpu.dram.bytes",
+                           "gpu.rt.any_hit.batches",
+                           "gpu.rt.simt_efficiency",
+                           "gpu.rt.occupancy",
+                           "gpu.rt.stall.memory",
+                           "gpu.bound.issue",
+                           "gpu.bound.unit.box",
+                           "gpu.bound.unit.triangle",
+                           "gpu.bound.l1_port",
+                           "gpu.bound.dram_bandwidth",
+                           "gpu.bound.rt_port",
+                           "gpu.bound.longest_ray",
+                           "host.wall_seconds",
+                           "host.peak_rss_bytes",
+                           "host.cycles_per_second",
+                           "host.node_visits_per_second"}) {
+    EXPECT_TRUE(stats.contains(name)) << name;
+  }
+}
+
+struct Kind {
+  const char* name;
+  bool two_level;
+  bool checkpoint;
+};
+
+class SimulationKinds : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(SimulationKinds, ConservesAndDoesNotDependOnConstructionOrderOrIdleSkip) {
+  const TemporaryFile file(GetParam().name);
+  write_random(file.path(), random_options(GetParam().two_level, GetParam().checkpoint));
+  const ordered_json reference = without_host(simulated(file.path(), small()));
+  EXPECT_EQ(reference["violations"], ordered_json::array());
+  for (const std::uint64_t order : {1, 2, 3}) {
+    SimulationOptions options;
+    options.build.construction_order = order;
+    options.build.idle_skip = order != 3;
+    options.build.run_ahead = order != 2;
+    EXPECT_EQ(without_host(simulated(file.path(), small(), options)).dump(), reference.dump()) << "order " << order;
+  }
+}
+
+// The parts that only alternatives build.
+TEST(Simulation, AlternativesDoNotDependOnConstructionOrderOrIdleSkip) {
+  const TemporaryFile file("alternatives");
+  write_random(file.path(), random_options(true, true));
+  const GpuConfig config = load_config(
+      grtx::paths::source_dir() + "/configs/small.toml",
+      {"gpu.rt_units=2", "rt.memory.by_shader=true", "rt.warp_buffer.spill=true", "rt.warp_buffer.stack_entries=2"});
+  const ordered_json reference = without_host(simulated(file.path(), config));
+  EXPECT_EQ(reference["violations"], ordered_json::array());
+  EXPECT_GT(value(reference, "gpu.rt.stack.spills"), 0U);
+  for (const std::uint64_t order : {1, 2, 3}) {
+    SimulationOptions options;
+    options.build.construction_order = order;
+    options.build.idle_skip = order != 3;
+    EXPECT_EQ(without_host(simulated(file.path(), config, options)).dump(), reference.dump()) << "order " << order;
+  }
+}
+
+// The points of the series are the run cut into pieces: their weighted mean is the mean of the run.
+TEST(Simulation, OccupancyOverTimeAddsUpToTheRun) {
+  const TemporaryFile file("series");
+  write_random(file.path(), random_options(true, true));
+  const ordered_json result = simulated(file.path(), small());
+  const ordered_json& series = result.at("over_time");
+  const auto& ends = series.at("end_of_interval").at("values");
+  ASSERT_GE(ends.size(), 2U);
+  EXPECT_LE(ends.size(), 65U);
+  EXPECT_EQ(ends.back(), value(result, "gpu.cycles"));
+  double warps = 0.0, selections = 0.0;
+  std::uint64_t before = 0;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const auto end = ends[i].get<std::uint64_t>();
+    ASSERT_GT(end, before);
+    const double length = static_cast<double>(end - before);
+    warps += series.at("rt.occupancy").at("values").at(i).get<double>() * length;
+    selections += series.at("rt.selections").at("values").at(i).get<double>() * length;
+    before = end;
+  }
+  const double units = 2.0;  // small.toml: 2 SMs
+  EXPECT_NEAR(warps * units, static_cast<double>(value(result, "gpu.rt.occupancy_integral")), 1e-3);
+  EXPECT_NEAR(selections * units, static_cast<double>(value(result, "gpu.rt.selections")), 1e-3);
+  EXPECT_EQ(series.at("resident_warps").at("values").back(), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
+                         ::testing::Values(Kind{"baseline", false, false}, Kind{"sw", true, false},
+                                           Kind{"hw", false, true}, Kind{"grtx", true, true}),
+                         [](const auto& test_case) { return std::string(test_case.param.name); });
+
+TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
+  const TemporaryFile file("work");
+  write_random(file.path(), random_options(true, true));
+  const ordered_json reference = simulated(file.path(), small());
+  const std::vector<std::string> settings = {"rt.scheduler.policy=round_robin",
+                                             "rt.scheduler.policy=greedy_then_oldest",
+                                             "rt.prefetch.enabled=false",
+                                             "rt.memory.merge_in_flight=true",
+                                             "rt.box.per_child=true",
+                                             "rt.any_hit.timeout=0",
+                                             "rt.checkpoint.write_combine=false",
+                                             "rt.checkpoint.read_buffer=false",
+                                             "l1.perfect=true",
+                                             "l2.perfect=true",
+                                             "dram.perfect=true",
+                                             "l1.mshr_entries=1",
+                                             "l1.link_capacity=1",
+                                             "crossbar.link_capacity=1",
+                                             "l2.slices=3",
+                                             "l1.banks=1",
+                                             "rt.warp_buffer.entries=1",
+                                             "gpu.resident_warps=1",
+                                             "dram.queue=4",
+                                             "simt.message_latency=7",
+                                             "gpu.rt_units=2",
+                                             "gpu.rt_units=3",
+                                             "rt.memory.by_shader=true",
+                                             "rt.memory.by_shader=true rt.memory.merge_in_flight=false",
+                                             "rt.memory.by_shader=true gpu.rt_units=2 simt.cost.node_fetch=0",
+                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=2",
+                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=4 gpu.rt_units=2"};
+  for (const std::string& setting : settings) {
+    std::vector<std::string> each;
+    std::istringstream words(setting);
+    for (std::string word; words >> word;) each.push_back(word);
+    const ordered_json result =
+        simulated(file.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", each));
+    EXPECT_EQ(result["violations"], ordered_json::array()) << setting;
+    for (const char* name : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.rt.checkpoint.entries_written",
+                             "gpu.simt.blended", "gpu.simt.ray_rounds"}) {
+      EXPECT_EQ(value(result, name), value(reference, name)) << setting << ", " << name;
+    }
+  }
+}
+
+TEST(Simulation, ASubsetOfGroupsRunsOnlyThese) {
+  const TemporaryFile file("subset");
+  test::write_tiny_trace(file.path(), {6, 32});
+  SimulationOptions options;
+  options.groups = {1, 4};
+  const ordered_json result = simulated(file.path(), small(), options);
+  EXPECT_EQ(result["violations"], ordered_json::array());
+  EXPECT_EQ(value(result, "gpu.rt.node_visits"), 2U * 32 * 3);
+}
+
+TEST(Simulation, ADamagedTraceIsBadInput) {
+  const TemporaryFile file("damaged");
+  test::write_tiny_trace(file.path());
+  std::string bytes = read_file(file.path());
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x40);
+  write_file(file.path(), bytes);
+  EXPECT_THROW(simulated(file.path(), small()), Error);
+}
+
+TEST(Simulation, NoProgressIsReportedAsADeadlock) {
+  const TemporaryFile file("slow");
+  test::write_tiny_trace(file.path());
+  // A response that takes longer than the watchdog allows looks like a deadlock.
+  SimulationOptions options;
+  options.watchdog_cycles = 100'000;
+  ChildProcess child("simulation", [&] {
+    ::testing::internal::CaptureStderr();
+    try {
+      simulate(file.path(), load_config("", {"dram.fixed_latency=1000000"}), options);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what()) + "\n" + ::testing::internal::GetCapturedStderr();
+    }
+    return std::string("no error");
+  });
+  const std::string text = child.result();
+  EXPECT_NE(text.find("deadlock in core cycle"), std::string::npos) << text;
+  for (const char* part :
+       {"gpu.distributor", "gpu.sm0.simt", "load-store unit", "gpu.sm0.rt.warp_buffer", "gpu.sm0.rt.memory_scheduler",
+        "gpu.sm0.rt.ray_box", "gpu.sm0.rt.ray_triangle", "gpu.sm0.rt.sibling_prefetcher", "gpu.sm0.l1d: mshr",
+        "miss queue", "gpu.crossbar: requests", "gpu.crossbar: replies", "gpu.l2_slice0: pipe", "dram queue",
+        "dram channel 0", "gpu.sm1.simt"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in the dump: " << text;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,52 @@
+// The statistics file: order, number formats, one line a statistic, host.* at the end.
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace grtx::tlm {
+namespace {
+
+nlohmann::ordered_json document() {
+  modules::StatisticList statistics, host;
+  statistics.add("gpu.cycles", std::uint64_t{18446744073709551615ULL}, "cycles", "time");
+  statistics.add("gpu.b_rate", 0.1, "ratio", "a \"quoted\" text");
+  statistics.add("gpu.a_none", std::numeric_limits<double>::quiet_NaN(), "ratio", "not a number");
+  host.add("host.wall_seconds", 1.5, "s", "wall time");
+  return statistics_document({{"l1.latency", 20}}, {{"trace", "abc"}}, statistics, host);
+}
+
+TEST(StatisticsJson, KeepsTheOrderOfTheListAndPutsTheHostLast) {
+  std::vector<std::string> names;
+  const nlohmann::ordered_json doc = document();
+  for (const auto& [name, entry] : doc["stats"].items()) names.push_back(name);
+  EXPECT_EQ(names, (std::vector<std::string>{"gpu.cycles", "gpu.b_rate", "gpu.a_none", "host.wall_seconds"}));
+}
+
+TEST(StatisticsJson, WritesIntegersExactlyAndDoublesInTheShortestForm) {
+  EXPECT_EQ(statistics_text(document()),
+            "{\n"
+            "  \"schema\": \"grtx.stats/1\",\n"
+            "  \"config\": {\n"
+            "    \"l1.latency\": 20\n"
+            "  },\n"
+            "  \"inputs\": {\n"
+            "    \"trace\": \"abc\"\n"
+            "  },\n"
+            "  \"stats\": {\n"
+            "    \"gpu.cycles\": {\"value\":18446744073709551615,\"unit\":\"cycles\",\"description\":\"time\"},\n"
+            "    \"gpu.b_rate\": {\"value\":0.1,\"unit\":\"ratio\",\"description\":\"a \\\"quoted\\\" text\"},\n"
+            "    \"gpu.a_none\": {\"value\":null,\"unit\":\"ratio\",\"description\":\"not a number\"},\n"
+            "    \"host.wall_seconds\": {\"value\":1.5,\"unit\":\"s\",\"description\":\"wall time\"}\n"
+            "  }\n"
+            "}\n");
+}
+
+TEST(StatisticsJson, TextReadsBackAsTheSameDocument) {
+  const nlohmann::ordered_json doc = document();
+  EXPECT_EQ(nlohmann::ordered_json::parse(statistics_text(doc)), doc);
+}
+
+}  // namespace
+}  // namespace grtx::tlm

@@ -1,0 +1,387 @@
+#include "grtx/traces/codec/check_group.h"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "grtx/base/error.h"
+#include "grtx/traces/codec/checked_nodes.h"
+#include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/codec/source_assignment.h"
+
+namespace grtx::traces {
+namespace {
+
+class GroupChecker {
+ public:
+  [[gnu::noinline]] Totals check(const std::string& file, const Header& header, const RayGroup& group) {
+    file_ = &file;
+    header_ = &header;
+    group_ = &group;
+    lane_ = round_ = event_ = kNowhere;
+    totals_ = Totals{};
+    slot_order_ = header.child_order == "slot";
+    lifo_ = header.checkpoint_order == "lifo";
+    nearest_ = header.checkpoint_order == "nearest";
+    multi_ = header.tracing == "multi";
+    closest_ = header.tracing == "closest";
+    require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
+    root_known_ = false;
+    if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
+    for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
+    lane_ = kNowhere;
+    require(nodes_.all_visited(), "every node of the dictionary must be visited");
+    return totals_;
+  }
+
+ private:
+  static constexpr std::size_t kNowhere = ~std::size_t{0};
+  static constexpr std::uint32_t kRootParent = GroupModel::kRootParent;
+  static constexpr std::uint32_t kBlasRootParent = GroupModel::kBlasRootParent;
+  static constexpr std::uint32_t kFirstNode = GroupModel::kFirstNode;
+
+  [[noreturn, gnu::cold, gnu::noinline]] void fail(const char* rule) const {
+    std::string place = "group " + std::to_string(group_->index);
+    if (lane_ != kNowhere) place += " lane " + std::to_string(lane_);
+    if (round_ != kNowhere) place += " round " + std::to_string(round_);
+    if (event_ != kNowhere) place += " event " + std::to_string(event_);
+    throw Error(*file_, place, rule);
+  }
+  [[gnu::always_inline]] void require(bool holds, const char* rule) const {
+    if (!holds) [[unlikely]]
+      fail(rule);
+  }
+
+  void check_ray(const Ray& ray) {
+    ++totals_.rays;
+    const std::uint64_t pixels = static_cast<std::uint64_t>(header_->width) * header_->height;
+    require(ray.pixel < pixels, "the pixel must lie in the image");
+    destination_.clear();
+    evictions_ = 0;
+    std::size_t next_event = 0;
+    std::size_t next_processed = 0;
+    for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
+      const Round& round = ray.rounds[round_];
+      require(round.event_count <= ray.events.size() - next_event, "event_count exceeds the ray's events");
+      require(round.processed_count <= ray.processed.size() - next_processed,
+              "processed_count exceeds the ray's entries");
+      begin_round(round, round_ == 0 ? nullptr : &ray.rounds[round_ - 1]);
+      check_events({ray.events.data() + next_event, round.event_count}, round);
+      end_round(round, round_ + 1 == ray.rounds.size());
+      check_processed({ray.processed.data() + next_processed, round.processed_count});
+      next_event += round.event_count;
+      next_processed += round.processed_count;
+    }
+    round_ = kNowhere;
+    require(next_event == ray.events.size(), "events remain behind the last round");
+    require(next_processed == ray.processed.size(), "processed entries remain behind the last round");
+  }
+
+  void begin_round(const Round& round, const Round* before) {
+    ++totals_.rounds;
+    if (before != nullptr) {
+      require(!before->terminated, "no round may follow the one that terminated the ray");
+      require(before->k_count == header_->k, "a round may only follow one that filled the k-buffer");
+    }
+    if (round.replay) {
+      require(before != nullptr, "the first round must start at the root");
+      require(header_->checkpoint, "a replay round needs checkpointing");
+      require(!before->overflow, "the round after an overflow must start at the root");
+    } else if (before != nullptr && header_->checkpoint) {
+      require(before->overflow, "a checkpoint written must be read: only an overflow lets a round restart at the root");
+    }
+    require(header_->checkpoint || !round.overflow, "only checkpointing can overflow");
+    const std::uint64_t preload = header_->checkpoint ? std::min<std::uint64_t>(header_->k, evictions_) : 0;
+    require(round.preloaded == preload,
+            "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
+    evictions_ -= preload;
+    occupied_ = round.preloaded;
+    written_ = 0;
+  }
+
+  void end_round(const Round& round, bool last) {
+    require(round.k_count == occupied_, "k_count must be preloaded plus inserted");
+    require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
+    require(round.terminated || round.processed_count == round.k_count,
+            "all entries must be processed unless the ray terminates");
+    require(!last || round.terminated || round.k_count < header_->k,
+            "the ray must go on: its k-buffer was full and it was not terminated");
+    totals_.max_checkpoints_per_round = std::max(totals_.max_checkpoints_per_round, written_);
+    totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
+    if (round.overflow) {
+      ++totals_.overflows;
+      destination_.clear();
+      const bool unused = last && round.eviction_dropped == 0;  // a ray that ends needs no eviction buffer
+      require(unused || round.eviction_dropped == evictions_, "an overflow must drop the whole eviction buffer");
+      evictions_ -= round.eviction_dropped;
+    } else {
+      require(round.eviction_dropped == 0, "evictions are only dropped by an overflow");
+    }
+  }
+
+  void check_processed(std::span<const Processed> entries) {
+    for (const Processed& entry : entries) {
+      require(entry.gaussian < header_->gaussians, "a processed Gaussian must be in the scene");
+      ++totals_.processed;
+      totals_.blended += entry.blended;
+    }
+  }
+
+  void check_events(std::span<const Event> events, const Round& round) {
+    source_.clear();
+    if (round.replay) source_.swap(destination_);
+    destination_.clear();
+    read_ = 0;
+    assigned_ = nullptr;
+    if (nearest_ && round.replay) {
+      addresses_.clear();
+      for (const NodeReference& entry : source_) {
+        addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
+      }
+      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.blas_begin());
+    }
+    lossless_ = header_->checkpoint && !round.overflow;
+    StackFrame top{kRootParent, 0, round.replay ? 0U : 1U};
+    std::size_t depth = 0;  // of the frames below
+    CheckedNode* const nodes = nodes_.begin();
+    const std::uint32_t node_count = nodes_.dictionary_size();
+    const bool slot_order = slot_order_;
+    std::uint64_t visits_internal = 0;
+    std::uint64_t misses = 0;
+    for (event_ = 0; event_ < events.size(); ++event_) {
+      const Event& event = events[event_];
+      if (top.remaining == 0) {
+        if (depth == 0) {
+          top = check_read(event);
+          if (top.remaining == 0 || !nodes_.is_blas(event.node)) continue;
+          ++event_;
+          require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
+          check_transform(events[event_], top.context);
+          continue;
+        }
+        top = frames_[--depth];
+      }
+      const EventKind kind = event.kind();
+      if (top.parent == kRootParent && !root_known_) [[unlikely]]
+        learn_root(kind);
+      const CheckedNode& parent = nodes[top.parent];
+      std::uint32_t address = event.node;
+      if (kind == EventKind::visit_internal) {
+        require(event.node < node_count, "the node index exceeds the dictionary");
+        address = nodes[kFirstNode + event.node].address;
+      }
+      const unsigned slot = parent.slot_of(top.remaining, address);
+      require(slot < kMaxWidth, "the node must be on top of the stack");
+      require(!slot_order || slot == static_cast<unsigned>(std::countr_zero(top.remaining)),
+              "the node must be on top of the stack");
+      top.remaining &= ~(1U << slot);
+      StackFrame pushed;
+      if (kind == EventKind::visit_leaf) {
+        require(((parent.internal_mask | parent.instance_mask) >> slot & 1) == 0,
+                "the node on top of the stack is not a leaf");
+        require_in_image(address, kTriangleLeafBytes);
+        if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
+          ++misses;
+        } else {
+          check_leaf(event, {top.parent, slot, top.context});
+        }
+        continue;
+      }
+      if (kind == EventKind::visit_internal) {
+        require((parent.internal_mask >> slot & 1) != 0, "the node on top of the stack is not internal");
+        CheckedNode& node = nodes[kFirstNode + event.node];
+        require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
+        require((event.pushed() | event.checkpoints) >> node.child_count == 0,
+                "the child masks exceed the child count");
+        require(event.shifts() == 0, "only an insertion shifts");
+        node.visited = true;
+        ++visits_internal;
+        pushed = {kFirstNode + event.node, top.context, event.pushed()};
+        for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
+          write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.context});
+        }
+      } else if (kind == EventKind::cull) {
+        require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
+        ++totals_.culls;
+        check_dropped_or_written(event, {top.parent, slot, top.context});
+      } else {
+        require(kind == EventKind::visit_instance, "the stack is not empty: its top must be visited or culled");
+        check_instance(event, {top.parent, slot, top.context});
+        pushed = {kBlasRootParent, address, 1};
+      }
+      if (pushed.remaining == 0) continue;
+      if (depth == frames_.size()) [[unlikely]]
+        frames_.resize(2 * depth);
+      frames_[depth] = top;
+      depth += top.remaining != 0 ? 1 : 0;
+      top = pushed;
+    }
+    event_ = kNowhere;
+    totals_.visits_internal += visits_internal;
+    totals_.visits_leaf += misses;
+    require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
+    require(read_ == source_.size(), "every source entry must be read");
+  }
+
+  // The first event that visits the root tells what it is.
+  void learn_root(EventKind kind) {
+    CheckedNode& parent = nodes_[kRootParent];
+    root_known_ =
+        kind == EventKind::visit_internal || kind == EventKind::visit_instance || kind == EventKind::visit_leaf;
+    parent.internal_mask = kind == EventKind::visit_internal ? 1 : 0;
+    parent.instance_mask = kind == EventKind::visit_instance ? 1 : 0;
+  }
+
+  void check_transform(const Event& event, std::uint32_t instance) {
+    require(event.kind() == EventKind::visit_instance && event.detail == 1,
+            "visit_instance with detail 1 must follow the take of a BLAS node");
+    require(event.node == instance, "the instance must be the one through which the node was checkpointed");
+    require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
+    ++totals_.visits_instance;
+  }
+
+  // An entry read from the source buffer; returns what is pushed.
+  StackFrame check_read(const Event& event) {
+    const bool take = event.kind() == EventKind::replay_take;
+    require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
+    require(read_ < source_.size(), "no source entry is left to read");
+    std::size_t position = lifo_ ? source_.size() - 1 - read_ : read_;
+    if (assigned_ != nullptr) {
+      require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
+      position = (*assigned_)[read_];
+    }
+    ++read_;
+    ++totals_.checkpoints_read;
+    const NodeReference entry = source_[position];
+    require(event.node == nodes_[entry.parent].child_address(entry.slot), "must be the next source entry");
+    require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
+    if (take) {
+      require(event.checkpoints == 0, "a taken entry is not checkpointed again");
+      return {entry.parent, entry.context, 1U << entry.slot};
+    }
+    check_dropped_or_written(event, entry);
+    return {};
+  }
+
+  void check_instance(const Event& event, const NodeReference& popped) {
+    require(header_->two_level, "an instance leaf needs a two-level structure");
+    require((nodes_[popped.parent].instance_mask >> popped.slot & 1) != 0,
+            "the node on top of the stack is not an instance leaf");
+    require(event.detail == 0, "only a BLAS node taken from the source buffer is transformed for alone (detail 1)");
+    require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
+    require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
+    require_in_image(event.node, kInstanceLeafBytes);
+    ++totals_.visits_instance;
+  }
+
+  void check_leaf(const Event& event, const NodeReference& popped) {
+    require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
+    ++totals_.visits_leaf;
+    const LeafOutcome outcome = event.outcome();
+    if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
+    const bool inserts = outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced;
+    require(inserts || event.shifts() == 0, "only an insertion shifts");
+    require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
+    check_collection(event, outcome);
+    switch (outcome) {
+      case LeafOutcome::beyond:
+        require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
+        if (event.checkpoints != 0) write(popped);
+        break;
+      case LeafOutcome::inserted:
+        require(occupied_ < header_->k, "an insertion needs room in the k-buffer");
+        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        ++occupied_;
+        break;
+      case LeafOutcome::nearest:
+        occupied_ = 1;
+        break;
+      case LeafOutcome::displaced:
+      case LeafOutcome::rejected:
+        require(occupied_ == header_->k, "only a full k-buffer displaces or rejects");
+        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        if (header_->checkpoint) {
+          ++evictions_;
+          ++totals_.evictions;
+          totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
+        }
+        break;
+      default:
+        break;
+    }
+  }
+
+  // How the header's tracing collects hits, beyond what holds for each outcome.
+  void check_collection(const Event& event, LeafOutcome outcome) const {
+    if (closest_) {
+      require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
+      return;
+    }
+    require(outcome != LeafOutcome::nearest, "only closest-hit tracing commits nearest hits");
+    if (multi_) return;
+    const bool fills = occupied_ + 1 == header_->k;
+    require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
+            "single-round tracing appends without moving entries, unless the buffer is then full");
+    require(outcome != LeafOutcome::displaced || event.shifts() < std::bit_width(header_->k),
+            "a heap of k entries moves at most log2(k) of them");
+  }
+
+  void require_in_image(std::uint32_t address, std::uint64_t bytes) const {
+    require(address * kNodeUnit + bytes <= header_->node_image_bytes, "a leaf must lie in the node image");
+  }
+
+  // A node beyond t_max that was on the stack or in the source buffer: without checkpointing, or once the destination
+  // has overflowed, it is found again from the root; otherwise dropping it would lose it.
+  void check_dropped_or_written(const Event& event, const NodeReference& node) {
+    require(event.checkpoints <= 1, "a single node writes at most one checkpoint");
+    require(event.checkpoints == 1 || !lossless_, "a node beyond t_max may not be dropped");
+    if (event.checkpoints != 0) write(node);
+  }
+
+  void write(const NodeReference& node) {
+    require(header_->checkpoint, "no checkpoints without checkpointing");
+    require(occupied_ == header_->k, "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
+    ++written_;
+    ++totals_.checkpoints_written;
+    require(written_ <= header_->checkpoint_capacity, "a round may not write more entries than the buffer holds");
+    destination_.push_back(node);
+  }
+
+  const std::string* file_ = nullptr;
+  const Header* header_ = nullptr;
+  const RayGroup* group_ = nullptr;
+  std::size_t lane_ = kNowhere;
+  std::size_t round_ = kNowhere;
+  std::size_t event_ = kNowhere;
+  Totals totals_;
+  CheckedNodes nodes_;
+  bool root_known_ = false;  ///< some event has visited the root
+  std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
+  std::vector<NodeReference> source_;
+  std::vector<NodeReference> destination_;
+  SourceAssignment assignment_;
+  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::size_t read_ = 0;                                  ///< source entries read in this round
+  std::uint64_t written_ = 0;                             ///< destination entries written in this round
+  std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
+  std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
+  bool slot_order_ = false;                               ///< the header's words, compared once
+  bool lifo_ = false;
+  bool nearest_ = false;
+  bool multi_ = false;
+  bool closest_ = false;
+  bool lossless_ = false;  ///< this round must keep every node beyond t_max
+};
+
+}  // namespace
+
+Totals check_group(const std::string& file, const Header& header, const RayGroup& group) {
+  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  thread_local const std::unique_ptr<GroupChecker> checker = std::make_unique<GroupChecker>();
+  return checker->check(file, header, group);
+}
+
+}  // namespace grtx::traces

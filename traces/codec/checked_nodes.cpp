@@ -1,0 +1,54 @@
+#include "grtx/traces/codec/checked_nodes.h"
+
+#include <algorithm>
+
+namespace grtx::traces {
+namespace {
+
+CheckedNode pseudo_parent(std::uint64_t child) {
+  CheckedNode node;
+  node.child_base = static_cast<std::uint32_t>(child / kNodeUnit);
+  node.child_count = 1;
+  return node;
+}
+
+}  // namespace
+
+const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefinition>& dictionary) {
+  const std::uint64_t image_units = header.node_image_bytes / kNodeUnit;
+  const std::uint64_t node_units = internal_bytes(header.bvh_width) / kNodeUnit;
+  shapes_.set_width(header.bvh_width);
+  nodes_.resize(GroupModel::kFirstNode + dictionary.size());
+  nodes_[GroupModel::kRootParent] = pseudo_parent(header.root);
+  nodes_[GroupModel::kBlasRootParent] = pseudo_parent(header.blas_root);
+  nodes_[GroupModel::kBlasRootParent].internal_mask = header.blas_root_is_leaf ? 0 : 1;
+  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / kNodeUnit) : 0xFFFFFFFF;
+  std::int64_t last_address = -1;
+  CheckedNode* next = nodes_.data() + GroupModel::kFirstNode;
+  for (const NodeDefinition& definition : dictionary) {
+    if (definition.address <= last_address) return "nodes must ascend by address";
+    last_address = definition.address;
+    const NodeShape& shape = shapes_.of(definition);
+    if (shape.fault != nullptr) return shape.fault;
+    if (definition.address + node_units > image_units ||
+        static_cast<std::uint64_t>(definition.child_base) + shape.units > image_units) {
+      return "a node and its children must lie in the node image";
+    }
+    CheckedNode& node = *next++;
+    node.address = definition.address;
+    node.child_base = definition.child_base;
+    node.child_count = shape.child_count;
+    node.internal_mask = shape.internal_mask;
+    node.instance_mask = shape.instance_mask;
+    node.wide_mask = shape.wide_mask;
+    node.visited = false;
+  }
+  return nullptr;
+}
+
+bool CheckedNodes::all_visited() const {
+  return std::all_of(nodes_.begin() + GroupModel::kFirstNode, nodes_.end(),
+                     [](const CheckedNode& node) { return node.visited; });
+}
+
+}  // namespace grtx::traces

@@ -1,0 +1,58 @@
+// The nodes of a group as the checker sees them: small, so that those of a whole group stay in the caches.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/traces/event.h"
+#include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/codec/node_shape.h"
+
+namespace grtx::traces {
+
+/// A node of the dictionary, or the pseudo parent of a root: what the rules need of it.
+struct alignas(16) CheckedNode {
+  std::uint32_t address = 0;     ///< / kNodeUnit
+  std::uint32_t child_base = 0;  ///< / kNodeUnit
+  std::uint8_t child_count = 0;
+  std::uint8_t internal_mask = 0;  ///< as in NodeShape
+  std::uint8_t instance_mask = 0;  ///< as in NodeShape
+  std::uint8_t wide_mask = 0;      ///< as in NodeShape
+  bool visited = false;
+
+  std::uint32_t child_address(unsigned slot) const {
+    return child_base + slot + bits_of_byte(wide_mask & ((1U << slot) - 1));
+  }
+  /// Slot of the child of `remaining` at `child`; kMaxWidth when there is none.
+  unsigned slot_of(unsigned remaining, std::uint32_t child) const {
+    const std::uint32_t offset = child - child_base;
+    if (offset > 15) return kMaxWidth;
+    const unsigned slot = kSlotAtOffset[wide_mask][offset];
+    return (remaining >> slot & 1) != 0 ? slot : kMaxWidth;
+  }
+};
+
+/// Two pseudo parents, then the dictionary: indices as in GroupModel. Keeps its memory.
+class CheckedNodes {
+ public:
+  /// Replaces all nodes. Returns the rule that they break, or null.
+  const char* take(const Header& header, const std::vector<NodeDefinition>& dictionary);
+
+  CheckedNode* begin() { return nodes_.data(); }
+  CheckedNode& operator[](std::uint32_t index) { return nodes_[index]; }
+  const CheckedNode& operator[](std::uint32_t index) const { return nodes_[index]; }
+  std::uint32_t dictionary_size() const { return static_cast<std::uint32_t>(nodes_.size()) - GroupModel::kFirstNode; }
+  /// Every node of the dictionary.
+  bool all_visited() const;
+  /// First address inside the BLAS / kNodeUnit.
+  std::uint32_t blas_begin() const { return blas_begin_; }
+  bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
+
+ private:
+  ShapeTable shapes_;
+  std::vector<CheckedNode> nodes_;
+  std::uint32_t blas_begin_ = 0xFFFFFFFF;
+};
+
+}  // namespace grtx::traces

@@ -1,0 +1,157 @@
+#include "grtx/traces/codec/columns.h"
+
+#define ZSTD_STATIC_LINKING_ONLY  // for ZSTD_c_literalCompressionMode
+#include <zstd.h>
+
+#include <memory>
+#include <new>
+#include <stdexcept>
+
+#include "grtx/traces/codec/file_layout.h"
+
+namespace grtx::traces {
+namespace {
+
+// What the columns hold is already predicted: short matches that zstd finds in them cost more than the Huffman codes of
+// the same bytes. A fast level that soon stops looking for them is both smaller and faster than level 1, as long as it
+// does not leave out Huffman codes, which fast levels do unless told otherwise.
+constexpr int kCompressionLevel = -50;
+constexpr std::size_t kStoreBelow = 24;  ///< shorter columns do not repay zstd's frame header
+// A zstd block of up to 128 KiB takes at least four bytes (run-length block).
+constexpr std::uint64_t kMaxExpansion = (128ULL << 10) / 4;
+
+struct FreeContext {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
+ZSTD_CCtx* compression_context() {
+  thread_local std::unique_ptr<ZSTD_CCtx, FreeContext> context;
+  if (!context) {
+    context.reset(ZSTD_createCCtx());
+    if (!context) throw std::bad_alloc();
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kCompressionLevel);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);  // sizes stand in the column table
+  }
+  return context.get();
+}
+
+ZSTD_DCtx* decompression_context() {
+  thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context;
+  if (!context) {
+    context.reset(ZSTD_createDCtx());
+    if (!context) throw std::bad_alloc();
+  }
+  return context.get();
+}
+
+}  // namespace
+
+const char* column_name(Column column) {
+  static constexpr std::array<const char*, kColumnCount> kNames{"group",
+                                                                "node_address",
+                                                                "node_tree",
+                                                                "node_shape",
+                                                                "node_kinds",
+                                                                "node_children",
+                                                                "node_hits",
+                                                                "ray",
+                                                                "round_flags",
+                                                                "preloaded",
+                                                                "k_count",
+                                                                "processed_count",
+                                                                "eviction_dropped",
+                                                                "inner_gap",
+                                                                "inner",
+                                                                "hits",
+                                                                "checkpoints",
+                                                                "leaf_gap",
+                                                                "leaf",
+                                                                "shifts",
+                                                                "replay_op",
+                                                                "replay_entry",
+                                                                "gaussian_id",
+                                                                "processed",
+                                                                "gaussian_low",
+                                                                "gaussian_high"};
+  return kNames[static_cast<std::size_t>(column)];
+}
+
+std::size_t ColumnSet::bytes() const {
+  std::size_t sum = 0;
+  for (const Bytes& column : columns_) sum += column.size();
+  return sum;
+}
+
+std::size_t ColumnWriter::bytes() const {
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i < kColumnCount; ++i) sum += view(static_cast<Column>(i)).size();
+  return sum;
+}
+
+void pack_columns(const ColumnSet& columns, Bytes& out) {
+  std::array<ColumnView, kColumnCount> views;
+  for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns[static_cast<Column>(i)];
+  pack_columns(views, out);
+}
+
+void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& out) {
+  thread_local Bytes blobs;
+  thread_local Bytes frame;
+  blobs.clear();
+  for (std::size_t i = 0; i < kColumnCount; ++i) {
+    const ColumnView column = columns[i];
+    std::size_t stored = 0;  // 0: as is
+    if (column.size() >= kStoreBelow) {
+      const std::size_t bound = ZSTD_compressBound(column.size());
+      if (frame.size() < bound) frame.resize(bound);  // growing and shrinking it would fill it with zeros each time
+      stored = ZSTD_compress2(compression_context(), frame.data(), frame.size(), column.data(), column.size());
+      if (ZSTD_isError(stored)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(stored));
+      if (stored >= column.size()) stored = 0;
+    }
+    put_varint(out, column.size());
+    put_varint(out, stored);
+    if (stored == 0) {
+      blobs.insert(blobs.end(), column.begin(), column.end());
+    } else {
+      blobs.insert(blobs.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(stored));
+    }
+  }
+  out.insert(out.end(), blobs.begin(), blobs.end());
+}
+
+void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns) {
+  ByteReader reader(bytes, size, "column table");
+  std::array<std::uint64_t, kColumnCount> raw{};
+  std::array<std::uint64_t, kColumnCount> stored{};
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < kColumnCount; ++i) {
+    raw[i] = reader.varint(kMaxGroupBytes);
+    stored[i] = reader.varint(size);
+    if (stored[i] != 0 && raw[i] > stored[i] * kMaxExpansion) reader.fail("claims more than zstd can expand to");
+    if (stored[i] == 0 && raw[i] > reader.remaining()) reader.fail("claims more bytes than the chunk has");
+    sum += raw[i];
+  }
+  if (sum > kMaxGroupBytes) reader.fail("claims more bytes than a group may have");
+  for (std::size_t i = 0; i < kColumnCount; ++i) {
+    Bytes& column = columns[static_cast<Column>(i)];
+    const std::uint8_t* blob = reader.position();
+    if (stored[i] == 0) {
+      reader.skip(static_cast<std::size_t>(raw[i]));
+      column.assign(blob, blob + raw[i]);
+      continue;
+    }
+    reader.skip(static_cast<std::size_t>(stored[i]));
+    column.resize(static_cast<std::size_t>(raw[i]));
+    const std::size_t got = ZSTD_decompressDCtx(decompression_context(), column.data(), column.size(), blob,
+                                                static_cast<std::size_t>(stored[i]));
+    if (ZSTD_isError(got) || got != column.size()) {
+      throw Malformed(std::string("column ") + column_name(static_cast<Column>(i)) +
+                      " does not decompress to its size");
+    }
+  }
+  reader.expect_end();
+}
+
+}  // namespace grtx::traces

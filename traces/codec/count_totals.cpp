@@ -1,0 +1,89 @@
+#include "grtx/traces/codec/count_totals.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "grtx/traces/codec/node_shape.h"
+
+namespace grtx::traces {
+
+// A cell for each kind and detail: what an event is follows no pattern that a branch could learn.
+void RoundCounts::count(std::span<const Event> events) {
+  constexpr std::size_t kDetails = 8;
+  std::array<std::uint32_t, 16 * kDetails> cells{};
+  for (const Event& event : events) {
+    ++cells[static_cast<std::size_t>(event.kind()) * kDetails + event.detail % kDetails];
+    written += bits_of_byte(event.checkpoints);
+  }
+  const auto of = [&](EventKind kind) { return &cells[static_cast<std::size_t>(kind) * kDetails]; };
+  const auto sum = [](const std::uint32_t* first) {
+    return std::accumulate(first, first + kDetails, std::uint64_t{0});
+  };
+  internal = sum(of(EventKind::visit_internal));
+  instances = sum(of(EventKind::visit_instance));
+  std::copy_n(of(EventKind::visit_leaf), kDetails, leaves.begin());
+  culls = sum(of(EventKind::cull));
+  read = events.size() - internal - instances - sum(of(EventKind::visit_leaf)) - culls;
+}
+
+void count_round(const Header& header, const Round& round, const RoundCounts& counts, std::uint64_t& in_eviction_buffer,
+                 Totals& totals) {
+  ++totals.rounds;
+  totals.visits_internal += counts.internal;
+  totals.visits_instance += counts.instances;
+  for (std::size_t i = 0; i < counts.leaves.size(); ++i) {
+    totals.visits_leaf += counts.leaves[i];
+    if (calls_any_hit(static_cast<LeafOutcome>(i))) totals.any_hit_calls += counts.leaves[i];
+  }
+  totals.culls += counts.culls;
+  totals.checkpoints_read += counts.read;
+  totals.checkpoints_written += counts.written;
+  totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, counts.written);
+  if (round.overflow) ++totals.overflows;
+  if (!header.checkpoint) return;  // what does not fit is found again by the next round
+  const std::uint64_t evicted = counts.leaves[static_cast<std::size_t>(LeafOutcome::displaced)] +
+                                counts.leaves[static_cast<std::size_t>(LeafOutcome::rejected)];
+  totals.evictions += evicted;
+  in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.preloaded);
+  in_eviction_buffer += evicted;
+  totals.max_evictions_per_ray = std::max(totals.max_evictions_per_ray, in_eviction_buffer);
+  in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.eviction_dropped);
+}
+
+Totals count_totals(const Header& header, const RayGroup& group) {
+  Totals totals;
+  for (const Ray& ray : group.rays) {
+    ++totals.rays;
+    totals.processed += ray.processed.size();
+    for (const Processed& entry : ray.processed) totals.blended += entry.blended;
+    std::uint64_t in_eviction_buffer = 0;
+    std::size_t next = 0;
+    for (const Round& round : ray.rounds) {
+      RoundCounts counts;
+      counts.count({ray.events.data() + next, round.event_count});
+      next += round.event_count;
+      count_round(header, round, counts, in_eviction_buffer, totals);
+    }
+  }
+  return totals;
+}
+
+void add_totals(Totals& to, const Totals& from) {
+  to.rays += from.rays;
+  to.rounds += from.rounds;
+  to.visits_internal += from.visits_internal;
+  to.visits_instance += from.visits_instance;
+  to.visits_leaf += from.visits_leaf;
+  to.culls += from.culls;
+  to.any_hit_calls += from.any_hit_calls;
+  to.evictions += from.evictions;
+  to.checkpoints_written += from.checkpoints_written;
+  to.checkpoints_read += from.checkpoints_read;
+  to.overflows += from.overflows;
+  to.processed += from.processed;
+  to.blended += from.blended;
+  to.max_checkpoints_per_round = std::max(to.max_checkpoints_per_round, from.max_checkpoints_per_round);
+  to.max_evictions_per_ray = std::max(to.max_evictions_per_ray, from.max_evictions_per_ray);
+}
+
+}  // namespace grtx::traces

@@ -1,0 +1,74 @@
+// One ray group as the payload of a chunk. docs/trace-format.md describes the columns.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::traces {
+
+/// Appends the group's payload to `out`. Throws as GroupEncoder does. Keeps its working memory per calling thread.
+void encode_group(const Header& header, const RayGroup& group, Bytes& out);
+
+/// Undoes encode_group for the group that must have `index`. Throws Malformed on anything encode_group does not write.
+/// Memory stays within a small multiple of the decompressed columns.
+void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
+                  RayGroup& group);
+
+/// Operations on a popped internal node or instance leaf.
+enum class InnerOp : std::uint8_t { visit = 0, visit_with_checkpoints = 1, cull_dropped = 2, cull_checkpointed = 3 };
+/// Operations on a popped leaf: below 7 the LeafOutcome itself.
+inline constexpr unsigned kLeafBeyondCheckpointed = 7;
+inline constexpr unsigned kLeafCullDropped = 8;
+inline constexpr unsigned kLeafCullCheckpointed = 9;
+inline constexpr unsigned kLeafNearest = 10;
+/// A byte of columns inner and leaf: operation XOR the last one (4 bits), rank (3 bits), whether a byte of column hits
+/// follows.
+inline constexpr unsigned kPopOp = 0x0F;
+inline constexpr unsigned kPopRankShift = 4;
+inline constexpr unsigned kPopHits = 0x80;
+/// In inner_gap and leaf_gap: that many predicted pops, and no other behind them.
+inline constexpr unsigned kLongGap = 255;
+/// Pops of one group.
+inline constexpr std::uint64_t kMaxPops = 1ULL << 30;
+/// Symbols of column replay_op.
+enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2 };
+/// Bits of column round_flags.
+inline constexpr unsigned kRoundReplay = 1;
+inline constexpr unsigned kRoundOverflow = 2;
+inline constexpr unsigned kRoundTerminated = 4;
+/// Bits of column processed.
+inline constexpr unsigned kProcessedBlended = 1;
+inline constexpr unsigned kProcessedNotPredicted = 2;
+/// Kinds as stored: index into this list.
+inline constexpr NodeKind kStoredKinds[4] = {NodeKind::internal, NodeKind::instance, NodeKind::procedural,
+                                             NodeKind::triangle};
+/// Bits of column node_shape above the child count (4 bits) and the stored kind of the leaves (2 bits, 0: no leaves).
+inline constexpr unsigned kShapeMixed = 0x40;      ///< internal nodes as well as leaves: a mask follows
+inline constexpr unsigned kShapeIrregular = 0x80;  ///< leaves of several kinds: all kinds follow
+/// The bits of `value` at the positions of `mask`'s bits, closed up; and back.
+constexpr unsigned gather_bits(unsigned value, unsigned mask) {
+  unsigned gathered = 0;
+  for (unsigned place = 0; mask != 0; mask &= mask - 1, ++place) {
+    if ((value & mask & (0U - mask)) != 0) gathered |= 1U << place;
+  }
+  return gathered;
+}
+constexpr unsigned scatter_bits(unsigned gathered, unsigned mask) {
+  unsigned value = 0;
+  for (; mask != 0; mask &= mask - 1, gathered >>= 1) {
+    if ((gathered & 1) != 0) value |= mask & (0U - mask);
+  }
+  return value;
+}
+/// How the dictionary is stored, in column group.
+inline constexpr unsigned kNodesInTree = 1;        ///< by their place in the tree, not by address
+inline constexpr unsigned kNodesHoldRoot = 2;      ///< of a tree: the root is one of them
+inline constexpr unsigned kNodesHoldBlasRoot = 4;  ///< of a tree: the BLAS root is one of them
+/// Marks the start of a ray in the prediction of processed Gaussians.
+inline constexpr std::uint32_t kNoSuccessor = 0xFFFFFFFF;
+
+}  // namespace grtx::traces

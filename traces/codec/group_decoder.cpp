@@ -1,0 +1,393 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/dictionary_decoder.h"
+#include "grtx/traces/codec/group_codec.h"
+#include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/codec/predicted_pops.h"
+#include "grtx/traces/codec/processed_coder.h"
+
+namespace grtx::traces {
+namespace {
+
+/// Leaf operations that need more than their event: they shift or checkpoint something, or are unknown.
+constexpr unsigned kSpecialLeafOps =
+    ~(1U << kLeafCullDropped | 1U << kLeafNearest | 1U << static_cast<unsigned>(LeafOutcome::miss) |
+      1U << static_cast<unsigned>(LeafOutcome::behind) | 1U << static_cast<unsigned>(LeafOutcome::beyond) |
+      1U << static_cast<unsigned>(LeafOutcome::rejected) | 1U << static_cast<unsigned>(LeafOutcome::ignored));
+
+constexpr Event make_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints,
+                           unsigned shifts = 0) {
+  Event event;
+  event.node = node;
+  event.detail = static_cast<std::uint8_t>(detail);
+  event.checkpoints = static_cast<std::uint8_t>(checkpoints);
+  event.kind_shifts = Event::pack(kind, shifts);
+  return event;
+}
+
+/// Events of the other leaf operations, without their node.
+constexpr std::array<Event, kPopOp + 1> kLeafEvents = [] {
+  std::array<Event, kPopOp + 1> events{};
+  for (unsigned op = 0; op < events.size(); ++op) events[op] = make_event(EventKind::visit_leaf, 0, op, 0);
+  events[kLeafNearest].detail = static_cast<std::uint8_t>(LeafOutcome::nearest);
+  events[kLeafCullDropped] = make_event(EventKind::cull, 0, 0, 0);
+  return events;
+}();
+
+class GroupDecoder {
+ public:
+  [[gnu::noinline]] void decode(const Header& header, const std::uint8_t* payload, std::size_t size,
+                                std::uint64_t index, RayGroup& group) {
+    nearest_ = header.checkpoint_order == "nearest";
+    lifo_ = header.checkpoint_order == "lifo";
+    slot_order_ = header.child_order == "slot";
+    two_level_ = header.two_level;
+    unpack_columns(payload, size, columns_);
+    readers_.begin(columns_);
+    ByteReader& top = reader(Column::group);
+    if (top.varint() != index) top.fail("holds the index of another group");
+    group.index = static_cast<std::uint32_t>(index);
+    const unsigned kind = top.u8();
+    if (kind > static_cast<unsigned>(RayKind::mirror)) top.fail("holds an unknown ray kind");
+    group.kind = static_cast<RayKind>(kind);
+    const auto root = static_cast<NodeKind>(top.u8());
+    if (root != NodeKind::internal && root != NodeKind::instance && root != NodeKind::triangle) {
+      top.fail("holds an unknown root kind");
+    }
+    const std::uint64_t nodes = top.varint(reader(Column::node_shape).remaining());
+    const std::uint64_t rays = top.varint(header.warp_size);
+    const unsigned flags = top.u8();
+    const bool known_flags = flags == 0 || (flags < 2 * kNodesHoldBlasRoot && (flags & kNodesInTree) != 0);
+    if (!known_flags) top.fail("holds unknown flags");
+    const std::uint64_t gaussians = top.varint(reader(Column::gaussian_id).remaining());
+    group.nodes.resize(static_cast<std::size_t>(nodes));
+    nodes_ = &group.nodes;
+    model_.begin(header, root);
+    dictionary_.take(header, flags, group.nodes);
+    inner_.begin(reader(Column::inner_gap), reader(Column::inner));
+    leaves_.begin(reader(Column::leaf_gap), reader(Column::leaf));
+    hits_ = reader(Column::hits);
+    pops_left_ = kMaxPops;
+    processed_.begin(gaussians, readers_);
+    group.rays.resize(static_cast<std::size_t>(rays));
+    std::int64_t pixel = 0;
+    for (Ray& ray : group.rays) take_ray(ray, pixel);
+    inner_.expect_end();
+    leaves_.expect_end();
+    hits_.expect_end();
+    for (const Column column : {Column::inner_gap, Column::inner, Column::leaf_gap, Column::leaf, Column::hits}) {
+      reader(column) = ByteReader();
+    }
+    readers_.expect_end();
+  }
+
+ private:
+  ByteReader& reader(Column column) { return readers_[column]; }
+
+  void take_ray(Ray& ray, std::int64_t& pixel) {
+    ByteReader& rays = reader(Column::ray);
+    pixel = checked_u32(rays, pixel + unzigzag(rays.varint(4 * kU32)));
+    ray.pixel = static_cast<std::uint32_t>(pixel);
+    const std::uint64_t rounds = rays.varint(reader(Column::round_flags).remaining());
+    ray.rounds.resize(static_cast<std::size_t>(rounds));
+    ray.processed.clear();
+    destination_.clear();
+    event_count_ = 0;
+    replayed_ = 0;
+    std::uint64_t processed = 0;
+    for (Round& round : ray.rounds) {
+      take_round(round);
+      processed += round.processed_count;
+      const std::size_t first = event_count_;
+      take_events(round);
+      const std::size_t count = event_count_ - first;
+      if (count > kU32) throw Malformed("a round has 2^32 events or more");
+      round.event_count = static_cast<std::uint32_t>(count);
+    }
+    const std::uint64_t pops = event_count_ - replayed_;
+    if (pops > pops_left_) fail_pops();
+    pops_left_ -= pops;
+    ray.events.assign(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(event_count_));
+    processed_.take_ray(processed, readers_, ray.processed);
+  }
+
+  void take_round(Round& round) {
+    ByteReader& flags = reader(Column::round_flags);
+    const unsigned bits = flags.u8();
+    if (bits > (kRoundReplay | kRoundOverflow | kRoundTerminated)) flags.fail("holds an unknown flag");
+    round.replay = (bits & kRoundReplay) != 0;
+    round.overflow = (bits & kRoundOverflow) != 0;
+    round.terminated = (bits & kRoundTerminated) != 0;
+    round.preloaded = static_cast<std::uint16_t>(reader(Column::preloaded).varint(kU16));
+    round.k_count = static_cast<std::uint16_t>(reader(Column::k_count).varint(kU16));
+    ByteReader& counts = reader(Column::processed_count);
+    const std::int64_t processed = round.k_count - unzigzag(counts.varint(4 * kU16));
+    if (processed < 0 || processed > static_cast<std::int64_t>(kU16)) counts.fail("leaves 16 bits");
+    round.processed_count = static_cast<std::uint16_t>(processed);
+    round.eviction_dropped = 0;
+    if (round.overflow) {
+      round.eviction_dropped = static_cast<std::uint32_t>(reader(Column::eviction_dropped).varint(kU32));
+    }
+  }
+
+  // One pop after another, each with an event. What is left of the frame on top stays in registers, in the order in
+  // which it is expected, so that a leaf takes little more than its event.
+  void take_events(const Round& round) {
+    source_.clear();
+    if (round.replay) source_.swap(destination_);
+    destination_.clear();
+    taken_ = 0;
+    last_taken_ = -1;
+    if (nearest_) read_.assign(source_.size(), false);
+    NodeModel* const nodes = model_.nodes();
+    StackFrame top{GroupModel::kRootParent, 0, 1};
+    if (round.replay) top.remaining = 0;
+    std::size_t depth = 0;                         // of the frames below
+    Event* event = events_.data() + event_count_;  // the next
+    const Event* end = events_.data() + events_.size();
+    while (true) {
+      if (top.remaining == 0) {
+        if (depth != 0) {
+          top = frames_[--depth];
+        } else if (taken_ != source_.size()) {
+          if (end - event < 2) grow_events(event, end);
+          top = take_replay(event);
+          continue;
+        } else {
+          break;
+        }
+      }
+      NodeModel& parent = nodes[top.parent];
+      const unsigned inner = parent.internal_mask | parent.instance_mask;
+      std::uint64_t left = parent.ordered(top.remaining);
+      top.remaining = 0;
+      do {
+        if (event == end) [[unlikely]]
+          grow_events(event, end);
+        unsigned slot = NodeModel::first_of(left);
+        PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
+        const unsigned symbol = pops.next();
+        if ((symbol >> kPopRankShift & 7) != 0) {
+          slot = take_rank(parent, left, symbol >> kPopRankShift & 7, pops);
+          left = parent.ordered(NodeModel::mask_of(left) & ~(1U << slot));
+        } else {
+          left &= left - 1;
+        }
+        const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
+        parent.last_op[slot] = static_cast<std::uint8_t>(op);
+        const std::uint32_t address = parent.child_address(slot);
+        if ((inner >> slot & 1) == 0) {
+          if ((symbol & kPopHits) != 0) pops.fail("changes hits where none are");
+          if ((kSpecialLeafOps >> op & 1) != 0) {
+            *event = take_leaf({top.parent, slot, top.context}, address, op, pops);
+          } else {
+            *event = kLeafEvents[op];
+            event->node = address;
+          }
+          ++event;
+          continue;
+        }
+        StackFrame pushed;
+        if (op == static_cast<unsigned>(InnerOp::visit) && parent.is_internal(slot)) {
+          std::uint32_t index = parent.links[slot];
+          if (index == NodeModel::kUnknownLink) [[unlikely]] {
+            index = find(address);
+            parent.links[slot] = index;
+          }
+          NodeModel& node = nodes[index];
+          if ((symbol & kPopHits) != 0) change_hits(node);
+          pushed = {index, top.context, node.last_hits};
+          *event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, node.last_hits, 0);
+        } else {
+          pushed =
+              take_other_inner({top.parent, slot, top.context}, address, op, (symbol & kPopHits) != 0, pops, *event);
+        }
+        ++event;
+        if (pushed.remaining == 0) continue;
+        if (left != 0) {
+          if (depth == frames_.size()) [[unlikely]]
+            frames_.resize(2 * depth);
+          frames_[depth++] = {top.parent, top.context, NodeModel::mask_of(left)};
+        }
+        top = pushed;
+        break;
+      } while (left != 0);
+    }
+    event_count_ = static_cast<std::size_t>(event - events_.data());
+    if (round.overflow) destination_.clear();
+  }
+
+  // The slot of those left that has `rank` others before it.
+  unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
+    const unsigned remaining = NodeModel::mask_of(left);
+    if (slot_order_ || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
+    const unsigned slot = parent.slot_at(remaining, rank);
+    parent.move_up(remaining, slot);
+    return slot;
+  }
+
+  void change_hits(NodeModel& node) {
+    const unsigned difference = hits_.u8();
+    if (difference == 0) hits_.fail("changes nothing");
+    if (difference >> node.child_count != 0) hits_.fail("names a child that is not there");
+    node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
+  }
+
+  // Room for two events or more behind `next`.
+  [[gnu::noinline]] void grow_events(Event*& next, const Event*& end) {
+    const auto used = static_cast<std::size_t>(next - events_.data());
+    if (used - replayed_ > pops_left_) fail_pops();
+    events_.resize(2 * events_.size());
+    next = events_.data() + used;
+    end = events_.data() + events_.size();
+  }
+  [[noreturn]] static void fail_pops() { throw Malformed("a group has more than 2^30 events"); }
+
+  // Returns what is pushed on the empty stack.
+  StackFrame take_replay(Event*& event) {
+    std::size_t index = taken_;
+    if (lifo_) index = source_.size() - 1 - taken_;
+    if (nearest_) {
+      ByteReader& entries = reader(Column::replay_entry);
+      const std::int64_t at = last_taken_ + 1 + unzigzag(entries.varint(4 * kU32));
+      if (at < 0 || static_cast<std::uint64_t>(at) >= source_.size() || read_[static_cast<std::size_t>(at)]) {
+        entries.fail("names a source entry that is not there or already read");
+      }
+      last_taken_ = at;
+      index = static_cast<std::size_t>(at);
+      read_[index] = true;
+    }
+    ++taken_;
+    ++replayed_;
+    const NodeReference entry = source_[index];
+    const std::uint32_t address = model_[entry.parent].child_address(entry.slot);
+    ByteReader& ops = reader(Column::replay_op);
+    const unsigned op = ops.u8();
+    if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
+    if (static_cast<ReplayOp>(op) == ReplayOp::take) {
+      *event++ = make_event(EventKind::replay_take, address, 0, 0);
+      if (!model_.is_blas(address)) return {entry.parent, entry.context, 1U << entry.slot};
+      ++replayed_;
+      *event++ = make_event(EventKind::visit_instance, entry.context, 1, 0);
+      return {entry.parent, entry.context, 1U << entry.slot};
+    }
+    const bool checkpointed = static_cast<ReplayOp>(op) == ReplayOp::forward_checkpointed;
+    *event++ = make_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
+    if (checkpointed) destination_.push_back(entry);
+    return {};
+  }
+
+  // A leaf operation of kSpecialLeafOps.
+  Event take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
+    if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
+      return make_event(EventKind::visit_leaf, address, op, 0,
+                        static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
+    }
+    if (op != kLeafBeyondCheckpointed && op != kLeafCullCheckpointed) pops.fail("holds an unknown operation");
+    destination_.push_back(popped);
+    if (op == kLeafCullCheckpointed) return make_event(EventKind::cull, address, 0, 1);
+    return make_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
+  }
+
+  // All but the visit of an internal node that checkpoints nothing. Returns what is pushed.
+  StackFrame take_other_inner(const NodeReference& popped, std::uint32_t address, unsigned op, bool changed_hits,
+                              const PopReader& pops, Event& event) {
+    if (op > static_cast<unsigned>(InnerOp::cull_checkpointed)) pops.fail("holds an unknown operation");
+    const bool visit = op < static_cast<unsigned>(InnerOp::cull_dropped);
+    if (visit && model_[popped.parent].is_internal(popped.slot)) {
+      return take_checkpointing(popped, address, changed_hits, event);
+    }
+    if (changed_hits) pops.fail("changes hits where none are");
+    if (!visit) {
+      const bool checkpointed = op == static_cast<unsigned>(InnerOp::cull_checkpointed);
+      event = make_event(EventKind::cull, address, 0, checkpointed ? 1 : 0);
+      if (checkpointed) destination_.push_back(popped);
+      return {};
+    }
+    if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
+      pops.fail("holds an operation that an instance leaf cannot have");
+    }
+    event = make_event(EventKind::visit_instance, address, 0, 0);
+    return {GroupModel::kBlasRootParent, address, 1};
+  }
+
+  // The visit of an internal node that checkpoints children. Returns what is pushed.
+  StackFrame take_checkpointing(const NodeReference& popped, std::uint32_t address, bool changed_hits, Event& event) {
+    std::uint32_t& link = model_[popped.parent].links[popped.slot];
+    if (link == NodeModel::kUnknownLink) link = find(address);
+    const std::uint32_t index = link;
+    NodeModel& node = model_[index];
+    if (changed_hits) change_hits(node);
+    const unsigned hits = node.last_hits;
+    if (hits == 0) throw Malformed("a visit checkpoints children where none is hit");
+    unsigned checkpoints = hits;
+    if (!has_one_bit(hits)) {
+      const unsigned gathered = reader(Column::checkpoints).u8();
+      if (gathered == 0 || gathered >> bits_of_byte(hits) != 0) {
+        reader(Column::checkpoints).fail("names a child that is not hit");
+      }
+      checkpoints = scatter_bits(gathered, hits);
+    }
+    for (unsigned left = checkpoints; left != 0; left &= left - 1) {
+      destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
+    }
+    const unsigned pushed = hits & ~checkpoints;
+    event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints);
+    return {index, popped.context, pushed};
+  }
+
+  /// Index into the model of the internal node at `address`.
+  std::uint32_t find(std::uint32_t address) const {
+    const auto found = std::lower_bound(nodes_->begin(), nodes_->end(), address,
+                                        [](const NodeDefinition& node, std::uint32_t a) { return node.address < a; });
+    if (found == nodes_->end() || found->address != address) {
+      throw Malformed("a visited internal node is missing in the dictionary");
+    }
+    return GroupModel::kFirstNode + static_cast<std::uint32_t>(found - nodes_->begin());
+  }
+
+  static constexpr std::uint64_t kU32 = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint64_t kU16 = std::numeric_limits<std::uint16_t>::max();
+
+  bool nearest_ = false;
+  bool lifo_ = false;
+  bool slot_order_ = false;
+  bool two_level_ = false;
+  ColumnSet columns_;
+  ColumnReaders readers_;
+  GroupModel model_;
+  DictionaryDecoder dictionary_{readers_, model_};
+  ProcessedDecoder processed_;
+  PopReader inner_;
+  PopReader leaves_;
+  ByteReader hits_;
+  std::uint64_t pops_left_ = 0;  ///< of the group
+  std::uint64_t replayed_ = 0;   ///< events of the ray that are no pops
+  const std::vector<NodeDefinition>* nodes_ = nullptr;
+  std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
+  std::vector<Event> events_ = std::vector<Event>(1024);  ///< of the ray; from event_count_ on there is only room
+  std::size_t event_count_ = 0;
+  std::vector<NodeReference> source_;
+  std::vector<NodeReference> destination_;
+  std::size_t taken_ = 0;         ///< source entries read in this round
+  std::int64_t last_taken_ = -1;  ///< position of the one read last
+  std::vector<bool> read_;        ///< nearest order: entries already read
+};
+
+}  // namespace
+
+void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
+                  RayGroup& group) {
+  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  thread_local const std::unique_ptr<GroupDecoder> decoder = std::make_unique<GroupDecoder>();
+  decoder->decode(header, payload, size, index, group);
+}
+
+}  // namespace grtx::traces

@@ -1,0 +1,52 @@
+#include "grtx/traces/codec/group_model.h"
+
+#include <stdexcept>
+
+namespace grtx::traces {
+namespace {
+
+NodeModel pseudo_parent(std::uint64_t child_address, NodeKind kind) {
+  NodeModel model;
+  model.child_base = static_cast<std::uint32_t>(child_address / kNodeUnit);
+  model.child_count = 1;
+  model.internal_mask = kind == NodeKind::internal ? 1 : 0;
+  model.instance_mask = kind == NodeKind::instance ? 1 : 0;
+  return model;
+}
+
+}  // namespace
+
+void GroupModel::begin(const Header& header, NodeKind root_kind) {
+  shapes_.set_width(header.bvh_width);
+  image_units_ = header.node_image_bytes / kNodeUnit;
+  internal_units_ = internal_bytes(header.bvh_width) / kNodeUnit;
+  nodes_.clear();
+  nodes_.push_back(pseudo_parent(header.root, root_kind));
+  const NodeKind blas_kind = header.blas_root_is_leaf ? NodeKind::procedural : NodeKind::internal;
+  nodes_.push_back(pseudo_parent(header.blas_root, blas_kind));
+  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / kNodeUnit) : 0xFFFFFFFF;
+}
+
+void GroupModel::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape) {
+  if (shape.fault != nullptr) throw std::invalid_argument(shape.fault);
+  if (node.address + internal_units_ > image_units_ ||
+      static_cast<std::uint64_t>(node.child_base) + shape.units > image_units_) {
+    throw std::invalid_argument("a node and its children must lie in the node image");
+  }
+  NodeModel& model = nodes_[index];
+  model.child_base = node.child_base;
+  model.offsets = shape.offsets;
+  model.child_count = shape.child_count;
+  model.internal_mask = shape.internal_mask;
+  model.instance_mask = shape.instance_mask;
+  model.wide_mask = shape.wide_mask;
+}
+
+std::uint32_t GroupModel::add(const NodeDefinition& node, const NodeShape& shape) {
+  const auto index = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.emplace_back();
+  set(index, node, shape);
+  return index;
+}
+
+}  // namespace grtx::traces

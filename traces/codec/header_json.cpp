@@ -1,0 +1,167 @@
+#include "grtx/traces/codec/header_json.h"
+
+#include <concepts>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::traces {
+namespace {
+
+using Json = nlohmann::json;
+
+// One list of fields serves writing, reading and the count of known keys.
+template <typename HeaderType, typename Visit>
+void for_each_header_field(HeaderType& h, Visit&& visit) {
+  visit("accel", h.accel);
+  visit("tracing", h.tracing);
+  visit("k", h.k);
+  visit("checkpoint", h.checkpoint);
+  visit("checkpoint_order", h.checkpoint_order);
+  visit("child_order", h.child_order);
+  visit("width", h.width);
+  visit("height", h.height);
+  visit("warp_size", h.warp_size);
+  visit("warp_mapping", h.warp_mapping);
+  visit("groups", h.groups);
+  visit("bvh_width", h.bvh_width);
+  visit("node_image_bytes", h.node_image_bytes);
+  visit("root", h.root);
+  visit("two_level", h.two_level);
+  visit("blas_base", h.blas_base);
+  visit("blas_root", h.blas_root);
+  visit("blas_bytes", h.blas_bytes);
+  visit("blas_root_is_leaf", h.blas_root_is_leaf);
+  visit("gaussians", h.gaussians);
+  visit("sh_degree", h.sh_degree);
+  visit("gaussian_record_bytes", h.gaussian_record_bytes);
+  visit("sh_record_bytes", h.sh_record_bytes);
+  visit("checkpoint_capacity", h.checkpoint_capacity);
+  visit("inputs", h.inputs);
+}
+
+template <typename TotalsType, typename Visit>
+void for_each_total(TotalsType& t, Visit&& visit) {
+  visit("rays", t.rays);
+  visit("rounds", t.rounds);
+  visit("visits_internal", t.visits_internal);
+  visit("visits_instance", t.visits_instance);
+  visit("visits_leaf", t.visits_leaf);
+  visit("culls", t.culls);
+  visit("any_hit_calls", t.any_hit_calls);
+  visit("evictions", t.evictions);
+  visit("checkpoints_written", t.checkpoints_written);
+  visit("checkpoints_read", t.checkpoints_read);
+  visit("overflows", t.overflows);
+  visit("processed", t.processed);
+  visit("blended", t.blended);
+  visit("max_checkpoints_per_round", t.max_checkpoints_per_round);
+  visit("max_evictions_per_ray", t.max_evictions_per_ray);
+}
+
+void take(const Json& value, const std::string& key, bool& out) {
+  if (!value.is_boolean()) throw Malformed("key '" + key + "' must be true or false");
+  out = value.get<bool>();
+}
+void take(const Json& value, const std::string& key, std::string& out) {
+  if (!value.is_string()) throw Malformed("key '" + key + "' must be a string");
+  out = value.get<std::string>();
+}
+template <std::unsigned_integral T>
+void take(const Json& value, const std::string& key, T& out) {
+  if (!value.is_number_unsigned()) throw Malformed("key '" + key + "' must be a whole number >= 0");
+  const auto number = value.get<std::uint64_t>();
+  if (number > std::numeric_limits<T>::max()) throw Malformed("key '" + key + "' is too large");
+  out = static_cast<T>(number);
+}
+void take(const Json& value, const std::string& key, std::map<std::string, std::string>& out) {
+  if (!value.is_object()) throw Malformed("key '" + key + "' must be an object");
+  for (const auto& [name, text] : value.items()) take(text, key + "." + name, out[name]);
+}
+
+Json parse_object(std::string_view text) {
+  Json json;
+  try {
+    json = Json::parse(text.begin(), text.end());
+  } catch (const Json::exception&) {
+    throw Malformed("is not JSON");
+  }
+  if (!json.is_object()) throw Malformed("is not a JSON object");
+  return json;
+}
+
+// Takes every field that `for_each` lists out of `json`; what is left over is unknown.
+template <typename ForEach>
+void take_all(Json json, ForEach&& for_each) {
+  for_each([&](const char* key, auto& field) {
+    const auto found = json.find(key);
+    if (found == json.end()) throw Malformed("key '" + std::string(key) + "' is missing");
+    take(*found, key, field);
+    json.erase(found);
+  });
+  if (!json.empty()) throw Malformed("key '" + json.begin().key() + "' is unknown");
+}
+
+std::string to_text(const Json& json) {
+  // Input names may hold any bytes; what is not UTF-8 must not stop a long trace at its end.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string header_to_json(const Header& header) {
+  Json json = Json::object();
+  for_each_header_field(header, [&](const char* key, const auto& field) { json[key] = field; });
+  return to_text(json);
+}
+
+Header header_from_json(std::string_view text) {
+  Header header;
+  take_all(parse_object(text), [&](auto&& visit) { for_each_header_field(header, visit); });
+  if (const std::string fault = header_fault(header); !fault.empty()) throw Malformed(fault);
+  return header;
+}
+
+std::string header_fault(const Header& h) {
+  if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
+  if (h.tracing != "multi" && h.tracing != "single" && h.tracing != "closest") {
+    return "tracing must be multi, single or closest";
+  }
+  if (h.tracing == "closest" && h.k != 1) return "k must be 1 when tracing is closest";
+  if (h.tracing != "multi" && h.checkpoint) return "checkpoint must be false unless tracing is multi";
+  if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
+  if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
+  if (h.checkpoint_order != "fifo" && h.checkpoint_order != "lifo" && h.checkpoint_order != "nearest") {
+    return "checkpoint_order must be fifo, lifo or nearest";
+  }
+  if (h.child_order != "near_first" && h.child_order != "slot") return "child_order must be near_first or slot";
+  if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";
+  if (h.gaussians > (1ULL << 31)) return "gaussians must be at most 2^31";
+  if (h.node_image_bytes > (kNodeUnit << 32)) return "node_image_bytes must be at most 256 GiB";
+  for (const std::uint64_t address : {h.root, h.blas_base, h.blas_root}) {
+    if (address % kNodeUnit != 0) return "root, blas_base and blas_root must be multiples of 64";
+    if (address != 0 && address >= h.node_image_bytes)
+      return "root, blas_base and blas_root must lie in the node image";
+  }
+  if (h.two_level && (h.blas_base == 0 || h.blas_root < h.blas_base)) {
+    return "blas_root must lie behind blas_base, which must not be 0, when two_level";
+  }
+  if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
+  return "";
+}
+
+std::string totals_to_json(const Totals& totals) {
+  Json json = Json::object();
+  for_each_total(totals, [&](const char* key, const auto& field) { json[key] = field; });
+  return to_text(json);
+}
+
+Totals totals_from_json(std::string_view text) {
+  Totals totals;
+  take_all(parse_object(text), [&](auto&& visit) { for_each_total(totals, visit); });
+  return totals;
+}
+
+}  // namespace grtx::traces

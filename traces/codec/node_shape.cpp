@@ -1,0 +1,121 @@
+#include "grtx/traces/codec/node_shape.h"
+
+#include <bit>
+#include <cstring>
+
+#include "grtx/traces/codec/group_codec.h"
+
+namespace grtx::traces {
+namespace {
+
+unsigned stored_kind(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::internal:
+      return 0;
+    case NodeKind::instance:
+      return 1;
+    case NodeKind::procedural:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+// Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
+void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
+  const unsigned leaves = ((1U << shape.child_count) - 1) & ~unsigned{shape.internal_mask};
+  const unsigned leaf = leaves != 0 ? stored_kind(kinds[static_cast<unsigned>(std::countr_zero(leaves))]) : 0;
+  unsigned all = 0;
+  bool irregular = false;
+  for (unsigned slot = 0; slot < shape.child_count; ++slot) {
+    const unsigned kind = stored_kind(kinds[slot]);
+    all |= kind << (2 * slot);
+    irregular |= kind != 0 && kind != leaf;
+  }
+  unsigned code = shape.child_count;
+  if (irregular) {
+    code |= kShapeIrregular;
+    shape.kinds_code = static_cast<std::uint16_t>(all);
+  } else {
+    code |= leaf << 4;
+    if (leaf != 0 && shape.internal_mask != 0) {
+      code |= kShapeMixed;
+      shape.kinds_code = shape.internal_mask;
+    }
+  }
+  shape.code = static_cast<std::uint8_t>(code);
+}
+
+// Bit i moves to bit 2 i.
+unsigned spread_bits(unsigned byte) { return scatter_bits(byte, 0x5555); }
+
+}  // namespace
+
+NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count) {
+  NodeShape shape;
+  if (child_count < 1 || child_count > bvh_width) {
+    shape.fault = "a node must have 1..bvh_width children";
+    return shape;
+  }
+  shape.child_count = static_cast<std::uint8_t>(child_count);
+  unsigned internal = 0, instance = 0, wide = 0, offset = 0;
+  for (unsigned slot = 0; slot < kMaxWidth; ++slot) {
+    const NodeKind kind = kinds[slot];
+    if (kind != NodeKind::internal && kind != NodeKind::instance && kind != NodeKind::procedural &&
+        kind != NodeKind::triangle) {
+      shape.fault = "a child must be of a known kind";
+      return shape;
+    }
+    if (slot >= child_count) {
+      if (kind != NodeKind::internal) shape.fault = "an unused child slot must be of kind internal";
+      continue;
+    }
+    const auto units = static_cast<unsigned>(node_bytes(kind, bvh_width) / kNodeUnit);
+    shape.offsets |= offset << (4 * slot);
+    offset += units;
+    internal |= (kind == NodeKind::internal ? 1U : 0U) << slot;
+    instance |= (kind == NodeKind::instance ? 1U : 0U) << slot;
+    wide |= (units == 2 ? 1U : 0U) << slot;
+  }
+  shape.internal_mask = static_cast<std::uint8_t>(internal);
+  shape.instance_mask = static_cast<std::uint8_t>(instance);
+  shape.wide_mask = static_cast<std::uint8_t>(wide);
+  shape.units = static_cast<std::uint8_t>(offset);
+  if (shape.fault == nullptr) set_codes(kinds, shape);
+  return shape;
+}
+
+void ShapeTable::set_width(unsigned bvh_width) {
+  if (width_ == bvh_width) return;
+  width_ = bvh_width;
+  entries_.assign(std::size_t{1} << kBits, Entry{});
+  stored_.assign(std::size_t{1} << kBits, Stored{});
+}
+
+const NodeShape& ShapeTable::of(const NodeDefinition& node) {
+  std::uint64_t kinds = 0;
+  static_assert(sizeof node.child_kinds == sizeof kinds);
+  std::memcpy(&kinds, node.child_kinds.data(), sizeof kinds);
+  Entry& entry = entries_[slot_of(kinds + node.child_count)];
+  if (entry.kinds != kinds || entry.count != node.child_count) {
+    entry = {kinds, node.child_count, make_shape(width_, node.child_kinds, node.child_count)};
+  }
+  return entry.shape;
+}
+
+bool ShapeTable::store(unsigned code, unsigned kinds_code, Stored& entry) const {
+  const unsigned leaf = code >> 4 & 3;
+  const unsigned count = code & 0xF;
+  const bool mixed = (code & kShapeMixed) != 0;
+  const bool irregular = (code & kShapeIrregular) != 0;
+  if (count > kMaxWidth || (mixed && leaf == 0) || (irregular && (code & 0x70) != 0)) return false;
+  unsigned all = leaf * 0x5555;
+  if (mixed) all &= ~(spread_bits(kinds_code) * 3);
+  if (irregular) all = kinds_code;
+  Kinds kinds{};
+  for (unsigned slot = 0; slot < count; ++slot) kinds[slot] = kStoredKinds[all >> (2 * slot) & 3];
+  entry = {code | kinds_code << 8, kinds, make_shape(width_, kinds, count)};
+  return true;
+}
+
+}  // namespace grtx::traces

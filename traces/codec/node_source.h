@@ -1,0 +1,18 @@
+// Where an encoder learns what the internal nodes of a structure are.
+#pragma once
+
+#include <cstdint>
+
+#include "grtx/traces/event.h"
+
+namespace grtx::traces {
+
+/// Tells where the children of an internal node lie that a ray visited.
+class NodeSource {
+ public:
+  virtual ~NodeSource() = default;
+  /// Of the internal node at `address` (/ kNodeUnit).
+  virtual NodeDefinition define(std::uint32_t address) const = 0;
+};
+
+}  // namespace grtx::traces

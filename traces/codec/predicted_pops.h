@@ -1,0 +1,76 @@
+// Pops of one kind as two columns: those that went as predicted are counted, the others have a symbol.
+#pragma once
+
+#include <cstdint>
+
+#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/codec/group_codec.h"
+
+namespace grtx::traces {
+
+/// Written without branches on whether a pop was predicted, which would follow no pattern.
+struct PopColumns {
+  std::uint8_t* gap = nullptr;
+  std::uint8_t* symbols = nullptr;
+  unsigned run = 0;  ///< predicted pops since the last other one
+
+  /// 0 when the pop is as predicted. Nothing checks that the columns have room.
+  void put(unsigned symbol) {
+    const unsigned told = symbol != 0 ? 1 : 0;
+    *gap = static_cast<std::uint8_t>(run);
+    *symbols = static_cast<std::uint8_t>(symbol);
+    gap += told;
+    symbols += told;
+    run = (run + 1) & (told - 1);
+    if (run == kLongGap) {
+      *gap++ = kLongGap;
+      run = 0;
+    }
+  }
+};
+
+/// Undoes PopColumns. Throws Malformed.
+class PopReader {
+ public:
+  void begin(const ByteReader& gaps, const ByteReader& symbols) {
+    gaps_ = gaps;
+    symbols_ = symbols;
+    left_ = 0;
+    symbol_behind_ = false;
+  }
+  /// 0 when the pop is as predicted.
+  unsigned next() {
+    if (left_ == 0) return next_told();
+    --left_;
+    return 0;
+  }
+  [[noreturn]] void fail(const char* rule) const { symbols_.fail(rule); }
+  void expect_end() const {
+    if (left_ != 0) gaps_.fail("counts more pops than there are");
+    gaps_.expect_end();
+    symbols_.expect_end();
+  }
+
+ private:
+  unsigned next_told() {
+    if (!symbol_behind_) {
+      left_ = gaps_.u8();
+      symbol_behind_ = left_ != kLongGap;
+      if (left_ != 0) {
+        --left_;
+        return 0;
+      }
+    }
+    symbol_behind_ = false;
+    const unsigned symbol = symbols_.u8();
+    if (symbol == 0) symbols_.fail("holds a pop that was predicted");
+    return symbol;
+  }
+
+  ByteReader gaps_;
+  ByteReader symbols_;
+  unsigned left_ = 0;           ///< predicted pops
+  bool symbol_behind_ = false;  ///< whether an unpredicted one follows them
+};
+
+}  // namespace grtx::traces

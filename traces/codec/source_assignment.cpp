@@ -1,0 +1,54 @@
+#include "grtx/traces/codec/source_assignment.h"
+
+#include <algorithm>
+
+namespace grtx::traces {
+namespace {
+
+constexpr std::uint32_t kAnyContext = 0xFFFFFFFF;
+
+bool is_read(const Event& event) {
+  return event.kind() == EventKind::replay_take || event.kind() == EventKind::replay_forward;
+}
+
+}  // namespace
+
+const std::vector<std::uint32_t>& SourceAssignment::assign(std::span<const std::uint32_t> addresses,
+                                                           const std::vector<NodeReference>& source,
+                                                           std::span<const Event> events, std::uint32_t blas_begin) {
+  by_address_.resize(source.size());
+  for (std::uint32_t i = 0; i < source.size(); ++i) by_address_[i] = {addresses[i], i};
+  std::sort(by_address_.begin(), by_address_.end());
+  claimed_.assign(source.size(), false);
+  positions_.clear();
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (!is_read(events[i])) continue;
+    std::uint32_t position = kNone;
+    if (events[i].kind() == EventKind::replay_take) {
+      const bool in_blas = events[i].node >= blas_begin && i + 1 < events.size();
+      position = claim(source, events[i].node, in_blas ? events[i + 1].node : kAnyContext);
+    }
+    positions_.push_back(position);
+  }
+  std::size_t read = 0;
+  for (const Event& event : events) {
+    if (!is_read(event)) continue;
+    if (event.kind() == EventKind::replay_forward) positions_[read] = claim(source, event.node, kAnyContext);
+    ++read;
+  }
+  return positions_;
+}
+
+std::uint32_t SourceAssignment::claim(const std::vector<NodeReference>& source, std::uint32_t address,
+                                      std::uint32_t context) {
+  auto at = std::lower_bound(by_address_.begin(), by_address_.end(), std::pair{address, std::uint32_t{0}});
+  for (; at != by_address_.end() && at->first == address; ++at) {
+    const std::uint32_t position = at->second;
+    if (claimed_[position] || (context != kAnyContext && source[position].context != context)) continue;
+    claimed_[position] = true;
+    return position;
+  }
+  return kNone;
+}
+
+}  // namespace grtx::traces
