@@ -16,7 +16,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // First byte of what the child sends.
@@ -108,4 +108,4 @@ std::string ChildProcess::result() {
   throw Error(rest.substr(0, place), rest.substr(place + 1, rule - place - 1), rest.substr(rule + 1));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

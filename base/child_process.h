@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A child that computes a text. Errors come back as what they were: a grtx::Error in the child is thrown as the same
 /// grtx::Error here, any other exception as std::runtime_error, as is death by a signal.
@@ -29,4 +29,4 @@ class ChildProcess {
   int pipe_ = -1;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

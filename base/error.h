@@ -9,7 +9,8 @@ namespace grtx {
 
 class Error : public std::runtime_error {
  public:
-  /// file: path or option name; place: line, byte offset, key ... ("" when the whole file is meant); rule: what must hold.
+  /// file: path or option name; place: line, byte offset, key ... ("" when the whole file is meant); rule: what must
+  /// hold.
   Error(std::string file, std::string place, std::string rule);
 
   const std::string& file() const { return file_; }

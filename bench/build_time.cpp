@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/scene/scene_io.h"
 
@@ -24,10 +25,6 @@ namespace {
 using namespace grtx::frontend;
 
 constexpr unsigned kWidth = 6;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 struct Node {
   RTCBounds bounds[kWidth];

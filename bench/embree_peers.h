@@ -18,9 +18,9 @@
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
-#include "grtx/frontend/image/image.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/tracer.h"
 

@@ -17,9 +17,9 @@
 #include <memory>
 #include <tuple>
 
+#include "bench/scatter_svg.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "bench/scatter_svg.h"
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tracer/tracer.h"

@@ -14,8 +14,8 @@
 #include <map>
 #include <memory>
 
-#include "grtx/base/error.h"
 #include "bench/embree_peers.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tiles/tile_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"

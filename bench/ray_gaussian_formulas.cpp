@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/error.h"
 #include "bench/formulas.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"

@@ -20,16 +20,16 @@
 #include <systemc>
 #include <vector>
 
+#include "bench/scatter_svg.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "bench/scatter_svg.h"
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace {
 
-using grtx::tlm::ConfidenceInterval;
-using grtx::tlm::SampledEstimate;
+using grtx::sim::ConfidenceInterval;
+using grtx::sim::SampledEstimate;
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
@@ -72,7 +72,7 @@ Outcome outcome_of(const std::string& path, bool sampled) {
   Outcome outcome;
   outcome.cycles = stats.at("gpu.cycles").at("value").get<double>();
   outcome.cpu = stats.at("host.cpu_seconds").at("value").get<double>();
-  if (sampled) outcome.estimate = grtx::tlm::estimate_from_json(document.at("sampled"));
+  if (sampled) outcome.estimate = grtx::sim::estimate_from_json(document.at("sampled"));
   return outcome;
 }
 
@@ -155,12 +155,12 @@ Summary summarise(const std::string& scene, const Setting& setting, const std::a
       s.ratio_bias[d] += ratio_error / n;
       s.ratio_error[d] += std::abs(ratio_error) / n;
       if (!setting.sampled) continue;
-      const ConfidenceInterval cycles = grtx::tlm::cycles_interval(run[d].estimate);
+      const ConfidenceInterval cycles = grtx::sim::cycles_interval(run[d].estimate);
       s.half_width += cycles.half_width / (4 * n);
       ++s.cycles_all;
       if (covers(cycles, truth[d].cycles)) ++s.cycles_covered;
       if (d == 0) continue;
-      const ConfidenceInterval speedup = grtx::tlm::ratio_interval(run[0].estimate, run[d].estimate);
+      const ConfidenceInterval speedup = grtx::sim::ratio_interval(run[0].estimate, run[d].estimate);
       s.ratio_half_width += speedup.half_width / (3 * n);
       ++s.ratio_all;
       if (covers(speedup, ratio)) ++s.ratio_covered;

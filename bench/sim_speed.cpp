@@ -21,8 +21,9 @@
 #include <vector>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
@@ -74,17 +75,18 @@ struct Options {
 double value(const ordered_json& stats, const char* name) { return stats.at(name).at("value").get<double>(); }
 
 /// The statistics of one run, in a process of its own.
-ordered_json simulate_once(const std::string& trace, const grtx::tlm::GpuConfig& config) {
-  grtx::tlm::ChildProcess child(trace, [&] {
-    grtx::tlm::SimulationOptions options;
+ordered_json simulate_once(const std::string& trace, const grtx::sim::GpuConfig& config) {
+  grtx::sim::ChildProcess child(trace, [&] {
+    grtx::sim::SimulationOptions options;
     options.quiet = true;
-    return grtx::tlm::simulate(trace, config, options).document.dump();
+    options.price = grtx::sim::describe_energy;
+    return grtx::sim::simulate(trace, config, options).document.dump();
   });
   return ordered_json::parse(child.result()).at("stats");
 }
 
 /// Best of `repeats` runs: what disturbs a run only makes it slower. The loop runs before each, for the same reason.
-ordered_json measure(const std::string& trace, const grtx::tlm::GpuConfig& config, const Options& options) {
+ordered_json measure(const std::string& trace, const grtx::sim::GpuConfig& config, const Options& options) {
   double loop = 1e300;
   double seconds = 1e300;
   ordered_json stats;
@@ -97,7 +99,7 @@ ordered_json measure(const std::string& trace, const grtx::tlm::GpuConfig& confi
   const double visits = value(stats, "gpu.rt.node_visits");
   ordered_json entry;
   entry["trace"] = std::filesystem::path(trace).filename().string();
-  entry["config_hash"] = grtx::tlm::config_hash(config);
+  entry["config_hash"] = grtx::sim::config_hash(config);
   entry["label"] = options.label;
   entry["time"] = static_cast<std::int64_t>(std::time(nullptr));
   entry["cycles"] = cycles;
@@ -156,7 +158,7 @@ std::vector<std::string> make_traces(const std::string& folder) {
 
 int run(const Options& options) {
   if (options.compare) return compare(options) ? 0 : 1;
-  const grtx::tlm::GpuConfig config = grtx::tlm::load_config(options.config, options.settings);
+  const grtx::sim::GpuConfig config = grtx::sim::load_config(options.config, options.settings);
   std::string folder;
   std::vector<std::string> traces = options.traces;
   if (traces.empty()) {

@@ -19,10 +19,10 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/io.h"
 

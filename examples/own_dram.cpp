@@ -86,14 +86,14 @@ int run(int argc, char** argv) {
   const double bandwidth = argc > 3 ? number(argv[3]) : 28.0;
 
   // The model as `grtx sim` builds it, with the same configuration keys.
-  const grtx::tlm::GpuConfig config = grtx::tlm::load_config("", {"gpu.sms=2", "l2.slices=2"});
+  const grtx::sim::GpuConfig config = grtx::sim::load_config("", {"gpu.sms=2", "l2.slices=2"});
   if (32.0 / bandwidth < 1000.0 / config.core_mhz) {
     throw grtx::Error("own_dram", argv[3], "responses must not come faster than one a core cycle");
   }
   const grtx::traces::Reader reader(argv[1]);
-  grtx::tlm::TraceSource source(reader);
+  grtx::sim::TraceSource source(reader);
   grtx::modules::set_time_resolution_to_fs();
-  grtx::tlm::Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});
+  grtx::sim::Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});
 
   // The only part that is ours.
   std::vector<std::unique_ptr<SimpleDram>> dram;

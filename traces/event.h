@@ -9,12 +9,14 @@
 //                    (near first: the nearest ends on top); children in `checkpoints` (box hit, t beyond t_max) are
 //                    written to the destination buffer; when checkpointing is off or has overflowed they are dropped.
 //   visit_instance   top of stack: TLAS leaf fetched, ray transformed. `detail` 0: the BLAS root is pushed;
-//                    1: transform only, for a BLAS node taken from the checkpoint buffer (the node itself stays on top).
+//                    1: transform only, for a BLAS node taken from the checkpoint buffer (the node itself stays on
+//                    top).
 //   visit_leaf       top of stack: primitive fetched and tested, see LeafOutcome.
 //   cull             top of stack is beyond the current t_max: popped without a fetch; `checkpoints` = 1 if written to
 //                    the destination buffer, 0 if dropped.
-//   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1 follows.
-//   replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the destination.
+//   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1
+//   follows. replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the
+//   destination.
 //
 // Header::tracing says how a round collects hits. multi: sorted insertion into the k-buffer. single: hits are appended
 // to it unsorted (no shifts); the one that fills it makes a heap of it, whose largest entry later hits displace; it is
@@ -47,14 +49,14 @@ enum class LeafOutcome : std::uint8_t {
   displaced = 4,  ///< any-hit: inserted, the last entry fell out (evicted when checkpointing)
   rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; reported, so t_max becomes t_hit
   ignored = 6,    ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
-  nearest = 7     ///< tracing = closest, no any-hit: the nearest hit so far, replaces the one before; t_max becomes its t
+  nearest = 7  ///< tracing = closest, no any-hit: the nearest hit so far, replaces the one before; t_max becomes its t
 };
 inline constexpr LeafOutcome kLastLeafOutcome = LeafOutcome::nearest;
 constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted && o <= LeafOutcome::ignored; }
 
 struct Event {
-  std::uint32_t node = 0;         ///< visit_internal: index into RayGroup::nodes; else node address / kNodeUnit
-  std::uint8_t detail = 0;        ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
+  std::uint32_t node = 0;   ///< visit_internal: index into RayGroup::nodes; else node address / kNodeUnit
+  std::uint8_t detail = 0;  ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
   std::uint8_t checkpoints = 0;   ///< visit_internal: mask of checkpointed children; others: 0/1
   std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer or heap entries moved by the insertion (12 bits)
 
@@ -90,13 +92,13 @@ static_assert(sizeof(Processed) == 4);
 /// One traceRay call of one ray.
 struct Round {
   std::uint32_t event_count = 0;
-  std::uint16_t preloaded = 0;            ///< entries moved from the eviction buffer into the k-buffer before tracing
-  std::uint16_t k_count = 0;              ///< entries in the k-buffer when tracing ended
-  std::uint16_t processed_count = 0;      ///< of those, how many were looked at before early ray termination
-  bool replay = false;                    ///< replay flag: false = started at the root
-  bool overflow = false;                  ///< destination buffer ran full: written entries are dropped, next round restarts
-  bool terminated = false;                ///< transmittance fell below the threshold
-  std::uint32_t eviction_dropped = 0;     ///< eviction buffer entries dropped at the end of an overflowed round
+  std::uint16_t preloaded = 0;        ///< entries moved from the eviction buffer into the k-buffer before tracing
+  std::uint16_t k_count = 0;          ///< entries in the k-buffer when tracing ended
+  std::uint16_t processed_count = 0;  ///< of those, how many were looked at before early ray termination
+  bool replay = false;                ///< replay flag: false = started at the root
+  bool overflow = false;              ///< destination buffer ran full: written entries are dropped, next round restarts
+  bool terminated = false;            ///< transmittance fell below the threshold
+  std::uint32_t eviction_dropped = 0;  ///< eviction buffer entries dropped at the end of an overflowed round
   friend bool operator==(const Round&, const Round&) = default;
 };
 

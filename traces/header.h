@@ -14,9 +14,10 @@ struct Header {
   // What was traced.
   std::string accel = "tri20";
   std::string tracing = "multi";  ///< how a round collects hits (traces/event.h): multi, single, closest
-  unsigned k = 8;                  ///< entries of the k-buffer; 1 when closest
+  unsigned k = 8;                 ///< entries of the k-buffer; 1 when closest
   bool checkpoint = false;
-  std::string checkpoint_order = "fifo";  ///< order in which a replay round reads the source buffer: fifo, lifo, nearest
+  std::string checkpoint_order =
+      "fifo";  ///< order in which a replay round reads the source buffer: fifo, lifo, nearest
   std::string child_order = "near_first";
   unsigned width = 0;   ///< image, pixels
   unsigned height = 0;  ///< image, pixels
@@ -26,7 +27,7 @@ struct Header {
   // Node image. Addresses in events count from its first byte.
   unsigned bvh_width = 6;
   std::uint64_t node_image_bytes = 0;
-  std::uint64_t root = 0;       ///< byte address of the (TLAS) root
+  std::uint64_t root = 0;  ///< byte address of the (TLAS) root
   bool two_level = false;
   std::uint64_t blas_base = 0;  ///< byte address of the BLAS header; 0 when monolithic
   std::uint64_t blas_root = 0;  ///< byte address of the BLAS root; 0 when monolithic

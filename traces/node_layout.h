@@ -17,16 +17,21 @@ inline constexpr std::uint64_t kProceduralLeafBytes = 64;
 inline constexpr std::uint64_t kInstanceLeafBytes = 128;
 inline constexpr unsigned kMaxWidth = 8;
 
-/// Bytes of an internal node of a BVH with `width` children (2..8): six quantised boxes fill 64 B, eight need two units.
+/// Bytes of an internal node of a BVH with `width` children (2..8): six quantised boxes fill 64 B, eight need two
+/// units.
 constexpr std::uint64_t internal_bytes(unsigned width) { return width <= 6 ? kInternalBytes : 2 * kInternalBytes; }
 
 /// Bytes of a node of `kind` in a BVH of `width`.
 constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
   switch (kind) {
-    case NodeKind::internal: return internal_bytes(width);
-    case NodeKind::instance: return kInstanceLeafBytes;
-    case NodeKind::procedural: return kProceduralLeafBytes;
-    case NodeKind::triangle: return kTriangleLeafBytes;
+    case NodeKind::internal:
+      return internal_bytes(width);
+    case NodeKind::instance:
+      return kInstanceLeafBytes;
+    case NodeKind::procedural:
+      return kProceduralLeafBytes;
+    case NodeKind::triangle:
+      return kTriangleLeafBytes;
   }
   return kNodeUnit;
 }

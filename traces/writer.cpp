@@ -12,8 +12,8 @@
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_encoder.h"
 #include "grtx/traces/codec/header_json.h"
-#include "grtx/traces/io.h"
 #include "grtx/traces/codec/stream_hash.h"
+#include "grtx/traces/io.h"
 
 namespace grtx::traces {
 namespace {

@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What main and the commands share.
 struct CommonOptions {
@@ -27,4 +27,4 @@ void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
 void add_sweep(CLI::App& app, CommonOptions& common);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,11 +5,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "grtx/frontend/image/image.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/frontend/image/image.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct CompareOptions {
@@ -60,4 +60,4 @@ void add_compare(CLI::App& app, CommonOptions& common) {
   command->add_option("--min-psnr", options->min_psnr, "Exit 1 when the PSNR in dB is below this");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

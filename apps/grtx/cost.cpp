@@ -3,17 +3,17 @@
 
 #include <memory>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
 #include "grtx/explore/cost/cost_report.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/explore/cost/run_energy.h"
 #include "grtx/explore/cost/technology.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -129,4 +129,4 @@ void add_cost(CLI::App& app, CommonOptions& common) {
                     "Print every coefficient with source and confidence as Markdown (default: off)");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "grtx/apps/grtx/pixel_font.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/apps/grtx/pixel_font.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr unsigned kSmallest = 384;  // pixels of the longer side of the map in the picture
@@ -123,4 +123,4 @@ void write_heatmap(const std::string& path, const Heatmap& map) {
   frontend::write_image(std::filesystem::path(path).replace_extension(".exr").string(), raw);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/frontend/image/image.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct Heatmap {
   std::string name;  ///< what is counted
@@ -34,4 +34,4 @@ frontend::Image draw_heatmap(const Heatmap& map);
 /// Writes `path` (.png) and, beside it, the same name with .exr: all three channels hold the value, as 32-bit floats.
 void write_heatmap(const std::string& path, const Heatmap& map);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

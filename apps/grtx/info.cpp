@@ -3,12 +3,12 @@
 
 #include <memory>
 
-#include "grtx/frontend/scene/scene_info.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/frontend/scene/scene_info.h"
+#include "grtx/frontend/scene/scene_io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 void add_info(CLI::App& app, CommonOptions& common) {
   struct Options {
@@ -29,4 +29,4 @@ void add_info(CLI::App& app, CommonOptions& common) {
   command->add_flag("--json", options->json, "Print JSON (default: off)");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

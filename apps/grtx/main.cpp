@@ -7,13 +7,13 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/apps/grtx/commands.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/apps/grtx/commands.h"
 
 namespace {
 
-using grtx::tlm::CommonOptions;
+using grtx::sim::CommonOptions;
 
 constexpr int kBadInput = 2;
 constexpr int kInternalError = 3;
@@ -50,19 +50,19 @@ int run(int argc, char** argv) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
   CommonOptions common;
-  grtx::tlm::add_synth(app, common);
-  grtx::tlm::add_info(app, common);
-  grtx::tlm::add_trace(app, common);
-  grtx::tlm::add_reference(app, common);
-  grtx::tlm::add_compare(app, common);
-  grtx::tlm::add_trace_check(app, common);
-  grtx::tlm::add_trace_dump(app, common);
-  grtx::tlm::add_sim(app, common);
-  grtx::tlm::add_cost(app, common);
-  grtx::tlm::add_run(app, common);
-  grtx::tlm::add_stalls(app, common);
-  grtx::tlm::add_report(app, common);
-  grtx::tlm::add_sweep(app, common);
+  grtx::sim::add_synth(app, common);
+  grtx::sim::add_info(app, common);
+  grtx::sim::add_trace(app, common);
+  grtx::sim::add_reference(app, common);
+  grtx::sim::add_compare(app, common);
+  grtx::sim::add_trace_check(app, common);
+  grtx::sim::add_trace_dump(app, common);
+  grtx::sim::add_sim(app, common);
+  grtx::sim::add_cost(app, common);
+  grtx::sim::add_run(app, common);
+  grtx::sim::add_stalls(app, common);
+  grtx::sim::add_report(app, common);
+  grtx::sim::add_sweep(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

@@ -5,12 +5,12 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/tracer/multi_object_render.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/multi_object_render.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 LoadedObjects load_objects(const std::string& path) {
   const frontend::ObjectList list = frontend::load_object_list(path);
@@ -73,4 +73,4 @@ int render_object_list(const std::string& scene, const frontend::Camera& camera,
   return 0;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

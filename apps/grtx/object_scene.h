@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/accel/object_list.h"
-#include "grtx/frontend/scene/scene.h"
 #include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/frontend/accel/object_list.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/scene/scene.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// The scenes of a list, by index, and where they stand.
 struct LoadedObjects {
@@ -27,4 +27,4 @@ int render_object_list(const std::string& scene, const frontend::Camera& camera,
                        const TracerCli& cli, bool checkpoint, const std::string& image, const std::string& statistics,
                        bool quiet);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

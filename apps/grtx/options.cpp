@@ -8,7 +8,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body) {
@@ -69,4 +69,4 @@ const std::vector<std::string>& accel_names() {
   return names;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "grtx/frontend/camera/camera.h"
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/frontend/camera/camera.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A subcommand with --quiet, --help, and defaults shown for every option. `body` runs after parsing and returns the
 /// exit code (0 or 1); it may throw grtx::Error for bad input.
@@ -35,4 +35,4 @@ frontend::Camera select_camera(const ViewOptions& view);
 /// The accepted values of --accel.
 const std::vector<std::string>& accel_names();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 inline constexpr unsigned kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;
 
@@ -49,4 +49,4 @@ constexpr std::array<std::uint8_t, kGlyphHeight> glyph(char c) {
   }
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -1,17 +1,17 @@
 // grtx reference: the double-precision brute-force renderer.
 #include <memory>
 
-#include "grtx/base/error.h"
-#include "grtx/frontend/image/image.h"
-#include "grtx/frontend/accel/multi_object.h"
-#include "grtx/frontend/reference/reference.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/secondary_cli.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/reference/reference.h"
+#include "grtx/frontend/scene/scene_io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -93,4 +93,4 @@ void add_reference(CLI::App& app, CommonOptions& common) {
   command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,11 +3,11 @@
 
 #include <memory>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -36,4 +36,4 @@ void add_report(CLI::App& app, CommonOptions& common) {
   command->add_option("--title", options->report.title, "Title of the page");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,24 +9,26 @@
 #include <memory>
 #include <thread>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
-#include "grtx/base/hash.h"
-#include "grtx/frontend/image/image.h"
-#include "grtx/frontend/scene/scene_io.h"
-#include "grtx/base/child_process.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/report/report.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -135,18 +137,19 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
   for (const Design& design : kDesigns) {
     if (running.size() >= jobs) collect_first();
     if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
-    running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
-                           const std::string& trace = traced.at(name).path;
-                           SimulationOptions simulation;
-                           simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
-                           const SimulationResult result = options.mode == "sampled"
-                                                               ? simulate_sampled(trace, config, sampled).result
-                                                               : simulate(trace, config, simulation);
-                           ordered_json document = result.document;
-                           document["violations"] = result.violations;
-                           document["binding_bound"] = result.binding_bound;
-                           return document.dump();
-                         }));
+    running.emplace_back(
+        design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
+          const std::string& trace = traced.at(name).path;
+          SimulationOptions simulation;
+          simulation.price = describe_energy;
+          const SimulationMode mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+          const SimulationResult result = options.mode == "sampled" ? simulate_sampled(trace, config, sampled).result
+                                                                    : simulate(trace, config, simulation, mode);
+          ordered_json document = result.document;
+          document["violations"] = result.violations;
+          document["binding_bound"] = result.binding_bound;
+          return document.dump();
+        }));
   }
   while (!running.empty()) collect_first();
   return documents;
@@ -289,4 +292,4 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,10 +4,12 @@
 
 #include <charconv>
 
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// "2%" or "0.02".
@@ -55,6 +57,7 @@ SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, u
   options.model = cli.model == "calls" ? SampleModel::calls : SampleModel::visits;
   options.engine = cli.engine == "fast" ? SimulationMode::fast : SimulationMode::cycle;
   options.jobs = jobs;
+  options.price = describe_energy;
   check_sampled(options);
   return options;
 }
@@ -72,4 +75,4 @@ void print_sampled(const SampledResult& r) {
       100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

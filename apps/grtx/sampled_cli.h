@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct SampledCli {
   double share = SampledOptions{}.share;
@@ -23,4 +23,4 @@ SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, u
 /// "x ± half-width" of a confidence interval, as a line for people: what was simulated, how sure the estimate is.
 void print_sampled(const SampledResult& result);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

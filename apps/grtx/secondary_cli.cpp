@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using namespace frontend;
 
@@ -78,4 +78,4 @@ std::string describe(const OpticalObjects& objects) {
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/tracer/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/optical_objects.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct SecondaryCli {
   std::string what = "none";
@@ -33,4 +33,4 @@ std::map<std::string, std::string> object_inputs(const frontend::OpticalObjects&
 /// The same as one line for people.
 std::string describe(const frontend::OpticalObjects& objects);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,16 +5,18 @@
 
 #include <memory>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -89,9 +91,10 @@ int run_simulation(Options options, bool quiet) {
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
   options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = quiet;
-  options.simulation.mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+  options.simulation.price = describe_energy;
+  const SimulationMode mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const SimulationResult result = simulate(options.trace, config, options.simulation);
+  const SimulationResult result = simulate(options.trace, config, options.simulation, mode);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {
     write_heatmap(heatmap.path, {heatmap.name,
@@ -144,4 +147,4 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_flag("--list-config", options->list_config, "Print all configuration keys as Markdown (default: off)");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,13 +3,13 @@
 
 #include <memory>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/observe/stall_report.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -38,4 +38,4 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(CLI::Range(1, 500));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

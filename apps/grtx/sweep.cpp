@@ -9,14 +9,14 @@
 #include <sstream>
 #include <thread>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
-#include "grtx/base/hash.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -209,4 +209,4 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   command->add_option("--scratch", options->scratch)->group("");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

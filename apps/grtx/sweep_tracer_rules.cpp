@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "grtx/base/error.h"
-#include "grtx/base/nearest_name.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::string flag_of(std::string name) {
@@ -62,4 +62,4 @@ std::map<std::string, std::string> CliTracerRules::resolve(const std::map<std::s
   return option_inputs(cli, checkpoint, kind);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

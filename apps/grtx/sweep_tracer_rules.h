@@ -3,7 +3,7 @@
 
 #include "grtx/explore/sweep/plan.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class CliTracerRules final : public TracerRules {
  public:
@@ -12,4 +12,4 @@ class CliTracerRules final : public TracerRules {
                                              const std::string& accel, bool checkpoint) const override;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -1,12 +1,12 @@
 // grtx synth: makes a scene with the statistics of trained ones, and its cameras.
 #include <memory>
 
-#include "grtx/base/error.h"
-#include "grtx/frontend/synth/synth.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/synth/synth.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 void add_synth(CLI::App& app, CommonOptions& common) {
   struct Options {
@@ -29,4 +29,4 @@ void add_synth(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -12,7 +12,7 @@
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// Those of --tracing multi, whose image this is.
@@ -73,4 +73,4 @@ int render_tile_view(const std::string& scene_file, const frontend::Camera& came
   return 0;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,10 +5,6 @@
 #include <memory>
 #include <optional>
 
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
-#include "grtx/frontend/image/image.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/object_scene.h"
@@ -16,9 +12,13 @@
 #include "grtx/apps/grtx/tile_view.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -149,4 +149,4 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,12 +3,12 @@
 
 #include <memory>
 
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 int check_trace(const std::string& path, bool quiet) {
@@ -37,4 +37,4 @@ void add_trace_check(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", *path, "Trace file")->required();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

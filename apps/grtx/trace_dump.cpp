@@ -5,13 +5,13 @@
 #include <memory>
 #include <optional>
 
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Options {
@@ -47,4 +47,4 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

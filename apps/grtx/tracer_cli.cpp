@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "grtx/base/error.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using namespace frontend;
 
@@ -142,4 +142,4 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
   return inputs;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

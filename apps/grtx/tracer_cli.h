@@ -5,12 +5,12 @@
 #include <map>
 #include <string>
 
+#include "grtx/apps/grtx/secondary_cli.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/tracer_options.h"
-#include "grtx/apps/grtx/secondary_cli.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct TracerCli {
   unsigned k = 8;
@@ -46,4 +46,4 @@ frontend::RenderOptions render_options(const TracerCli& cli, bool quiet);
 /// Resolved options as text, for the "inputs" of outputs and trace headers.
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

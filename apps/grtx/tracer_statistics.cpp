@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
                                          const frontend::RenderResult& result) {
@@ -113,4 +113,4 @@ modules::StatisticList tracer_host_statistics(const frontend::AccelerationStruct
   return list;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// tracer.* and accel.* (deterministic).
 modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
@@ -22,4 +22,4 @@ void add_trace_statistics(modules::StatisticList& list, const traces::Writer& wr
 modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
                                               const frontend::RenderResult& result);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

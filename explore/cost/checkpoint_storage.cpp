@@ -1,6 +1,6 @@
 #include "grtx/explore/cost/checkpoint_storage.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 CheckpointStorage checkpoint_storage(const std::vector<modules::Inventory>& rt_unit) {
   CheckpointStorage table;
@@ -14,4 +14,4 @@ CheckpointStorage checkpoint_storage(const std::vector<modules::Inventory>& rt_u
   return table;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What the paper's table counts in an RT unit, from the inventory of its warp buffer (the entries that are marked as
 /// added by GRTX). At W warps of 32 lanes: 132 W + 18 bytes.
@@ -42,4 +42,4 @@ struct BufferSizes {
   std::uint64_t bytes() const { return std::uint64_t{sms} * resident_warps * lanes * bytes_per_ray(); }
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

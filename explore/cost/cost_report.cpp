@@ -8,7 +8,7 @@
 #include "grtx/explore/cost/technology.h"
 #include "grtx/explore/cost/unit_latency.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -222,4 +222,4 @@ std::string coefficient_reference() {
   return out;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/explore/cost/cost_tree.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct MachineCost {
   GpuConfig config;
@@ -37,4 +37,4 @@ std::string cost_csv(const MachineCost& cost);
 /// Every coefficient with its source and confidence, in Markdown.
 std::string coefficient_reference();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/explore/cost/sram_cost.h"
 #include "grtx/explore/cost/technology.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // Sums of operators predict synthesised units within +9 and -8 %, but libraries, clock targets and wiring do not: a
@@ -192,4 +192,4 @@ const CostNode* find(const CostNode& root, const std::string& path) {
   return node;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

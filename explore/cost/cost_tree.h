@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/kernel/inventory.h"
 #include "grtx/explore/cost/range.h"
+#include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct CostOptions {
   unsigned nm = 12;
@@ -53,4 +53,4 @@ std::vector<CostItem> price(const modules::Inventory& inventory, const CostOptio
 /// Node at a dotted path below the root, e.g. "sm0.rt"; copies have the number of their first. nullptr when missing.
 const CostNode* find(const CostNode& root, const std::string& path);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

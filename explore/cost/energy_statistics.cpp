@@ -11,7 +11,7 @@
 
 #include "grtx/explore/cost/run_energy.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Group {
@@ -69,4 +69,4 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   }
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Adds gpu.energy_nj, its share by group of hardware (gpu.energy_nj.rt, .simt, .l1, .crossbar, .l2, .dram, .leakage),
 /// its band (gpu.energy_nj_low, _high) and gpu.energy_nj_per_ray to `list`, which must hold the counts of the run
@@ -18,4 +18,4 @@ namespace grtx::tlm {
 void describe_energy(const GpuConfig& config, const std::vector<modules::Inventory>& inventories, std::uint64_t rays,
                      modules::StatisticList& list);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

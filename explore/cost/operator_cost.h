@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/kernel/inventory.h"
 #include "grtx/explore/cost/range.h"
+#include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct OperatorCost {
   std::string name;
@@ -32,4 +32,4 @@ inline constexpr Range kFlipFlopGates = {4.0, 5.7, 7.5};            // measured 
 inline constexpr Range kFlipFlopEnergyPj = {0.0045, 0.009, 0.018};  // Aladdin: 9 fJ; band judged
 inline constexpr double kFlipFlopDelayNs = 0.10;                    // assumption, at every node
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

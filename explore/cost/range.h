@@ -1,7 +1,7 @@
 // A coefficient or a result as low, central and high. Sums add ends: parts that are off are taken to be off together.
 #pragma once
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct Range {
   double low = 0.0, central = 0.0, high = 0.0;
@@ -24,4 +24,4 @@ struct Range {
   bool operator==(const Range&) const = default;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/technology.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using modules::Inventory;
@@ -119,4 +119,4 @@ Range total(const std::vector<EnergyPart>& parts) {
   return sum;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

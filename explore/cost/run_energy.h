@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/kernel/inventory.h"
 #include "grtx/explore/cost/cost_tree.h"
+#include "grtx/modules/kernel/inventory.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct EnergyOptions {
   double dram_pj_per_bit = 7.5;          ///< GDDR6 (Micron, average device power); GDDR6X 7.25, HBM2E 6.0
@@ -32,4 +32,4 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
 
 Range total(const std::vector<EnergyPart>& parts);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -12,7 +12,7 @@
 #include "grtx/explore/cost/sram_table.h"
 #include "grtx/explore/cost/technology.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Point {
@@ -151,4 +151,4 @@ SramCost sram_cost(const SramRequest& request) {
   return cost;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

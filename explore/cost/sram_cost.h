@@ -6,7 +6,7 @@
 
 #include "grtx/explore/cost/range.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct SramRequest {
   std::uint64_t bits = 0;
@@ -31,4 +31,4 @@ inline constexpr std::uint64_t kLeastSramRows = 64;
 /// the bit cell, time and energy from the 22 nm point scaled. Sizes beyond the table are banked.
 SramCost sram_cost(const SramRequest& request);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

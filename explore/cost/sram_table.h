@@ -5,8 +5,8 @@
 
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 extern const std::string_view kSramTable;
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

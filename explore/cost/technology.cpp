@@ -7,7 +7,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Scaling {
@@ -113,4 +113,4 @@ const Technology& technology(unsigned nm) {
   throw Error("--node", std::to_string(nm), fmt::format("must be one of {}", fmt::join(technology_nodes(), ", ")));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/explore/cost/range.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct Technology {
   unsigned nm = 45;
@@ -31,4 +31,4 @@ double stillmaker_area(double nm);
 double stillmaker_delay(double nm);
 double stillmaker_energy(double nm);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

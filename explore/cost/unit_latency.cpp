@@ -7,7 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/operator_cost.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr double kAdd = 3.37, kMul = 2.86, kMinMax = 0.71, kLess = 0.50;
@@ -36,4 +36,4 @@ unsigned cycles_needed(const OperatorChain& chain, double delay_factor, double c
   return cycles;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Delays at 45 nm, ns, of the operators along the path, a register after each (Yosys, Nangate45, timing-driven).
 struct OperatorChain {
@@ -19,4 +19,4 @@ const std::vector<OperatorChain>& operator_chains();
 /// no time for logic.
 unsigned cycles_needed(const OperatorChain& chain, double delay_factor, double clock_mhz);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,11 +8,11 @@ extern const char grtx_asset_script[], grtx_asset_script_end[];
 extern const char grtx_asset_paper[], grtx_asset_paper_end[];
 }
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 std::string_view chart_library() { return {grtx_asset_charts, grtx_asset_charts_end}; }
 std::string_view page_style() { return {grtx_asset_style, grtx_asset_style_end}; }
 std::string_view page_script() { return {grtx_asset_script, grtx_asset_script_end}; }
 std::string_view paper_targets_text() { return {grtx_asset_paper, grtx_asset_paper_end}; }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// vega, vega-lite and vega-embed, minified, with their licences; empty in a build with GRTX_REPORT_CHARTS=OFF.
 std::string_view chart_library();
@@ -12,4 +12,4 @@ std::string_view page_script();
 /// paper_targets.toml
 std::string_view paper_targets_text();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -167,4 +167,4 @@ ordered_json series_lines(const ordered_json& rows, const std::string& value_tit
   return spec;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

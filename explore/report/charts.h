@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A field of the rows in a tooltip or an axis: its name in the data and what people read.
 struct ChartField {
@@ -35,4 +35,4 @@ nlohmann::ordered_json ratio_bars(const nlohmann::ordered_json& rows, const nloh
 /// Lines over time. rows: {cycle, series, value}.
 nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

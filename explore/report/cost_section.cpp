@@ -7,7 +7,7 @@
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/sections.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -162,4 +162,4 @@ std::string configuration_section(const std::vector<ReportRun>& runs, const std:
   return out + "</section>\n";
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

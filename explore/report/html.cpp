@@ -9,7 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/report/assets.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::string base64(std::string_view bytes) {
@@ -142,4 +142,4 @@ std::string chart(const std::string& id, const std::string& label, const std::st
       id, role, group, escape(label), escape(caption), script_json(spec));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// For text and for attribute values in double quotes.
 std::string escape(std::string_view text);
@@ -56,4 +56,4 @@ class Table {
 std::string chart(const std::string& id, const std::string& label, const std::string& caption,
                   const nlohmann::ordered_json& spec, const std::string& role = "", const std::string& group = "");
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

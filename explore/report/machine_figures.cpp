@@ -5,11 +5,11 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/explore/cost/cost_report.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/explore/cost/run_energy.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -68,4 +68,4 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
   return figures;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

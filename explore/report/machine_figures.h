@@ -7,7 +7,7 @@
 
 #include "grtx/explore/report/run_results.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct MachineFigures {
   /// As `grtx cost --json`; null when the configuration is none that this program can build.
@@ -22,4 +22,4 @@ struct MachineFigures {
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
                                const std::string& accel, const nlohmann::ordered_json& statistics);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

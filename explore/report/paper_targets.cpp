@@ -6,7 +6,7 @@
 
 #include "grtx/explore/report/assets.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // The file is part of the program: what is wrong with it is a fault of ours.
@@ -78,4 +78,4 @@ const std::vector<CostTarget>& cost_targets() {
   return list;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

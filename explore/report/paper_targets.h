@@ -7,7 +7,7 @@
 
 #include "grtx/explore/report/run_results.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A figure of the paper that follows from the statistics of a run's designs.
 struct RunTarget {
@@ -39,4 +39,4 @@ struct CostTarget {
 const std::vector<RunTarget>& run_targets();
 const std::vector<CostTarget>& cost_targets();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 std::vector<bool> pareto_front(const std::vector<Costs>& points) {
   std::vector<std::size_t> order;
@@ -28,4 +28,4 @@ std::vector<bool> pareto_front(const std::vector<Costs>& points) {
   return front;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

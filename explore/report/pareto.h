@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct Costs {
   double first = 0.0;  ///< less is better, in both
@@ -15,4 +15,4 @@ struct Costs {
 /// all on it; a point with a cost that is not finite never is.
 std::vector<bool> pareto_front(const std::vector<Costs>& points);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -13,7 +13,7 @@
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/sections.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -221,4 +221,4 @@ std::string report_page(const ReportOptions& options) {
   return page + "</script>\n</body>\n</html>\n";
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct ReportOptions {
   std::vector<std::string> inputs;  ///< sweep databases, results.json of grtx run, statistics of grtx sim
@@ -15,4 +15,4 @@ struct ReportOptions {
 /// The page. Throws Error for inputs that are none of these.
 std::string report_page(const ReportOptions& options);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

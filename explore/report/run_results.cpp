@@ -10,7 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -127,4 +127,4 @@ RunResults read_run_results(const std::string& path) {
   return run;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct DesignResult {
   std::string name;                   ///< baseline, sw, hw or grtx
@@ -43,4 +43,4 @@ RunResults read_run_results(const std::string& path);
 /// Name of the design with this structure and checkpointing, e.g. tlas-tri20 and "on": grtx.
 std::string design_name(const std::string& accel, const std::string& checkpoint);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

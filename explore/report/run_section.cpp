@@ -10,7 +10,7 @@
 #include "grtx/explore/report/paper_targets.h"
 #include "grtx/explore/report/sections.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -354,4 +354,4 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
          "</section>\n";
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/explore/report/run_results.h"
 #include "grtx/explore/report/sweep_results.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A run and what the cost model says of each of its designs, in their order.
 struct ReportRun {
@@ -60,4 +60,4 @@ std::string picture(const std::string& uri, const std::string& caption);
 /// One headline figure: value is HTML, the others plain text.
 std::string headline(const std::string& value_html, const std::string& what, const std::string& note);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -13,7 +13,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -139,4 +139,4 @@ SweepResults read_sweep_results(const std::string& path) {
   return sweep;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

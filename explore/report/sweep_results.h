@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct ReportedPoint {
   std::int64_t id = 0;
@@ -48,4 +48,4 @@ bool is_database(const std::string& path);
 /// Throws Error when the file is no sweep database.
 SweepResults read_sweep_results(const std::string& path);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -11,7 +11,7 @@
 #include "grtx/explore/report/pareto.h"
 #include "grtx/explore/report/sections.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -339,4 +339,4 @@ std::string sweep_section(const ReportSweep& sweep) {
   return out + "</section>\n";
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// SplitMix64 (Steele, Lea and Flood 2014): the standard library's distributions differ between libraries.
@@ -107,4 +107,4 @@ std::vector<Coordinates> latin_points(const std::vector<Axis>& axes, unsigned co
 
 std::string text_of(const SweepValue& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

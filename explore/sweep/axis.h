@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using SweepValue = nlohmann::ordered_json;  ///< a boolean, integer, real number or text
 
@@ -37,4 +37,4 @@ SweepValue value_at(const Axis& axis, double u);
 /// As `--set` and command lines take it: texts without quotes.
 std::string text_of(const SweepValue& value);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/database.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Query {
@@ -59,4 +59,4 @@ std::vector<std::string> compare_sweeps(const std::string& a, const std::string&
   return differences;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

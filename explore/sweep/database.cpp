@@ -7,7 +7,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -221,4 +221,4 @@ std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<Swee
   return counts;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

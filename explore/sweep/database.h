@@ -10,7 +10,7 @@
 #include "grtx/explore/sweep/sqlite.h"
 #include "grtx/explore/sweep/task.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What `cost.*` values a point has, from the grtx.cost/1 document of its machine.
 struct CostValue {
@@ -61,4 +61,4 @@ class SweepDatabase {
 /// lines for people, at most `limit`. Empty when they hold the same results.
 std::vector<std::string> compare_sweeps(const std::string& a, const std::string& b, std::size_t limit = 20);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

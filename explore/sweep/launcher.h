@@ -9,7 +9,7 @@
 #include "grtx/explore/sweep/program_run.h"
 #include "grtx/explore/sweep/task.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// The sweep's folder for what is under way: descriptions, results, scratch. All paths absolute.
 class WorkFolder {
@@ -97,4 +97,4 @@ class SlurmLauncher final : public Launcher {
   std::chrono::steady_clock::time_point next_look_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,7 +4,7 @@
 
 #include "grtx/explore/sweep/launcher.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -76,4 +76,4 @@ std::vector<TaskOutcome> LocalLauncher::collect() {
   return outcomes;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -16,7 +16,7 @@
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr std::size_t kMaxPoints = 1'000'000;  ///< more is a mistyped plan
@@ -400,4 +400,4 @@ class PlanReader {
 
 SweepPlan load_plan(const std::string& path, const TracerRules& tracer) { return PlanReader(path, tracer).read(); }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

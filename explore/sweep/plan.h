@@ -8,7 +8,7 @@
 
 #include "grtx/explore/sweep/axis.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A scene file with its cameras, or a scene that `grtx synth` makes.
 struct PlanScene {
@@ -58,4 +58,4 @@ class TracerRules {
 /// missing, of the wrong type or out of range, and for configuration keys and tracer options that are.
 SweepPlan load_plan(const std::string& path, const TracerRules& tracer);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

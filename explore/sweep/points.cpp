@@ -13,7 +13,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -208,4 +208,4 @@ std::string config_toml(const ordered_json& config) {
   return text;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

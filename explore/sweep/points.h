@@ -8,7 +8,7 @@
 
 #include "grtx/explore/sweep/plan.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct SweepTrace {
   std::string key;
@@ -49,4 +49,4 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
 /// A configuration as a file that `--config` takes.
 std::string config_toml(const nlohmann::ordered_json& config);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr int kCannotStart = 127;
@@ -104,4 +104,4 @@ std::string signal_name(int signal) {
   return name == nullptr ? "signal " + std::to_string(signal) : std::string("SIG") + name;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct ProgramLimits {
   double seconds = 0.0;            ///< wall time, then it is killed; 0: none
@@ -49,4 +49,4 @@ class ProgramRun {
 /// "SIGKILL" and the like.
 std::string signal_name(int signal);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

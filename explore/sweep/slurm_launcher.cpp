@@ -13,7 +13,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/explore/sweep/launcher.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,11 +78,12 @@ void SlurmLauncher::launch(const std::vector<Task>& tasks) {
   const std::string keys = work_.path() + "/array.keys", script = work_.path() + "/array.sh";
   write_file(keys, list);
   const std::string work = work_.path();
-  write_file(script, fmt::format("#!/bin/sh\n"
-                                 "key=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\n"
-                                 "exec {} sweep --task {}/tasks/$key.json --result {}/results/$key.json --scratch "
-                                 "{}/scratch/$key\n",
-                                 shell_word(keys), shell_word(program_), shell_word(work), shell_word(work), shell_word(work)));
+  write_file(script,
+             fmt::format("#!/bin/sh\n"
+                         "key=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\n"
+                         "exec {} sweep --task {}/tasks/$key.json --result {}/results/$key.json --scratch "
+                         "{}/scratch/$key\n",
+                         shell_word(keys), shell_word(program_), shell_word(work), shell_word(work), shell_word(work)));
   // A task runs two commands, each within the limit; Slurm's own limit only catches what gets past that.
   const double minutes = std::ceil((2.0 * options_.limits.seconds + 60.0) / 60.0);
   std::vector<std::string> arguments = {
@@ -166,4 +167,4 @@ std::vector<TaskOutcome> SlurmLauncher::collect() {
   return outcomes;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

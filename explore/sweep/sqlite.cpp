@@ -4,7 +4,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
   const int flags = how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
@@ -78,4 +78,4 @@ SqliteTransaction::~SqliteTransaction() {
   }
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

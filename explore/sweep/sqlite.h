@@ -7,7 +7,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class Sqlite {
  public:
@@ -71,4 +71,4 @@ class SqliteTransaction {
   bool committed_ = false;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -15,7 +15,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// What waits for what: points for their trace, both for a free place.
@@ -168,4 +168,4 @@ std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, Swee
   return front;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

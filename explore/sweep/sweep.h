@@ -6,7 +6,7 @@
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/launcher.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Keeps a second sweep off the same database. Throws Error when there is one. The lock ends with the process.
 class SweepLock {
@@ -37,4 +37,4 @@ void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launc
 /// the order given.
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,10 +6,10 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/explore/sweep/program_run.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -187,4 +187,4 @@ TaskOutcome read_outcome(const std::string& result) {
   }
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

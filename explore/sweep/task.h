@@ -7,7 +7,7 @@
 #include "grtx/explore/sweep/plan.h"
 #include "grtx/explore/sweep/points.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct Task {
   std::string key;  ///< of the trace or the point
@@ -43,4 +43,4 @@ void run_task(const std::string& description, const std::string& result, const s
 /// Reads what run_task wrote. Throws Error.
 TaskOutcome read_outcome(const std::string& result);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

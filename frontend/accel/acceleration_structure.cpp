@@ -4,6 +4,7 @@
 #include <cassert>
 #include <chrono>
 
+#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/frontend/accel/embree_builder.h"
@@ -11,10 +12,6 @@
 
 namespace grtx::frontend {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // The leaves of a monolithic tree over proxies in the world.
 struct WorldLeaf {

@@ -22,9 +22,9 @@ constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri
 
 struct AccelOptions {
   AccelKind kind = AccelKind::tri20;
-  unsigned width = 6;              ///< children an internal node, 2..8
-  bool corner_bounds = false;      ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
-  unsigned box_bits = 8;           ///< bits of a stored box coordinate that are used, 2..8
+  unsigned width = 6;          ///< children an internal node, 2..8
+  bool corner_bounds = false;  ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
+  unsigned box_bits = 8;       ///< bits of a stored box coordinate that are used, 2..8
 };
 
 class AccelerationStructure {
@@ -35,7 +35,7 @@ class AccelerationStructure {
   const Proxy& proxy() const { return proxy_; }
   const NodeImage& image() const { return image_; }
   bool two_level() const { return is_two_level(options_.kind); }
-  std::uint64_t root() const { return root_; }            ///< byte address of the (TLAS) root, an internal node
+  std::uint64_t root() const { return root_; }                ///< byte address of the (TLAS) root, an internal node
   std::uint64_t blas_header() const { return blas_header_; }  ///< 0 when monolithic
   std::uint64_t blas_root() const { return blas_root_; }      ///< 0 when monolithic; an internal node
 
@@ -43,10 +43,10 @@ class AccelerationStructure {
     std::uint64_t internal = 0, instance = 0, triangle = 0, procedural = 0, blas_nodes = 0;
   };
   const Counts& counts() const { return counts_; }
-  unsigned height() const { return height_; }            ///< levels of the monolithic BVH or the TLAS
-  unsigned blas_height() const { return blas_height_; }  ///< 0 when monolithic
-  double build_seconds() const { return build_seconds_; }      ///< rtcBuildBVH alone
-  double pack_seconds() const { return pack_seconds_; }        ///< encoding the node image
+  unsigned height() const { return height_; }              ///< levels of the monolithic BVH or the TLAS
+  unsigned blas_height() const { return blas_height_; }    ///< 0 when monolithic
+  double build_seconds() const { return build_seconds_; }  ///< rtcBuildBVH alone
+  double pack_seconds() const { return pack_seconds_; }    ///< encoding the node image
 
  private:
   AccelOptions options_;

@@ -5,9 +5,9 @@
 #include <functional>
 #include <memory>
 
+#include "grtx/frontend/accel/tree_memory.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/slab_test.h"
-#include "grtx/frontend/accel/tree_memory.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::frontend {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
+#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/accel/embree_builder.h"
 #include "grtx/frontend/accel/tree_packer.h"
@@ -16,10 +17,6 @@ namespace {
 // World boxes of objects are widened by this share of their largest coordinate: 64 ulp, for the corners are
 // transformed in double and the rays in double, too, and both are rounded to fp32 once.
 constexpr float kBoxMargin = 1.0f / (1 << 18);
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // glm's uniform scale of a rotation matrix; columns are the object's axes in the world.
 glm::dmat3 object_to_world(const Placement& placement) { return glm::mat3_cast(placement.rotate) * placement.scale; }

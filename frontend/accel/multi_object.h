@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
-#include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/accel/object_list.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/scene/scene.h"
 

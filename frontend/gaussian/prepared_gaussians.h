@@ -9,8 +9,8 @@
 #include "grtx/frontend/gaussian/float4.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
-#include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/scene/scene.h"
 
 namespace grtx::frontend {
 

@@ -22,8 +22,8 @@ struct Box {
     extend(b.upper);
   }
   float largest_coordinate() const {
-    return std::max({std::fabs(lower.x), std::fabs(lower.y), std::fabs(lower.z), std::fabs(upper.x),
-                     std::fabs(upper.y), std::fabs(upper.z)});
+    return std::max({std::fabs(lower.x), std::fabs(lower.y), std::fabs(lower.z), std::fabs(upper.x), std::fabs(upper.y),
+                     std::fabs(upper.z)});
   }
   void inflate(float margin) {
     lower -= glm::vec3(margin);

@@ -13,10 +13,10 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
-#include "grtx/frontend/scene/float_rounding.h"
 #include "grtx/frontend/reference/reference_optics.h"
 #include "grtx/frontend/reference/reference_sh.h"
 #include "grtx/frontend/reference/reference_solid.h"
+#include "grtx/frontend/scene/float_rounding.h"
 
 namespace grtx::frontend {
 namespace {

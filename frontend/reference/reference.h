@@ -8,8 +8,8 @@
 
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/tracer/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/optical_objects.h"
 
 namespace grtx::frontend {
 
@@ -49,7 +49,8 @@ struct ReferenceCandidate {
 
 struct ReferenceResult {
   Image image;
-  std::vector<std::vector<ReferenceHit>> sequences;  ///< per pixel, along its path, blended only; empty unless asked for
+  std::vector<std::vector<ReferenceHit>>
+      sequences;  ///< per pixel, along its path, blended only; empty unless asked for
   std::vector<std::vector<ReferenceCandidate>> candidates;  ///< per pixel, by (t, id); empty unless asked for
 };
 

@@ -51,7 +51,8 @@ void describe_centres(const Scene& scene, SceneInfo& info) {
 }
 
 void describe_extent(const Scene& scene, SceneInfo& info) {
-  FileBox box{glm::dvec3(std::numeric_limits<double>::infinity()), glm::dvec3(-std::numeric_limits<double>::infinity())};
+  FileBox box{glm::dvec3(std::numeric_limits<double>::infinity()),
+              glm::dvec3(-std::numeric_limits<double>::infinity())};
   for (std::size_t i = 0; i < scene.size(); ++i) {
     const glm::dmat3 rotation = glm::mat3_cast(glm::dquat(scene.rotation[i]));
     const glm::dvec3 scale(scene.scale[i]);

@@ -12,9 +12,9 @@
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/traces/codec/encoded_group.h"
+#include "grtx/traces/codec/pop_encoder.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/codec/pop_encoder.h"
 
 namespace grtx::frontend {
 

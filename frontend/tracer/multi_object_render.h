@@ -1,8 +1,8 @@
 // Renders a view of several objects. No trace: the format knows one level of instances.
 #pragma once
 
-#include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/tracer/tracer.h"
 
 namespace grtx::frontend {

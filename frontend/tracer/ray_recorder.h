@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "grtx/frontend/accel/node_image.h"
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_encoder.h"
-#include "grtx/traces/header.h"
 #include "grtx/traces/codec/node_source.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::frontend {
 

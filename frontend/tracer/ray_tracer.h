@@ -11,20 +11,20 @@
 #include <vector>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/accel/multi_object.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/gaussian/response_precision.h"
+#include "grtx/frontend/gaussian/world_triangle.h"
+#include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/k_buffer.h"
-#include "grtx/frontend/accel/multi_object.h"
 #include "grtx/frontend/tracer/node_test.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_walk.h"
-#include "grtx/frontend/gaussian/response_precision.h"
-#include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/visit_tracker.h"
 #include "grtx/frontend/tracer/walk_memory.h"
-#include "grtx/frontend/gaussian/world_triangle.h"
 
 namespace grtx::frontend {
 

@@ -7,8 +7,8 @@
 
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/image/image.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
@@ -48,10 +48,10 @@ struct PixelCost {
 
 struct RenderResult {
   Image image;
-  TracerCounters counters;            ///< of all rays
-  TracerCounters secondary;           ///< of the secondary rays among them
-  std::uint64_t footprint_bytes = 0;  ///< distinct node bytes touched by the view; 0 unless count_unique
-  double seconds = 0.0;               ///< tracing alone
+  TracerCounters counters;             ///< of all rays
+  TracerCounters secondary;            ///< of the secondary rays among them
+  std::uint64_t footprint_bytes = 0;   ///< distinct node bytes touched by the view; 0 unless count_unique
+  double seconds = 0.0;                ///< tracing alone
   std::vector<PixelCost> pixel_costs;  ///< by pixel, row by row, top row first; empty unless asked for
   std::vector<std::vector<std::uint32_t>> sequences;  ///< per pixel, along its path; empty unless keep_sequences
 };

@@ -47,7 +47,7 @@ struct TracerOptions {
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
-  Skips skips = kFaithfulSkips;  ///< change no bit of the image
+  Skips skips = kFaithfulSkips;      ///< change no bit of the image
   SimdPath simd = best_simd_path();  ///< changes no bit of the result
 };
 

@@ -1,4 +1,5 @@
-// Counts distinct nodes: per ray (unique visits) and over a view (footprint). Only built when those figures are asked for.
+// Counts distinct nodes: per ray (unique visits) and over a view (footprint). Only built when those figures are asked
+// for.
 #pragma once
 
 #include <atomic>

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/frontend/gaussian/canonical_hit.h"
-#include "grtx/frontend/tracer/k_buffer.h"
 #include "grtx/frontend/accel/node_image.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/world_triangle.h"
+#include "grtx/frontend/tracer/k_buffer.h"
 
 namespace grtx::frontend {
 

@@ -10,13 +10,9 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kAddressBits = 40;
-
 MemoryResponse answer(const MemoryRequest& r) {
   return {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch};
 }
-
-std::size_t index(Region region) { return static_cast<std::size_t>(region); }
 
 }  // namespace
 

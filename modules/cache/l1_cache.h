@@ -11,15 +11,15 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/cache/mshr_table.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
-#include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 

@@ -8,14 +8,6 @@
 #include "grtx/base/error.h"
 
 namespace grtx::modules {
-namespace {
-
-constexpr unsigned kAddressBits = 40;
-
-std::size_t index(Region region) { return static_cast<std::size_t>(region); }
-
-}  // namespace
-
 L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : sc_module(name),
       request("request"),

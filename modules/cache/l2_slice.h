@@ -9,16 +9,16 @@
 #include <string>
 #include <systemc>
 
-#include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/modules/cache/mshr_table.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
-#include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/tlm/at_initiator.h"
 
 namespace grtx::modules {
 

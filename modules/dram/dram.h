@@ -11,12 +11,12 @@
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/address_interleave.h"
 
 namespace grtx::modules {
 

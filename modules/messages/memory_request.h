@@ -8,6 +8,7 @@
 namespace grtx::modules {
 
 inline constexpr std::uint64_t kSectorBytes = 32;
+inline constexpr unsigned kAddressBits = 40;  ///< of a byte address in hardware
 
 /// What a memory request is for; caches count hits by it.
 enum class Region : std::uint8_t {
@@ -27,6 +28,8 @@ enum class Region : std::uint8_t {
 inline constexpr std::size_t kRegionCount = static_cast<std::size_t>(Region::count);
 inline constexpr std::array<std::string_view, kRegionCount> kRegionNames = {
     "tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray", "stack"};
+/// Place of a region in arrays of kRegionCount.
+constexpr std::size_t index(Region r) { return static_cast<std::size_t>(r); }
 /// The regions that count as node fetches.
 constexpr bool is_node(Region r) { return r <= Region::instance; }
 /// What the ray generation shader reads and writes beside its buffers: records of Gaussians, colours, pixels.

@@ -9,15 +9,15 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
-#include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 

@@ -11,8 +11,8 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
 
 namespace grtx::modules {
 

@@ -13,11 +13,11 @@
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/kernel/statistics.h"
 
 namespace grtx::modules {
 

@@ -11,9 +11,9 @@
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/lane_loop.h"
 
 namespace grtx::modules {
 

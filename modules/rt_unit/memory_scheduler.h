@@ -13,12 +13,12 @@
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
-#include "grtx/modules/kernel/statistics.h"
 
 namespace grtx::modules {
 

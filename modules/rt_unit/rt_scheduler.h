@@ -10,13 +10,13 @@
 #include <string_view>
 #include <systemc>
 
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/any_hit_collector.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
 #include "grtx/modules/rt_unit/stack_unit.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
 

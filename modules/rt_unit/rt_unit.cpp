@@ -5,7 +5,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using namespace modules;
 using traces::NodeKind;
@@ -353,4 +353,4 @@ void RtUnit::dump_state(std::ostream& out) const {
   if (stack_) stack_->dump_state(out);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,24 +10,24 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/kernel/clock_domain.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 #include "grtx/modules/rt_unit/rt_scheduler.h"
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
 #include "grtx/modules/rt_unit/stack_unit.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/warp_buffer.h"
-#include "grtx/modules/messages/warp_messages.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct RtUnitConfig {
   modules::WarpBuffer::Config warp_buffer;
@@ -175,4 +175,4 @@ class RtUnit final : public sc_core::sc_module {
   Cycle settled_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

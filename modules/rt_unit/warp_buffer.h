@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 
 namespace grtx::modules {

@@ -7,8 +7,8 @@
 #include <iosfwd>
 #include <vector>
 
-#include "grtx/modules/messages/coalescer.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/messages/coalescer.h"
 #include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {

@@ -11,14 +11,14 @@
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/simt/issue_slots.h"
 #include "grtx/modules/kernel/link.h"
-#include "grtx/modules/simt/load_store_unit.h"
-#include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/issue_slots.h"
+#include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/shader_program.h"
 #include "grtx/modules/simt/simt_counters.h"
-#include "grtx/modules/messages/warp_messages.h"
 
 namespace grtx::modules {
 

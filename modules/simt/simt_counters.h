@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
+#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/shader_program.h"
-#include "grtx/modules/kernel/statistics.h"
 
 namespace grtx::modules {
 

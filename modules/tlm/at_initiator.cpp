@@ -51,14 +51,14 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
 }
 
 ::tlm::tlm_sync_enum AtInitiator::nb_transport_bw(::tlm::tlm_generic_payload& transaction, ::tlm::tlm_phase& phase,
-                                                sc_core::sc_time& delay) {
+                                                  sc_core::sc_time& delay) {
   AtPayload& payload = static_cast<AtPayload&>(transaction);  // only payloads of our own pool come back to us
   if (phase == tlm::END_REQ) {
     end_request(payload, delay);
     return ::tlm::TLM_ACCEPTED;
   }
   if (phase != tlm::BEGIN_RESP) return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
-  end_request(payload, delay);                             // BEGIN_RESP implies END_REQ
+  end_request(payload, delay);                               // BEGIN_RESP implies END_REQ
   complete(payload, delay);
   // Never TLM_COMPLETED here: legal, but it hangs DRAMSys 5.1. The target keeps a reference of its own until END_RESP.
   phase = tlm::END_RESP;

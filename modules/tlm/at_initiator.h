@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <tlm>
 
-#include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::modules {
 

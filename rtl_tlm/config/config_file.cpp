@@ -10,7 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 const ConfigKey* find_key(const std::vector<ConfigKey>& keys, const std::string& name) {
@@ -112,4 +112,4 @@ void apply_setting(const std::string& setting, const std::vector<ConfigKey>& key
   if (!broken.empty()) throw Error("--set", name, broken);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

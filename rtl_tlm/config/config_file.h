@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/config/config_key.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Reads a TOML file into `keys`. `include = "other.toml"` (path relative to the file; a list is read in order) is read
 /// first, so that a file says only what differs. Throws Error{file, "line N", rule}: syntax, unknown key (with the
@@ -16,4 +16,4 @@ void load_config_file(const std::string& path, const std::vector<ConfigKey>& key
 /// Applies "key=value". Throws Error{"--set", key, rule}.
 void apply_setting(const std::string& setting, const std::vector<ConfigKey>& keys);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

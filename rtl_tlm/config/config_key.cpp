@@ -9,7 +9,7 @@
 
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::string number_text(double value) {
@@ -121,4 +121,4 @@ std::string assign_text(const ConfigKey& key, const std::string& text) {
   return wrong_type(key, fmt::format("'{}'", text));
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

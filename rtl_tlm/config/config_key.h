@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A value that is one of a few names.
 struct Choice {
@@ -68,4 +68,4 @@ Choice choice(Enum& target, std::vector<std::pair<std::string, Enum>> values) {
   return c;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

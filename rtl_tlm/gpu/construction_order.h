@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Calls every builder once: in the given order for seed 0, in an order that depends on the seed otherwise.
 inline void construct(std::vector<std::function<void()>> builders, std::uint64_t seed) {
@@ -21,4 +21,4 @@ inline void construct(std::vector<std::function<void()>> builders, std::uint64_t
   for (const auto& build : builders) build();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using modules::Link;
 
@@ -191,4 +191,4 @@ void run_for(Gpu& gpu, Cycle cycles) {
   if (ahead != sc_core::SC_ZERO_TIME) sc_core::sc_start(ahead, sc_core::SC_RUN_TO_TIME);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

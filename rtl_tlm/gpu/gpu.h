@@ -9,18 +9,18 @@
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
-#include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/dram/dram.h"
-#include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// How the model is built and stepped. None of these may change a result.
 struct BuildOptions {
@@ -112,4 +112,4 @@ std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& bu
 /// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.
 void run_for(Gpu& gpu, Cycle cycles);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::string table_of(const std::string& key) { return key.substr(0, key.rfind('.')); }
@@ -127,4 +127,4 @@ std::string config_reference() {
   return text;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,17 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/config/config_key.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Registered links between SMs, crossbar and L2 slices.
 struct GpuLinks {
@@ -73,4 +73,4 @@ std::string config_hash(const GpuConfig& config);
 /// The reference table of all keys, in Markdown (docs/configuration.md).
 std::string config_reference();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

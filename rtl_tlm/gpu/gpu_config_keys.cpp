@@ -3,7 +3,7 @@
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr Confidence kPaper = Confidence::paper;
@@ -245,4 +245,4 @@ std::vector<ConfigKey> config_keys(GpuConfig& config) {
   return keys;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using modules::Distribution;
@@ -108,4 +108,4 @@ void describe(const GpuCounters& c, StatisticList& list) {
   describe(c.dram, c.dram_channels, list, "gpu.dram");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,15 +3,15 @@
 
 #include <vector>
 
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct GpuCounters {
   Cycle cycles = 0;                   ///< core cycles until the last warp had ended
@@ -48,4 +48,4 @@ void add_up(GpuCounters& counters);
 /// gpu.cycles, gpu.time_us, and the statistics of all modules, summed over SMs and slices.
 void describe(const GpuCounters& counters, modules::StatisticList& list);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

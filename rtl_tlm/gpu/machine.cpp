@@ -4,7 +4,7 @@
 
 #include "grtx/traces/node_layout.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class NoGroups final : public modules::GroupSource {
@@ -60,4 +60,4 @@ std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const
   return IdleMachine(config, header, 0).inventory();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,7 +10,7 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Which units the machine must have.
 struct MachineUse {
@@ -41,4 +41,4 @@ class IdleMachine {
 /// Elaborates the GPU once; like a simulation, once a process.
 std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using modules::Link;
 using modules::MemoryRequest;
@@ -197,4 +197,4 @@ void Sm::dump_state(std::ostream& out) const {
   l1_->dump_state(out);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,16 +9,16 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/simt/simt_core.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Registered links inside an SM. Capacity 2 sustains one message a cycle at latency 1; the queues of messages between
 /// SIMT core and RT unit hold one a resident warp and never block.
@@ -103,4 +103,4 @@ class Sm final : public sc_core::sc_module {
   std::unique_ptr<modules::L1Cache> l1_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

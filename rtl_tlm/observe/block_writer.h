@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 template <typename Record>
 class BlockWriter {
@@ -100,4 +100,4 @@ class BlockWriter {
   std::thread thread_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include <set>
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // Trace flags of GTKWave's save files.
@@ -150,4 +150,4 @@ void write_gtkwave_files(const std::string& vcd_path, const std::string& save_pa
   write_file(save_path, out);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

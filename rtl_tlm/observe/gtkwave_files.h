@@ -8,7 +8,7 @@
 
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Times of the dump in fs, for the first view.
 struct WaveformSpan {
@@ -25,4 +25,4 @@ std::string filter_file_of(const std::string& save_path, const Enumeration& enum
 void write_gtkwave_files(const std::string& vcd_path, const std::string& save_path,
                          const std::vector<SignalInfo>& signals, const WaveformSpan& span);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

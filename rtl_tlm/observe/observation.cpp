@@ -4,7 +4,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 bool parse_cycle(const std::string& text, Cycle& value) {
@@ -46,4 +46,4 @@ void Observation::on_tick() {
 
 void Observation::look() { observer_.sample(domain_.cycle()); }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/modules/kernel/clock_domain.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// In core cycles, both ends included.
 struct CycleWindow {
@@ -48,4 +48,4 @@ class Observation final : public sc_core::sc_module {
   sc_core::sc_event settled_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 
 #include "grtx/modules/rt_unit/rt_scheduler.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class StallFollower {
  public:
@@ -53,4 +53,4 @@ class StallFollower {
   bool started_ = false;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

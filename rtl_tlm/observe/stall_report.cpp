@@ -8,7 +8,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -119,4 +119,4 @@ std::string stall_text(const std::vector<StallSection>& sections, unsigned colum
   return text;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

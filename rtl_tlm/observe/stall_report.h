@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct StallBar {
   std::string label;
@@ -28,4 +28,4 @@ std::vector<StallSection> stall_sections(const nlohmann::ordered_json& document,
 /// columns: characters of a full bar, at least 1.
 std::string stall_text(const std::vector<StallSection>& sections, unsigned columns);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/modules/simt/simt_counters.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 template <typename T>
@@ -173,4 +173,4 @@ void Timeline::finish() {
   writer_.finish(begun_ ? last_ + 1 : 0);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

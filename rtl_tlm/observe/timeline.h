@@ -11,7 +11,7 @@
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/trace_event_writer.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct TimelineOptions {
   std::string path;  ///< empty: no timeline
@@ -82,4 +82,4 @@ class Timeline final : private CycleObserver {
   Observation observation_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

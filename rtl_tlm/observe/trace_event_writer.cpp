@@ -5,7 +5,7 @@
 #include <cassert>
 #include <nlohmann/json.hpp>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr std::size_t kFlushBytes = 1 << 20;
@@ -93,4 +93,4 @@ void TraceEventWriter::finish(std::uint64_t cycle) {
   file_.commit();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,7 +10,7 @@
 
 #include "grtx/base/atomic_file.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Times are written in the format's microseconds: one core cycle is shown as 1 us. They never go back on one track.
 class TraceEventWriter {
@@ -51,4 +51,4 @@ class TraceEventWriter {
   unsigned processes_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

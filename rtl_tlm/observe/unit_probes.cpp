@@ -5,7 +5,7 @@
 
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using modules::LaneState;
@@ -227,4 +227,4 @@ void L2Probe::sample() {
   dram_outstanding_.set(slice_.dram.outstanding());
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

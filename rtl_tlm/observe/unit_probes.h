@@ -13,7 +13,7 @@
 #include "grtx/rtl_tlm/observe/warp_probe.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class RtUnitProbe {
  public:
@@ -126,4 +126,4 @@ class LinkProbe {
   Wire valid_, ready_, level_, address_, slot_, lanes_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include <cassert>
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// Short identifier made of the printable characters that the format allows.
@@ -145,4 +145,4 @@ void VcdWriter::finish(std::uint64_t end_fs) {
   file_.commit();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

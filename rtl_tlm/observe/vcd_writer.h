@@ -10,7 +10,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/observe/block_writer.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Names of the values 0, 1, ... of a signal.
 struct Enumeration {
@@ -78,4 +78,4 @@ class VcdWriter {
   std::unique_ptr<BlockWriter<Record>> changed_;  ///< last member: its thread ends before the others go
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 #include "grtx/modules/rt_unit/node_traffic.h"
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using modules::for_each_bit;
 using modules::LaneState;
@@ -196,4 +196,4 @@ void WarpProbe::clear() {
   for (Wire& wire : lanes_) wire.set(0);
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/rtl_tlm/observe/wires.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class WarpProbe {
  public:
@@ -46,4 +46,4 @@ class WarpProbe {
   std::array<Wire, modules::kLaneStates> lanes_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

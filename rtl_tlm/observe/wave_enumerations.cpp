@@ -6,7 +6,7 @@
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 WarpState state_of(const modules::Warp& warp) {
   using modules::LaneState;
@@ -69,4 +69,4 @@ const Enumeration& activities() {
   return activities;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

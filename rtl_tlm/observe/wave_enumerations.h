@@ -4,7 +4,7 @@
 #include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What a warp of the warp buffer waits for: the most advanced thing that any of its lanes can do.
 enum class WarpState : std::uint8_t { free, ready, memory, unit, checkpoint, stack, any_hit, finished };
@@ -22,4 +22,4 @@ const Enumeration& node_kinds();
 /// What a warp slot of the SIMT core does: free, or 1 + WarpActivity.
 const Enumeration& activities();
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/observe/gtkwave_files.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 std::string save_file_of(const std::string& vcd_path) {
   const std::string stem = vcd_path.ends_with(".vcd") ? vcd_path.substr(0, vcd_path.size() - 4) : vcd_path;
@@ -86,4 +86,4 @@ void Waveform::finish() {
                       {first_ * period, last_ * period, period});
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -14,7 +14,7 @@
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct WaveformOptions {
   std::string path;         ///< empty: no waveform
@@ -63,4 +63,4 @@ class Waveform final : private CycleObserver {
   Observation observation_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

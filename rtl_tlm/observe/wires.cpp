@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 bool matches(const std::string& pattern, const std::string& name) {
@@ -33,4 +33,4 @@ Wire Wires::add(const std::string& name, unsigned width, WaveLevel level, const 
   return {&writer_, writer_.declare(name, width, enumeration)};
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,7 +10,7 @@
 
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 enum class WaveLevel : std::uint8_t {
   units,   ///< state, occupancy and queue levels of each unit
@@ -56,4 +56,4 @@ class Wires {
   std::size_t selected_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

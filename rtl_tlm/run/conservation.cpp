@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 std::vector<std::string> count_violations(const GpuCounters& c, const modules::DramCounters& memory,
                                           const traces::Totals& totals, std::uint64_t groups) {
@@ -90,4 +90,4 @@ std::vector<std::string> bound_violations(Cycle cycles, const std::vector<LowerB
   return violations;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

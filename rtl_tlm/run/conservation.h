@@ -8,7 +8,7 @@
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 // Each returns one line for each law that does not hold; none in a correct run.
 
@@ -20,4 +20,4 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dra
 /// No run is faster than a lower bound.
 std::vector<std::string> bound_violations(Cycle cycles, const std::vector<LowerBound>& bounds);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

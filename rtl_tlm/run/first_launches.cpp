@@ -7,7 +7,7 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr Cycle kCycles = 6000;
@@ -46,4 +46,4 @@ std::vector<Launch> first_launches(const traces::Reader& reader, const std::vect
   return launches;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Where and when a group was launched.
 struct Launch {
@@ -22,4 +22,4 @@ struct Launch {
 std::vector<Launch> first_launches(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
                                    const GpuConfig& config);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

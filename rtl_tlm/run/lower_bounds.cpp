@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
@@ -65,4 +65,4 @@ void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::Stat
            "ratio", "largest lower bound / gpu.cycles");
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

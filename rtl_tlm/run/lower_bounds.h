@@ -11,7 +11,7 @@
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct LowerBound {
   std::string name;  ///< without the prefix gpu.bound.
@@ -26,4 +26,4 @@ const LowerBound& binding_bound(const std::vector<LowerBound>& bounds);
 /// gpu.bound.NAME for each, gpu.bound.largest and gpu.bound.fraction.
 void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::StatisticList& list);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

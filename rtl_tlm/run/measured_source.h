@@ -9,7 +9,7 @@
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/codec/count_totals.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class MeasuredSource final : public modules::GroupSource {
  public:
@@ -47,4 +47,4 @@ class MeasuredSource final : public modules::GroupSource {
   std::exception_ptr failure_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 OccupancySeries::Point OccupancySeries::point(Cycle cycle) const {
   Point p;
@@ -59,4 +59,4 @@ nlohmann::ordered_json OccupancySeries::json(Cycle end) const {
   return json;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

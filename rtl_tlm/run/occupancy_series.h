@@ -9,7 +9,7 @@
 #include "grtx/modules/dram/dram.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class OccupancySeries {
  public:
@@ -43,4 +43,4 @@ class OccupancySeries {
   std::vector<Point> points_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

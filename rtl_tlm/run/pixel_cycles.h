@@ -7,7 +7,7 @@
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class PixelCycles final : public modules::WarpObserver {
  public:
@@ -39,4 +39,4 @@ class PixelCycles final : public modules::WarpObserver {
   std::vector<Running> running_;  ///< by SM and slot
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

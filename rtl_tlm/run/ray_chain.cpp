@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
   const RtUnitConfig& rt = config.rt;
@@ -73,4 +73,4 @@ Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latenci
   return chain;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

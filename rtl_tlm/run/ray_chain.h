@@ -6,7 +6,7 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Least core cycles that the steps of a ray take when everything hits and nothing else runs.
 struct ChainLatencies {
@@ -29,4 +29,4 @@ struct Chain {
 /// Of one group; linear in its events.
 Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latencies);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

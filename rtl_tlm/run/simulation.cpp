@@ -11,14 +11,12 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
-#include "grtx/rtl_tlm/run/conservation.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
-#include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
-#include "grtx/rtl_tlm/run/first_launches.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
@@ -27,16 +25,12 @@
 #include "grtx/rtl_tlm/run/trace_source.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr unsigned kDecodeAhead = 32;    ///< groups; the decoding thread never affects results
 constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
 constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// User and system time so far, of all threads of the process and of its children that have ended.
 double cpu_seconds() {
@@ -118,7 +112,7 @@ void drain(Gpu& gpu, const modules::Dram& dram, const SimulationOptions& options
 }
 
 std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
-                                             const SimulationOptions& options) {
+                                             const SimulationOptions& options, const Engine& engine) {
   std::map<std::string, std::string> inputs;
   for (const auto& [name, value] : reader.header().inputs) inputs["trace." + name] = value;
   inputs["accel"] = reader.header().accel;
@@ -127,7 +121,7 @@ std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const
   inputs["trace_hash"] = reader.content_hash();
   inputs["config_hash"] = config_hash(config);
   inputs["program"] = std::string("grtx ") + GRTX_VERSION;
-  inputs["mode"] = options.mode == SimulationMode::fast ? "fast" : "cycle";
+  inputs["mode"] = engine.name();
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -156,19 +150,20 @@ void add_host_statistics(modules::StatisticList& host, const GpuCounters& counte
   throw std::runtime_error(report.get_msg());
 }
 
-/// What a run leaves behind, whichever model ran.
-struct Finished {
-  GpuCounters counters;
-  std::vector<std::string> violations;  ///< of the model's own checks
-  std::vector<modules::Inventory> inventories;
-  nlohmann::ordered_json over_time;
-  std::uint64_t ticks = 0;
+class CycleEngine final : public Engine {
+ public:
+  std::string name() const override { return "cycle"; }
+  void prepare(const Work&) override {}
+  FinishedRun run(const Work& work, modules::GroupSource& source) override;
+  void describe(modules::StatisticList&) const override {}
 };
 
-Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
-                         modules::GroupSource& source, SimulationResult& result) {
+FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
+  const traces::Reader& reader = work.reader;
+  const GpuConfig& config = work.config;
+  const SimulationOptions& options = work.options;
   const traces::Header& header = reader.header();
-  Finished finished;
+  FinishedRun finished;
   Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
   const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
   std::unique_ptr<Waveform> waveform;
@@ -196,9 +191,9 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
   if (waveform) waveform->finish();
   if (timeline) timeline->finish();
   if (pixel_cycles) {
-    result.width = header.width;
-    result.height = header.height;
-    result.pixel_cycles = pixel_cycles->cycles();
+    finished.width = header.width;
+    finished.height = header.height;
+    finished.pixel_cycles = pixel_cycles->cycles();
   }
   finished.counters = collect_counters(gpu, memory->dram, end);
   finished.violations = emptiness_violations(gpu, memory->dram);
@@ -207,44 +202,15 @@ Finished run_cycle_model(const traces::Reader& reader, const GpuConfig& config, 
   return finished;
 }
 
-/// What fast mode needs to know of cycle mode; nothing where all groups are launched at once.
-std::vector<Launch> launches_to_follow(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
-                                       const GpuConfig& config) {
-  if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return {};
-  try {
-    return first_launches(reader, groups, config);
-  } catch (const std::exception&) {
-    traces::check(reader, true);  // as in rethrow(): a trace that contradicts itself says where
-    throw;
-  }
-}
-
-Finished run_fast_model(const traces::Reader& reader, const GpuConfig& config, const SimulationOptions& options,
-                        modules::GroupSource& source, const std::vector<Launch>& first, unsigned stride) {
-  if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
-    throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
-  }
-  const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
-  const IdleMachine machine(config, reader.header(), evictions);  // what the energy is priced on
-  FastGpu gpu(config, reader.header(), evictions, source, stride);
-  gpu.observe(options.observer);
-  std::vector<unsigned> sms;
-  for (const Launch& launch : first) sms.push_back(launch.sm);
-  gpu.assign(std::move(sms));
-  Progress progress("simulate", source.count(), "warps", options.quiet);
-  gpu.run([&](std::uint64_t ended) { progress.set(ended); });
-  progress.finish();
-  Finished finished;
-  finished.counters = gpu.counters();
-  finished.inventories = machine.inventory();
-  if (!gpu.idle()) finished.violations.push_back("the GPU is not empty at the end");
-  finished.ticks = gpu.steps();
-  return finished;
-}
-
 }  // namespace
 
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options) {
+  CycleEngine engine;
+  return simulate(trace_path, config, options, engine);
+}
+
+SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
+                          Engine& engine) {
   if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
     throw std::logic_error("a process can simulate once only");
   }
@@ -260,26 +226,22 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     groups.resize(reader.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
   }
-  std::vector<Launch> first;
-  unsigned stride = 1;
-  if (options.mode == SimulationMode::fast) {
-    first = launches_to_follow(reader, groups, config);
-    stride = fast_stride(config,
-                         reader.totals().visits() * groups.size() / std::max<std::uint64_t>(1, reader.group_count()));
-  }
+  const Engine::Work work{reader, config, options, groups};
+  engine.prepare(work);
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
   MeasuredSource source(file, header, ChainLatencies(config, header));
 
   SimulationResult result;
   nlohmann::ordered_json over_time;
-  result.inputs = inputs_of(reader, config, options);
+  result.inputs = inputs_of(reader, config, options, engine);
   try {
-    Finished finished = options.mode == SimulationMode::fast
-                            ? run_fast_model(reader, config, options, source, first, stride)
-                            : run_cycle_model(reader, config, options, source, result);
+    FinishedRun finished = engine.run(work, source);
     const GpuCounters& counters = finished.counters;
     over_time = std::move(finished.over_time);
+    result.width = finished.width;
+    result.height = finished.height;
+    result.pixel_cycles = std::move(finished.pixel_cycles);
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
     result.cycles = counters.cycles;
     result.binding_bound = binding_bound(bounds).name;
@@ -291,13 +253,9 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
     describe(counters, result.statistics);
-    if (options.mode == SimulationMode::fast) {
-      result.statistics.add(
-          "gpu.fast.stride", std::uint64_t{stride}, "events",
-          "one in so many of a lane's events took time; what these alone are counted for is estimated");
-    }
+    engine.describe(result.statistics);
     describe(bounds, counters.cycles, result.statistics);
-    describe_energy(config, finished.inventories, source.totals().rays, result.statistics);
+    if (options.price) options.price(config, finished.inventories, source.totals().rays, result.statistics);
     add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
@@ -306,4 +264,4 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   return result;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,34 +3,70 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/observe/timeline.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
-enum class SimulationMode : std::uint8_t {
-  cycle,  ///< every module, cycle by cycle, in SystemC
-  fast    ///< loosely timed (rtl_tlm/fast); no waveforms, timelines or cycles by pixel
-};
+/// Prices a run: adds gpu.energy_nj and its parts to the run's counts, which `list` holds already. inventories: of the
+/// machine that ran. rays: primary and secondary.
+using EnergyPricing = std::function<void(const GpuConfig& config, const std::vector<modules::Inventory>& inventories,
+                                         std::uint64_t rays, modules::StatisticList& list)>;
 
 struct SimulationOptions {
-  SimulationMode mode = SimulationMode::cycle;
   bool quiet = true;
-  Cycle watchdog_cycles = 2'000'000;  ///< no progress for this many cycles is a deadlock
-  std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
-  WaveformOptions waveform;           ///< off when its path is empty
-  TimelineOptions timeline;           ///< off when its path is empty
-  bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
+  Cycle watchdog_cycles = 2'000'000;          ///< no progress for this many cycles is a deadlock
+  std::vector<std::uint64_t> groups;          ///< run only these groups of the trace (ascending); empty: all
+  WaveformOptions waveform;                   ///< off when its path is empty
+  TimelineOptions timeline;                   ///< off when its path is empty
+  bool pixel_cycles = false;                  ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
+  EnergyPricing price;                        ///< none: the run has no energy statistics
   BuildOptions build;
+};
+
+/// What a run leaves behind, whichever engine ran.
+struct FinishedRun {
+  GpuCounters counters;
+  std::vector<std::string> violations;  ///< of the engine's own checks
+  std::vector<modules::Inventory> inventories;
+  nlohmann::ordered_json over_time;
+  std::uint64_t ticks = 0;
+  unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for
+  std::vector<std::uint64_t> pixel_cycles;
+};
+
+/// A clock for the model's decisions: cycle by cycle in SystemC, or another (estimate/fast). Used for one run.
+class Engine {
+ public:
+  /// What it runs. All of it outlives the run.
+  struct Work {
+    const traces::Reader& reader;
+    const GpuConfig& config;
+    const SimulationOptions& options;
+    const std::vector<std::uint64_t>& groups;  ///< of the trace, ascending
+  };
+  virtual ~Engine() = default;
+  /// The run's input "mode".
+  virtual std::string name() const = 0;
+  /// Before anything of SystemC is built; may fork. Throws Error for what this engine cannot do.
+  virtual void prepare(const Work& work) = 0;
+  /// source gives the groups of the work.
+  virtual FinishedRun run(const Work& work, modules::GroupSource& source) = 0;
+  /// Statistics of the engine itself.
+  virtual void describe(modules::StatisticList& list) const = 0;
 };
 
 struct SimulationResult {
@@ -45,9 +81,12 @@ struct SimulationResult {
   std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
-/// Simulates the trace. SystemC elaborates once a process: call it once, or each time in a ChildProcess. Throws Error
-/// for a bad trace or configuration, std::runtime_error (with all modules' states on stderr) when the model stands
-/// still.
+/// Simulates the trace cycle by cycle. SystemC elaborates once a process: call it once, or each time in a ChildProcess.
+/// Throws Error for a bad trace or configuration, std::runtime_error (with all modules' states on stderr) when the
+/// model stands still.
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options);
+/// The same with another engine.
+SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
+                          Engine& engine);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

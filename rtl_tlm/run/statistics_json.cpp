@@ -8,7 +8,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 nlohmann::ordered_json statistics_object(const modules::StatisticList& list) {
   nlohmann::ordered_json object = nlohmann::ordered_json::object();
@@ -84,4 +84,4 @@ nlohmann::ordered_json read_statistics(const std::string& path) {
   return document;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "grtx/modules/kernel/statistics.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// {"name": {"value", "unit", "description"}, ...} in the list's order. Integers stay integers; doubles are written in
 /// the shortest form that reads back; a value that is not finite becomes null.
@@ -26,4 +26,4 @@ nlohmann::ordered_json read_statistics(const std::string& path);
 /// Text of such a document with one statistic (and one configuration key) a line.
 std::string statistics_text(const nlohmann::ordered_json& document);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/warp_messages.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::vector<std::uint64_t> all_indices(const traces::Reader& reader) {
@@ -152,4 +152,4 @@ void TraceSource::release(std::uint64_t position) {
   held_.pop_back();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -14,7 +14,7 @@
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class TraceSource final : public modules::GroupSource {
  public:
@@ -67,4 +67,4 @@ class TraceSource final : public modules::GroupSource {
 /// modules index by. It is not a proof of consistency (traces::check is).
 void check_group(const traces::RayGroup& group, const traces::Header& header, const std::string& file);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

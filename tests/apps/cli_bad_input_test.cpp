@@ -38,7 +38,7 @@ class CliBadInput : public ::testing::Test {
     folder_.write("garbage.pfm", garbage(300));
     folder_.write("garbage.png", garbage(300));
     folder_.write("garbage.exr", garbage(300));
-    tlm::test::write_tiny_trace(folder_.path("good.grtx"));
+    sim::test::write_tiny_trace(folder_.path("good.grtx"));
     const std::string good = folder_.read("good.grtx");
     folder_.write("half.grtx", good.substr(0, good.size() / 2));
     folder_.write("no_end.grtx", good.substr(0, good.size() - 1));

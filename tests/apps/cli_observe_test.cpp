@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/frontend/image/image.h"
+#include "paths.h"
 #include "program.h"
 #include "rtl_tlm/tiny_trace.h"
-#include "paths.h"
 
 namespace grtx::e2e {
 namespace {
@@ -18,7 +18,7 @@ const std::string kSmall = std::string("--quiet --config '") + grtx::paths::sour
 
 class CliObserve : public ::testing::Test {
  protected:
-  CliObserve() { tlm::test::write_tiny_trace(folder_.path("t.grtx")); }
+  CliObserve() { sim::test::write_tiny_trace(folder_.path("t.grtx")); }
   Folder folder_;
 };
 

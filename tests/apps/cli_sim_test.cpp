@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "paths.h"
 #include "program.h"
 #include "rtl_tlm/tiny_trace.h"
-#include "paths.h"
 
 namespace grtx::e2e {
 namespace {
@@ -16,7 +16,7 @@ const std::string kSmall = std::string("--config '") + grtx::paths::source_dir()
 
 class CliSim : public ::testing::Test {
  protected:
-  CliSim() { tlm::test::write_tiny_trace(folder_.path("t.grtx")); }
+  CliSim() { sim::test::write_tiny_trace(folder_.path("t.grtx")); }
   Folder folder_;
 };
 

@@ -10,9 +10,9 @@
 #include <set>
 
 #include "grtx/base/atomic_file.h"
+#include "paths.h"
 #include "tests/e2e/program.h"
 #include "tests/sweep_database.h"
-#include "paths.h"
 
 namespace grtx::e2e {
 namespace {
@@ -38,9 +38,9 @@ class ReportInBrowser : public testing::Test {
     const char* shots = std::getenv("GRTX_SCREENSHOTS");
     const std::string prefix =
         shots == nullptr ? "" : std::string(shots) + "/" + std::filesystem::path(page).stem().string();
-    const std::string command = "node '" + grtx::paths::source_dir() + "/tests/apps/report_browser.mjs' '" + folder.path(page) +
-                                "' '" + grtx::paths::charts_folder() + "' '" + chromium + "' '" + prefix + "' >'" +
-                                folder.path("found.json") + "' 2>'" + folder.path("log") + "'";
+    const std::string command = "node '" + grtx::paths::source_dir() + "/tests/apps/report_browser.mjs' '" +
+                                folder.path(page) + "' '" + grtx::paths::charts_folder() + "' '" + chromium + "' '" +
+                                prefix + "' >'" + folder.path("found.json") + "' 2>'" + folder.path("log") + "'";
     if (std::system(command.c_str()) != 0) {
       ADD_FAILURE() << folder.read("log");
       return json::object();
@@ -82,8 +82,8 @@ TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
   const Outcome cost = folder.run("cost --json");
   ASSERT_EQ(cost.code, 0) << cost.err;
   testing_sweep::make_grid(folder.path("sweep.sqlite"), json::parse(cost.out).at("config").dump());
-  const Outcome made =
-      folder.run("report sweep.sqlite --image " + grtx::paths::source_dir() + "/docs/images/heatmap_cycles.png -o sweep.html");
+  const Outcome made = folder.run("report sweep.sqlite --image " + grtx::paths::source_dir() +
+                                  "/docs/images/heatmap_cycles.png -o sweep.html");
   ASSERT_EQ(made.code, 0) << made.err;
   const json found = look("sweep.html");
   ASSERT_TRUE(found.contains("plain"));
@@ -97,7 +97,7 @@ TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
   EXPECT_EQ(set_of(found.at("area_points")), done);
   EXPECT_EQ(set_of(found.at("energy_points")), done);
   EXPECT_EQ(found.at("plain").at("rows"), 58);
-  EXPECT_EQ(found.at("colours"), 5);       // warp buffers of 4, 8, 12, 16, 20
+  EXPECT_EQ(found.at("colours"), 5);          // warp buffers of 4, 8, 12, 16, 20
   EXPECT_EQ(found.at("colours_by_last"), 2);  // k of 4 and 8
 
   // Point number id of the grid: 12 points a warp buffer, 4 a lane count, 2 an L1 size.

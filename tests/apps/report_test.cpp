@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
+#include "paths.h"
 #include "tests/e2e/program.h"
 #include "tests/sweep_database.h"
-#include "paths.h"
 
 namespace grtx::e2e {
 namespace {

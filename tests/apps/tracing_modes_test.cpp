@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "program.h"
 #include "paths.h"
+#include "program.h"
 
 namespace grtx::e2e {
 namespace {
@@ -39,8 +39,8 @@ TEST_F(TracingModes, SameImageSoundTraceAndSimulation) {
     for (const std::string name : {"single", "full", "closest"}) {
       EXPECT_THAT(folder_.run("compare multi.pfm " + name + ".pfm").out, HasSubstr("identical")) << accel << name;
       must("trace-check --quiet " + name + ".grtx");
-      must("sim --quiet --config '" + grtx::paths::source_dir() + "/configs/small.toml' " + name + ".grtx --stats " + name +
-           ".sim.json");
+      must("sim --quiet --config '" + grtx::paths::source_dir() + "/configs/small.toml' " + name + ".grtx --stats " +
+           name + ".sim.json");
       EXPECT_EQ(stat(name + ".json", "tracer.blended"), stat("multi.json", "tracer.blended"));
       EXPECT_EQ(stat(name + ".sim.json", "gpu.rt.node_visits"), stat(name + ".json", "tracer.visits.total"));
     }

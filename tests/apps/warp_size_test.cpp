@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "program.h"
 #include "paths.h"
+#include "program.h"
 
 namespace grtx::e2e {
 namespace {
@@ -21,8 +21,8 @@ TEST(WarpSizeOption, ChangesTheWarpsButNotTheImage) {
   ASSERT_EQ(trace("usual", "").code, 0);
   const auto warps = [&](const std::string& name) {
     EXPECT_EQ(folder
-                  .run("sim --quiet --config '" + grtx::paths::source_dir() + "/configs/small.toml' " + name + ".grtx --stats " +
-                       name + ".json")
+                  .run("sim --quiet --config '" + grtx::paths::source_dir() + "/configs/small.toml' " + name +
+                       ".grtx --stats " + name + ".json")
                   .code,
               0);
     const auto stats = nlohmann::json::parse(folder.read(name + ".json"));

@@ -8,7 +8,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(ChildProcess, ReturnsATextLargerThanAPipeHolds) {
@@ -56,4 +56,4 @@ TEST(ChildProcess, DeathByASignalIsAnError) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include "grtx/traces/header.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 struct TinyTrace {
   unsigned groups = 4;
@@ -71,4 +71,4 @@ inline void write_tiny_trace(const std::string& path, const TinyTrace& tiny = {}
   writer.finish();
 }
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

@@ -7,11 +7,11 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "random_group.h"
-#include "temporary_file.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/file_layout.h"
+#include "random_group.h"
+#include "temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <stdexcept>
 
-#include "random_group.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
+#include "random_group.h"
 
 namespace grtx::traces {
 namespace {

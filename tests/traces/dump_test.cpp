@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "grtx/base/error.h"
-#include "temporary_file.h"
 #include "grtx/traces/dump.h"
+#include "temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -1,9 +1,9 @@
 // Pops that repeat what was done last time are counted, 255 to a byte; only others take bytes of their own.
 #include <gtest/gtest.h>
 
-#include "random_group.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/group_codec.h"
+#include "random_group.h"
 
 namespace grtx::traces {
 namespace {

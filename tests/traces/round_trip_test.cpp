@@ -1,9 +1,9 @@
 // What is written is read back, field by field, for every kind of trace.
 #include <gtest/gtest.h>
 
+#include "grtx/traces/codec/header_json.h"
 #include "random_group.h"
 #include "temporary_file.h"
-#include "grtx/traces/codec/header_json.h"
 
 namespace grtx::traces {
 namespace {

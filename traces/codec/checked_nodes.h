@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_model.h"
-#include "grtx/traces/header.h"
 #include "grtx/traces/codec/node_shape.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::traces {
 

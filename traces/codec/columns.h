@@ -95,9 +95,7 @@ class ColumnWriter {
     buffer.end = buffer.bytes.data() + used;
   }
   void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
-  void put_varint(Column column, std::uint64_t value) {
-    end(column) = store_varint(end(column), value);
-  }
+  void put_varint(Column column, std::uint64_t value) { end(column) = store_varint(end(column), value); }
   /// Where the next byte goes.
   std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }
   ColumnView view(Column column) const {

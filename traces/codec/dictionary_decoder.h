@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "grtx/traces/codec/columns.h"
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::traces {

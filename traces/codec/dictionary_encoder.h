@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "grtx/traces/codec/columns.h"
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/group_place.h"
 #include "grtx/traces/codec/node_source.h"
+#include "grtx/traces/event.h"
 
 namespace grtx::traces {
 

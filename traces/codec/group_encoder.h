@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "grtx/traces/codec/encoded_group.h"
+#include "grtx/traces/codec/node_source.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/codec/node_source.h"
 
 namespace grtx::traces {
 

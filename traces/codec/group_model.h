@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "grtx/traces/codec/node_shape.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/codec/node_shape.h"
 
 namespace grtx::traces {
 

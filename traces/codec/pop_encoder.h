@@ -14,13 +14,13 @@
 #include "grtx/traces/codec/count_totals.h"
 #include "grtx/traces/codec/dictionary_encoder.h"
 #include "grtx/traces/codec/encoded_group.h"
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/group_place.h"
-#include "grtx/traces/header.h"
 #include "grtx/traces/codec/node_source.h"
 #include "grtx/traces/codec/processed_coder.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::traces {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/traces/event.h"
 #include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/event.h"
 
 namespace grtx::traces {
 

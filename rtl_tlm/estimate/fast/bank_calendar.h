@@ -8,7 +8,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class BankCalendar {
  public:
@@ -90,4 +90,4 @@ class BankCalendar {
   std::vector<std::uint64_t> busy_;  ///< by diagonal: a bit a cycle
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class CycleBits {
  public:
@@ -55,4 +55,4 @@ class CycleBits {
   std::array<std::uint64_t, kWindow / 64> bits_{};
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

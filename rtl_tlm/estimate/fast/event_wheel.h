@@ -12,7 +12,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class EventWheel {
  public:
@@ -90,4 +90,4 @@ class EventWheel {
   std::uint64_t steps_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

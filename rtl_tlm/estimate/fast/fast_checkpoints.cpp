@@ -3,7 +3,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
@@ -128,4 +128,4 @@ void Machine::warm_source(unsigned s, Sm& sm, Number number) {
   if (source.need_final) warm(source.final);
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 FastDramChannel::FastDramChannel(const modules::DramChannelConfig& config)
     : config_(config),
@@ -68,4 +68,4 @@ Cycle FastDramChannel::request(Cycle clock, std::uint64_t local, unsigned sector
   return column + data;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -11,7 +11,7 @@
 #include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// All times in memory clocks.
 class FastDramChannel {
@@ -63,4 +63,4 @@ class FastDramChannel {
   modules::DramChannelCounters counters_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

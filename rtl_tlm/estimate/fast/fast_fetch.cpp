@@ -7,7 +7,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
@@ -217,4 +217,4 @@ void Machine::prefetch(Sm& sm, NodeKind kind, std::uint64_t address) {
   push_node(sm, kPrefetch, 0, address, traffic_.sectors(kind), traffic_.region(kind, address), true);
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

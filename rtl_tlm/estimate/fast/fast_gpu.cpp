@@ -7,7 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 const GpuConfig& checked(const GpuConfig& config) {
@@ -42,4 +42,4 @@ GpuCounters FastGpu::counters() const { return machine_->counters(); }
 bool FastGpu::idle() const { return machine_->idle(); }
 std::uint64_t FastGpu::steps() const { return machine_->steps(); }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -12,7 +12,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What a configuration asks for that fast mode does not model; an empty key: nothing.
 struct Unmodelled {
@@ -55,4 +55,4 @@ class FastGpu {
   std::unique_ptr<fast::Machine> machine_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 
@@ -318,4 +318,4 @@ void Machine::deliver(unsigned s, Sm& sm, const Request& r, Cycle seen) {
   }
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

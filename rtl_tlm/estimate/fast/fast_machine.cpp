@@ -10,7 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::NodeKind;
@@ -224,4 +224,4 @@ GpuCounters Machine::counters() const {
   return c;
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

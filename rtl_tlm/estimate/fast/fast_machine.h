@@ -17,7 +17,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_sm.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 class Machine {
  public:
@@ -275,4 +275,4 @@ class Machine {
   std::function<void(std::uint64_t)> progress_;
 };
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

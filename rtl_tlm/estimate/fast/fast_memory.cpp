@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 using modules::L2Stall;
 using modules::SectorCacheTags;
@@ -221,4 +221,4 @@ std::uint64_t FastMemory::dirty_sectors() const {
   return sum;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,19 +5,19 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/modules/messages/memory_request.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/estimate/fast/place_ring.h"
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class FastMemory {
  public:
@@ -107,4 +107,4 @@ class FastMemory {
   std::vector<modules::L2Counters> l2_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

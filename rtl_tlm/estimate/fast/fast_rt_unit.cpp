@@ -4,7 +4,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
@@ -336,4 +336,4 @@ void Machine::fire(Cycle now, unsigned s, unsigned entry) {
   load(now + config_.sm_links.message_latency, s, call.slot);
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

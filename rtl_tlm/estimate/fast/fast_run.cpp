@@ -6,7 +6,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr unsigned kDecodeAhead = 8;
@@ -72,4 +72,4 @@ FastRun run_fast(const traces::Reader& reader, const std::vector<std::uint64_t>&
   return run;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

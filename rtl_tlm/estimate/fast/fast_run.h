@@ -5,12 +5,12 @@
 #include <functional>
 #include <vector>
 
-#include "grtx/rtl_tlm/run/first_launches.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
+#include "grtx/rtl_tlm/run/first_launches.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct FastRun {
   GpuCounters counters;
@@ -25,4 +25,4 @@ FastRun run_fast(const traces::Reader& reader, const std::vector<std::uint64_t>&
                  const std::vector<Launch>& known, const GpuConfig& config,
                  const std::function<void(const traces::RayGroup&)>& acquired);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

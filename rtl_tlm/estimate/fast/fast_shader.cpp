@@ -4,7 +4,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 
@@ -190,4 +190,4 @@ void Machine::service_ends(Cycle now, unsigned s, unsigned slot) {
   for_each_bit(warp.service_lanes, [&](unsigned i) { wheel_.add(back, lane_number(s, warp.entry, i)); });
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

@@ -1,6 +1,6 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_sm.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 namespace {
 
 LaneMask lowest(unsigned bits) { return bits >= 64 ? ~LaneMask{0} : modules::bit(bits) - 1; }
@@ -37,4 +37,4 @@ Sm::Sm(const GpuConfig& config, const traces::Header& header, const modules::Mem
   for (auto i = static_cast<std::uint32_t>(fills.size()); i > 0; --i) free_fills.push_back(i - 1);
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

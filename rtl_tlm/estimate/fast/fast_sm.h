@@ -7,18 +7,19 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/equal_keys.h"
-#include "grtx/modules/simt/issue_slots.h"
-#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/round_cursor.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/simt/issue_slots.h"
 #include "grtx/modules/simt/shader_program.h"
 #include "grtx/modules/simt/simt_counters.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/rtl_tlm/estimate/fast/bank_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/event_wheel.h"
 #include "grtx/rtl_tlm/estimate/fast/near_cycle.h"
@@ -28,9 +29,8 @@
 #include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using Number = EventWheel::Number;
 
@@ -242,4 +242,4 @@ struct Sm {
   modules::L1Counters l1;
 };
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

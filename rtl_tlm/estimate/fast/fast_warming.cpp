@@ -8,7 +8,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
@@ -181,4 +181,4 @@ void Machine::warm_caches(unsigned s, Sm& sm, Client client, std::uint64_t line,
   if (!write) place(sm, line, missing, false);
 }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

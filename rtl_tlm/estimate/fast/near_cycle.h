@@ -5,7 +5,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// The low half of a cycle. Which one it was is known as long as it lies within 2^31 cycles of the present.
 class NearCycle {
@@ -25,4 +25,4 @@ class NearCycle {
   std::uint32_t low_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

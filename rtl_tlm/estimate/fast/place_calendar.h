@@ -8,7 +8,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class PlaceCalendar {
  public:
@@ -67,4 +67,4 @@ class PlaceCalendar {
   std::vector<std::uint64_t> some_;     ///< a bit a cycle: somebody leaves
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Items leave in the order in which they enter: there is room when the one that entered so many places ago has left.
 class PlaceRing {
@@ -52,4 +52,4 @@ class PlaceRing {
   std::size_t next_ = 0;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

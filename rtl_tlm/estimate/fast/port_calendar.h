@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/cycle_bits.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class PortCalendar {
  public:
@@ -28,4 +28,4 @@ class PortCalendar {
   CycleBits cycles_;
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/cycle_bits.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class ResponseCalendar {
  public:
@@ -66,4 +66,4 @@ class ResponseCalendar {
   std::array<std::uint8_t, CycleBits::kWindow> late_{};  ///< of cycles taken: since when it has been due, or a hit
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,7 +10,7 @@
 #include "grtx/base/strong.h"
 #include "grtx/rtl_tlm/estimate/fast/cycle_bits.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class SlotCalendar {
  public:
@@ -64,4 +64,4 @@ class SlotCalendar {
   std::vector<std::uint64_t> full_;  ///< a bit a slot
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

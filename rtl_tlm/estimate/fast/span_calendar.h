@@ -8,7 +8,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class SpanCalendar {
  public:
@@ -68,4 +68,4 @@ class SpanCalendar {
   std::vector<std::uint64_t> busy_;  ///< a bit a cycle
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -1,6 +1,6 @@
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 namespace {
 
 template <typename C>
@@ -55,4 +55,4 @@ void scale_up(modules::L1Counters& c, unsigned doublings) { add_up(c, doublings)
 void scale_up(modules::L2Counters& c, unsigned doublings) { add_up(c, doublings); }
 void scale_up(modules::DramChannelCounters& c, unsigned doublings) { add_up(c, doublings); }
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

@@ -3,13 +3,13 @@
 
 #include <cstdint>
 
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_counters.h"
 
-namespace grtx::tlm::fast {
+namespace grtx::sim::fast {
 
 /// Any-hit shaders, and their memory instructions.
 struct AnyHitWork {
@@ -25,4 +25,4 @@ void scale_up(modules::L1Counters& c, unsigned doublings);
 void scale_up(modules::L2Counters& c, unsigned doublings);
 void scale_up(modules::DramChannelCounters& c, unsigned doublings);
 
-}  // namespace grtx::tlm::fast
+}  // namespace grtx::sim::fast

@@ -8,7 +8,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/cycle_bits.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 class TurnCalendar {
  public:
@@ -53,4 +53,4 @@ class TurnCalendar {
   std::array<std::uint8_t, CycleBits::kWindow> owner_{};  ///< of cycles taken
 };
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// Cumulative distribution of Student's t for t >= 0 by the integral's substitution t = sqrt(degrees) tan(u): the
@@ -128,4 +128,4 @@ SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
   return estimate;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

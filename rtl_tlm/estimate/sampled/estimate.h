@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 inline constexpr double kConfidence = 0.95;
 /// What a model and scaled machines leave over however large the samples are, as standard deviations on the logarithm:
@@ -51,4 +51,4 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
 nlohmann::ordered_json to_json(const SampledEstimate& estimate);
 SampledEstimate estimate_from_json(const nlohmann::ordered_json& json);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

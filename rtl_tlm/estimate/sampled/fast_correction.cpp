@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 FastCorrection correct_fast(const std::vector<FastSample>& samples) {
   struct Row {
@@ -51,4 +51,4 @@ FastCorrection correct_fast(const std::vector<FastSample>& samples) {
   return correction;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

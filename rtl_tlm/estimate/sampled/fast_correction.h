@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Standard deviation, on the logarithm, of the model's error on scaled machines: 16 designs of four scenes.
 inline constexpr double kFastSpread = 0.01;
@@ -32,4 +32,4 @@ struct FastCorrection {
 /// single end is off is part of the model's bias, which whole runs have measured.
 FastCorrection correct_fast(const std::vector<FastSample>& samples);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

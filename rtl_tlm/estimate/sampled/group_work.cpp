@@ -5,7 +5,7 @@
 
 #include "grtx/rtl_tlm/run/trace_source.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
@@ -130,4 +130,4 @@ TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config) {
   return work;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -11,7 +11,7 @@
 #include "grtx/traces/header.h"
 #include "grtx/traces/io.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// One ray in one traceRay call.
 struct LaneWork {
@@ -76,4 +76,4 @@ struct TraceWork {
 /// Of every group of the trace: decodes it once, one group at a time.
 TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr double kDifference = 0.02;  ///< of a log rate, for derivatives: the model is a sum of many small kinks
@@ -200,4 +200,4 @@ double prior_variance(const LogRates& gradient, const FittedRates& fit) {
   return sum;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

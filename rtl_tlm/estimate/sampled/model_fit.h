@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/warp_model.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// A simulated sample: what ran where, and when its warps ended.
 struct Observed {
@@ -56,4 +56,4 @@ LogEstimate predict(const std::vector<const GroupWork*>& groups, const std::vect
 /// Of a linear function of the log rates, from the prior alone: what the samples leave open.
 double prior_variance(const LogRates& gradient, const FittedRates& fit);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

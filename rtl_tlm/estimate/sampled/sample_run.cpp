@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class Ends final : public modules::WarpObserver {
@@ -34,10 +34,9 @@ std::unique_ptr<ChildProcess> start_sample(const std::string& trace_path, const 
   return std::make_unique<ChildProcess>("sample", [&trace_path, &run, engine] {
     Ends ends(run.groups, run.machine.config.resident_warps);
     SimulationOptions options;
-    options.mode = engine;
     options.groups = run.groups;
     options.observer = &ends;
-    const SimulationResult result = simulate(trace_path, run.machine.config, options);
+    const SimulationResult result = simulate(trace_path, run.machine.config, options, engine);
     nlohmann::ordered_json json;
     json["cycles"] = result.cycles;
     json["ends"] = ends.cycles;
@@ -55,4 +54,4 @@ void finish_sample(ChildProcess& child, SampleRun& run) {
   run.violations = json.at("violations").get<std::vector<std::string>>();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,9 +9,9 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_machine.h"
-#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct SampleRun {
   std::vector<std::uint64_t> groups;  ///< ascending
@@ -27,4 +27,4 @@ std::unique_ptr<ChildProcess> start_sample(const std::string& trace_path, const 
 /// Waits for its end and fills in what it gave.
 void finish_sample(ChildProcess& child, SampleRun& run);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,21 +8,20 @@
 #include <cmath>
 #include <numeric>
 
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_run.h"
-#include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/estimate/sampled/fast_correction.h"
 #include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
 #include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampler.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -243,7 +242,7 @@ class SampledRun {
     all["sampled.seed"] = std::to_string(options_.seed);
     all["sampled.share"] = fmt::format("{}", options_.share);
     all["sampled.model"] = visits() ? "visits" : "calls";
-    all["sampled.engine"] = options_.engine == SimulationMode::fast ? "fast" : "cycle";
+    all["sampled.engine"] = kSimulationModeNames[static_cast<std::size_t>(options_.engine)];
     if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
     return all;
   }
@@ -342,8 +341,8 @@ class SampledRun {
     const std::vector<LowerBound> bounds = lower_bounds(counters, work_.longest, config_);
     result.binding_bound = binding_bound(bounds).name;
     modules::StatisticList& list = result.statistics;
-    tlm::describe(counters, list);
-    tlm::describe(bounds, counters.cycles, list);
+    sim::describe(counters, list);
+    sim::describe(bounds, counters.cycles, list);
   }
 
   /// Counts of the samples on half SMs, scaled.
@@ -368,10 +367,11 @@ class SampledRun {
 
   /// Energy of the whole machine for the counts in the list. What it is priced on is SystemC modules: in a child.
   void add_energy(modules::StatisticList& list) const {
+    if (!options_.price) return;
     ChildProcess child("energy", [this, &list] {
       const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
       modules::StatisticList priced = list;
-      describe_energy(config_, machine.inventory(), reader_.totals().rays, priced);
+      options_.price(config_, machine.inventory(), reader_.totals().rays, priced);
       ordered_json json = ordered_json::array();
       for (std::size_t i = list.items().size(); i < priced.items().size(); ++i) {
         const modules::Statistic& s = priced.items()[i];
@@ -395,7 +395,9 @@ class SampledRun {
   /// The whole trace in cycle mode: nothing is estimated.
   SampledResult whole(const std::string& why) {
     ChildProcess child("whole trace", [this] {
-      const SimulationResult result = simulate(path_, config_, {});
+      SimulationOptions options;
+      options.price = options_.price;
+      const SimulationResult result = simulate(path_, config_, options);
       ordered_json json;
       json["document"] = result.document;
       json["violations"] = result.violations;
@@ -464,4 +466,4 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   return SampledRun(trace_path, config, options).run();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

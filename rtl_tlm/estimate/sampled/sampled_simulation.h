@@ -5,9 +5,9 @@
 #include <string>
 
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
-#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What the estimate of the whole run is made with.
 enum class SampleModel : std::uint8_t {
@@ -22,6 +22,7 @@ struct SampledOptions {
   SampleModel model = SampleModel::visits;
   SimulationMode engine = SimulationMode::cycle;  ///< that simulates the samples
   unsigned jobs = 1;                              ///< simulations at a time, each a process of its own
+  EnergyPricing price;                            ///< none: the estimate has no energy statistics
 };
 
 struct SampledResult {
@@ -37,4 +38,4 @@ void check_sampled(const SampledOptions& options);
 /// Every simulation runs in a ChildProcess: may be called more than once a process. Throws what simulate() throws.
 SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// SplitMix64 (Steele, Lea and Flood, 2014): the standard library's distributions differ between implementations.
@@ -47,4 +47,4 @@ std::vector<std::vector<std::uint64_t>> deal_classes(const std::vector<GroupWork
   return dealt;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

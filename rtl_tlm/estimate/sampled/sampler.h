@@ -6,7 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/group_work.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// Deals the groups out to `classes` classes: groups are ranked by kind, by the number of k-buffer entries that they
 /// processed and by index, and of every `classes` neighbours in that ranking each class gets one, by lot. Every group
@@ -16,4 +16,4 @@ namespace grtx::tlm {
 std::vector<std::vector<std::uint64_t>> deal_classes(const std::vector<GroupWork>& groups, unsigned classes,
                                                      std::uint64_t seed);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// value * factor, rounded, at least `least`.
@@ -83,4 +83,4 @@ ScaledMachine idle_neighbours(const GpuConfig& config) {
   return machine;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

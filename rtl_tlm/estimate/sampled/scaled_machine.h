@@ -1,10 +1,10 @@
 // Machines on which samples run: a part of the whole machine, so that a sample meets the contention of the whole run.
 #pragma once
 
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/estimate/sampled/warp_model.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct ScaledMachine {
   GpuConfig config;
@@ -25,4 +25,4 @@ ScaledMachine idle_neighbours(const GpuConfig& config);
 /// proportion.
 GpuConfig one_sm(const GpuConfig& config, double share);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include <map>
 #include <string_view>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -117,4 +117,4 @@ modules::StatisticList whole_statistics(const std::vector<const ordered_json*>& 
   return list;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// What is known of the whole run beyond the samples.
 struct WholeRun {
@@ -26,4 +26,4 @@ struct WholeRun {
 modules::StatisticList whole_statistics(const std::vector<const nlohmann::ordered_json*>& sample, double factor,
                                         const WholeRun& whole, const GpuConfig& config);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include <limits>
 #include <queue>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr double kPrologueCycles = 100.0;  ///< from launch to the first call, about
@@ -206,4 +206,4 @@ ModelRun run_model(const std::vector<const GroupWork*>& groups, const std::vecto
   return Run(groups, known, machine, rates).run();
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

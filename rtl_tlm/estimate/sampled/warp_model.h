@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/rtl_tlm/run/first_launches.h"
 #include "grtx/rtl_tlm/estimate/sampled/group_work.h"
+#include "grtx/rtl_tlm/run/first_launches.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 /// The resources that the model knows of.
 struct ModelMachine {
@@ -40,4 +40,4 @@ struct ModelRun {
 ModelRun run_model(const std::vector<const GroupWork*>& groups, const std::vector<Launch>& known,
                    const ModelMachine& machine, const ModelRates& rates);
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,10 +7,11 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::int64_t picojoules(const nlohmann::json& stats, const std::string& name) {
@@ -29,8 +30,9 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
   std::uint64_t rays = 0;
   for (const traces::RayGroup& group : trace.groups) rays += group.rays.size();
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
-  ChildProcess child("simulation",
-                     [&] { return simulate(file.path(), load_config("", {}), {}).document.at("stats").dump(); });
+  ChildProcess child("simulation", [&] {
+    return test::simulate_priced(file.path(), load_config("", {}), {}).document.at("stats").dump();
+  });
   const auto stats = nlohmann::json::parse(child.result());
 
   const std::int64_t total = picojoules(stats, "gpu.energy_nj");
@@ -51,4 +53,4 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

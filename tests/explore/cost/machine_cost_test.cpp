@@ -7,7 +7,7 @@
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 nlohmann::json cost_of(const std::vector<std::string>& settings, const std::string& design = "grtx",
@@ -134,4 +134,4 @@ TEST(MachineCost, CheckpointLanesAreTheRealKnob) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

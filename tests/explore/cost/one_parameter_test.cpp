@@ -10,14 +10,15 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/explore/cost/cost_report.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/explore/cost/run_energy.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -195,8 +196,9 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
   Seen see(const std::string& kind, const std::vector<std::string>& settings) {
     const std::string path = trace(kind);
     const std::string file = grtx::paths::source_dir() + "/configs/small.toml";
-    ChildProcess simulation(
-        "simulation", [&] { return simulate(path, load_config(file, settings), {}).document.at("stats").dump(); });
+    ChildProcess simulation("simulation", [&] {
+      return test::simulate_priced(path, load_config(file, settings), {}).document.at("stats").dump();
+    });
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
@@ -272,4 +274,4 @@ TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) 
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 // Central energy of a part in nJ, for one machine an elaboration.
@@ -55,4 +55,4 @@ TEST(RunEnergy, LeakageIsPowerTimesTime) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 
 #include "grtx/explore/cost/technology.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(SramCost, GivesBackThePointsOfTheTable) {
@@ -55,4 +55,4 @@ TEST(SramCost, MoreThanTheTableIsBanked) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 nlohmann::json storage_of(unsigned warps, const std::string& design) {
@@ -51,4 +51,4 @@ TEST(BufferSizes, ReproduceThePapersTotals) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

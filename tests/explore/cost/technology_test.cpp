@@ -9,7 +9,7 @@
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/unit_latency.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(Technology, StillmakerAndBaasAtTheirNodes) {
@@ -94,4 +94,4 @@ TEST(UnitLatency, SumsTheStagesOfEachOperator) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -11,7 +11,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -86,4 +86,4 @@ TEST(Html, ATableNamesItsRowsAndColumns) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

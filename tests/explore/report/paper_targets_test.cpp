@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/explore/report/machine_figures.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 RunResults run_of(const std::map<std::string, double>& cycles) {
@@ -53,4 +53,4 @@ TEST(PaperTargets, AnUnknownConfigurationSaysWhy) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

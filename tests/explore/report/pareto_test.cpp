@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(ParetoFront, ByHand) {
@@ -46,4 +46,4 @@ TEST(ParetoFront, IsWhatNoOtherPointBeats) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

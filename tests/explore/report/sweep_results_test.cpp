@@ -10,7 +10,7 @@
 #include "grtx/explore/report/sections.h"
 #include "tests/sweep_database.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class SweepResultsTest : public testing::Test {
@@ -65,4 +65,4 @@ TEST_F(SweepResultsTest, FrontsAreOfAScene) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

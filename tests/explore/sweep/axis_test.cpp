@@ -6,7 +6,7 @@
 
 #include <set>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 Axis choices(const std::string& name, std::vector<SweepValue> values) {
@@ -83,4 +83,4 @@ TEST(SweepAxis, ALatinHypercubeUsesEachStratumOnce) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

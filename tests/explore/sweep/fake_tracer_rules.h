@@ -4,7 +4,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/plan.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 class FakeTracerRules final : public TracerRules {
  public:
@@ -22,4 +22,4 @@ class FakeTracerRules final : public TracerRules {
   }
 };
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

@@ -6,11 +6,11 @@
 
 #include <filesystem>
 
-#include "grtx/base/atomic_file.h"
 #include "explore/sweep/fake_tracer_rules.h"
+#include "grtx/base/atomic_file.h"
 #include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class SweepPlanTest : public testing::Test {
@@ -89,8 +89,7 @@ rt.box.count = {values = [1, 2]}
 TEST_F(SweepPlanTest, WithoutAxesIsOnePoint) { EXPECT_EQ(read(kScene).points.size(), 1U); }
 
 TEST_F(SweepPlanTest, ThePlansOfTheProjectAreRead) {
-  const SweepPlan plan =
-      load_plan(grtx::paths::source_dir() + "/configs/sweeps/pizza.toml", test::FakeTracerRules());
+  const SweepPlan plan = load_plan(grtx::paths::source_dir() + "/configs/sweeps/pizza.toml", test::FakeTracerRules());
   EXPECT_EQ(plan.points.size(), 60U);
 }
 
@@ -153,4 +152,4 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

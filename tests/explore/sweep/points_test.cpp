@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <functional>
 
+#include "explore/sweep/fake_tracer_rules.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "explore/sweep/fake_tracer_rules.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class SweepPointsTest : public testing::Test {
@@ -122,4 +122,4 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include "explore/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -40,8 +40,8 @@ TEST_F(SlurmSweep, EqualsTheLocalOneAlsoWhenKilledAndWhenAJobIsLost) {
   kill_sweep("slurm.sqlite", std::chrono::milliseconds(1500), "--launcher slurm");
   const test::Outcome outcome = sweep("slurm.sqlite", "--launcher slurm --jobs 2");
   ASSERT_EQ(outcome.code, 0) << outcome.output;
-  const test::Outcome same = test::shell(grtx::paths::program() + " sweep --compare " + folder + "/local.sqlite " +
-                                         folder + "/slurm.sqlite");
+  const test::Outcome same =
+      test::shell(grtx::paths::program() + " sweep --compare " + folder + "/local.sqlite " + folder + "/slurm.sqlite");
   EXPECT_EQ(same.code, 0) << same.output;
 
   // A job that is cancelled under way: its point says so, the others are done.
@@ -54,4 +54,4 @@ TEST_F(SlurmSweep, EqualsTheLocalOneAlsoWhenKilledAndWhenAJobIsLost) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

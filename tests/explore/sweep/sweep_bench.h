@@ -19,7 +19,7 @@
 #include "grtx/explore/sweep/sqlite.h"
 #include "paths.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 struct Outcome {
   int code = -1;
@@ -99,4 +99,4 @@ class SweepBench : public testing::Test {
   std::string folder;
 };
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

@@ -9,7 +9,7 @@
 #include "explore/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using test::Outcome;
@@ -31,12 +31,13 @@ TEST_F(Sweep, FillsItsDatabaseOnce) {
   const auto document = nlohmann::json::parse(rows("a.sqlite", "SELECT document FROM point WHERE id = 5").at(0));
   const std::string trace =
       rows("a.sqlite", "SELECT path FROM trace JOIN point ON trace.key = trace_key WHERE id = 5").at(0);
-  ASSERT_EQ(test::shell(grtx::paths::program() + " sim " + folder + "/" + trace + " --config " + grtx::paths::source_dir() +
-                        "/configs/small.toml --set rt.warp_buffer.entries=2 --set rt.checkpoint.lanes=1 --quiet "
-                        "--stats " +
-                        folder + "/s.json")
-                .code,
-            0);
+  ASSERT_EQ(
+      test::shell(grtx::paths::program() + " sim " + folder + "/" + trace + " --config " + grtx::paths::source_dir() +
+                  "/configs/small.toml --set rt.warp_buffer.entries=2 --set rt.checkpoint.lanes=1 --quiet "
+                  "--stats " +
+                  folder + "/s.json")
+          .code,
+      0);
   auto alone = nlohmann::json::parse(read_file(folder + "/s.json"));
   for (auto entry = alone["stats"].begin(); entry != alone["stats"].end();) {
     entry = entry.key().starts_with("host.") ? alone["stats"].erase(entry) : std::next(entry);
@@ -191,4 +192,4 @@ TEST_F(Sweep, TheFrontIsConfirmedInAnotherMode) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

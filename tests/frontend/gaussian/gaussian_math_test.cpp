@@ -25,9 +25,9 @@ TEST(GaussianMath, ExponentialIsWithinOneUlp) {
 }
 
 TEST(GaussianMath, AlphaRules) {
-  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 0.0f), 0.99f);            // clamped
-  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 1.0000001f), 0.0f);       // outside the kernel radius
-  EXPECT_EQ(hit_alpha(0.0039f, 0.06f, 0.0f), 0.0f);         // below 1/255
+  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 0.0f), 0.99f);       // clamped
+  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 1.0000001f), 0.0f);  // outside the kernel radius
+  EXPECT_EQ(hit_alpha(0.0039f, 0.06f, 0.0f), 0.0f);    // below 1/255
   EXPECT_EQ(hit_alpha(0.5f, 9.0f, std::nanf("")), 0.0f);
 }
 
@@ -39,10 +39,12 @@ TEST(GaussianMath, ShBasisIsOrthonormal) {
     const double z = -1.0 + (2.0 * i + 1.0) / rows;
     for (int j = 0; j < columns; ++j) {
       const double phi = 2.0 * 3.141592653589793 * (j + 0.5) / columns, s = std::sqrt(1.0 - z * z);
-      const auto b = sh_basis({static_cast<float>(s * std::cos(phi)), static_cast<float>(s * std::sin(phi)),
-                               static_cast<float>(z)}, 3);
+      const auto b = sh_basis(
+          {static_cast<float>(s * std::cos(phi)), static_cast<float>(s * std::sin(phi)), static_cast<float>(z)}, 3);
       for (int p = 0; p < 16; ++p) {
-        for (int q = 0; q < 16; ++q) gram[p][q] += static_cast<double>(b[static_cast<std::size_t>(p)]) * static_cast<double>(b[static_cast<std::size_t>(q)]);
+        for (int q = 0; q < 16; ++q)
+          gram[p][q] +=
+              static_cast<double>(b[static_cast<std::size_t>(p)]) * static_cast<double>(b[static_cast<std::size_t>(q)]);
       }
     }
   }

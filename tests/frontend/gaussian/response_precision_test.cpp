@@ -21,7 +21,8 @@ TEST(ResponsePrecision, RoundsAsDefined) {
   std::uint32_t state = 1;
   for (int i = 0; i < 200000; ++i) {
     state = state * 1664525u + 1013904223u;
-    const float x = std::ldexp(static_cast<float>(state >> 8) - 8388608.0f, static_cast<int>(state % 40u) - 47);  // 2^-47 to 2^15
+    const float x =
+        std::ldexp(static_cast<float>(state >> 8) - 8388608.0f, static_cast<int>(state % 40u) - 47);  // 2^-47 to 2^15
     EXPECT_EQ(round_to_fp16(x), nearest(static_cast<double>(x), 10, -14)) << x;
     EXPECT_EQ(round_to_bf16(x), nearest(static_cast<double>(x), 7, -126)) << x;
   }

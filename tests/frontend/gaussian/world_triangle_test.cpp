@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "grtx/frontend/image/image.h"
 #include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/image/image.h"
 #include "random_scene.h"
 #include "render_helpers.h"
 

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "paths.h"
 #include "scene_bytes.h"
 #include "stress_scenes.h"
-#include "paths.h"
 
 namespace grtx::frontend {
 namespace {

@@ -12,7 +12,7 @@ namespace grtx::test {
 
 struct RandomSceneOptions {
   std::size_t count = 300;
-  double extent = 1.0;        ///< centres in a cube of this half edge
+  double extent = 1.0;  ///< centres in a cube of this half edge
   double log_scale_mean = -2.5;
   double log_scale_sd = 1.0;
   double opacity_low = 0.02;

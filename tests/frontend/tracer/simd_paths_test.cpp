@@ -6,8 +6,8 @@
 #include <random>
 
 #include "grtx/frontend/gaussian/face_test.h"
-#include "grtx/frontend/tracer/node_test.h"
 #include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/tracer/node_test.h"
 #include "random_scene.h"
 #include "render_helpers.h"
 

@@ -39,13 +39,12 @@ TEST_P(TracerReference, PsnrAndSequences) {
   EXPECT_LE(different, exact.sequences.size() / 1000);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Proxies, TracerReference,
-    testing::Values(Case{AccelKind::tri20, ReferenceProxy::icosahedron20, false},
-                    Case{AccelKind::tri80, ReferenceProxy::icosphere80, false},
-                    Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false},
-                    Case{AccelKind::tlas_tri20, ReferenceProxy::icosahedron20, true},
-                    Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}));
+INSTANTIATE_TEST_SUITE_P(Proxies, TracerReference,
+                         testing::Values(Case{AccelKind::tri20, ReferenceProxy::icosahedron20, false},
+                                         Case{AccelKind::tri80, ReferenceProxy::icosphere80, false},
+                                         Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false},
+                                         Case{AccelKind::tlas_tri20, ReferenceProxy::icosahedron20, true},
+                                         Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}));
 
 }  // namespace
 }  // namespace grtx::frontend

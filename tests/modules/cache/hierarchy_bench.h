@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "memory_mocks.h"
-#include "grtx/modules/tlm/at_protocol_checker.h"
-#include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/tlm/at_protocol_checker.h"
+#include "memory_mocks.h"
 
 namespace grtx::modules {
 
@@ -26,7 +26,7 @@ struct HierarchyBench {
     Dram::Config dram{};
     bool idle_skip = true;
     bool checkers = true;
-    bool clients = true;  ///< false: the caller drives client_links
+    bool clients = true;      ///< false: the caller drives client_links
     std::uint64_t order = 0;  ///< seed of the construction order; 0: down the hierarchy
   };
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "memory_mocks.h"
 #include "grtx/modules/cache/l1_cache.h"
+#include "memory_mocks.h"
 
 namespace grtx::modules {
 

@@ -1,10 +1,10 @@
 // An L2 slice between a mock client (in place of the crossbar) and the built-in DRAM, protocol checker in between.
 #pragma once
 
-#include "memory_mocks.h"
-#include "grtx/modules/tlm/at_protocol_checker.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/tlm/at_protocol_checker.h"
+#include "memory_mocks.h"
 
 namespace grtx::modules {
 

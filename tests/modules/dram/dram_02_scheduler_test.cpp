@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "grtx/base/error.h"
-#include "memory_mocks.h"
 #include "grtx/modules/dram/dram_channel.h"
+#include "memory_mocks.h"
 
 namespace grtx::modules {
 namespace {

@@ -12,8 +12,8 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/simt/simt_core.h"
-#include "systemc_fixture.h"
 #include "grtx/traces/event.h"
+#include "systemc_fixture.h"
 
 namespace grtx::modules {
 

@@ -98,7 +98,8 @@ TEST_F(SimtConservation, SingleRoundTracingSortsBeforeItBlends) {
       std::vector<unsigned> most;
       for (const traces::Ray& ray : group.rays) {
         most.resize(std::max(most.size(), ray.rounds.size()));
-        for (std::size_t r = 0; r < ray.rounds.size(); ++r) most[r] = std::max<unsigned>(most[r], ray.rounds[r].k_count);
+        for (std::size_t r = 0; r < ray.rounds.size(); ++r)
+          most[r] = std::max<unsigned>(most[r], ray.rounds[r].k_count);
       }
       for (const unsigned entries : most) {
         for (unsigned run = 1; run < entries; run *= 2) ++passes;

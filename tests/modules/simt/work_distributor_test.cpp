@@ -118,8 +118,7 @@ TEST_F(WorkDistributorTest, SecondaryGroupsWaitForTheLastPrimaryOne) {
   EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
   using S = WorkBench::Seen;
   // Group 1: seen in 2, ends in 302, its end is seen in 303; group 3 is launched then and seen in 304.
-  EXPECT_THAT(bench.seen,
-              ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{304, 1, 0, 3}, S{305, 0, 0, 4}));
+  EXPECT_THAT(bench.seen, ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{304, 1, 0, 3}, S{305, 0, 0, 4}));
   EXPECT_EQ(bench.distributor.primary_end_cycle(), 303u);
   EXPECT_EQ(bench.distributor.end_cycle(), 326u);  // group 4 ends in 325
   EXPECT_THAT(bench.source.acquired, ElementsAre(0, 1, 2, 3, 4));

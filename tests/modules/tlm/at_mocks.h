@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "memory_mocks.h"
 #include "grtx/modules/tlm/at_initiator.h"
+#include "memory_mocks.h"
 
 namespace grtx::modules {
 

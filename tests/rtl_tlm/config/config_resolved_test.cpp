@@ -9,7 +9,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 const std::string kConfigs = grtx::paths::source_dir() + "/configs/";
@@ -106,4 +106,4 @@ TEST(ConfigReference, TheDocumentHoldsTheTableThatTheProgramPrints) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

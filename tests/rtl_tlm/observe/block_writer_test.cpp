@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr std::uint64_t kMany = 1'000'003;  // more blocks than may wait, and a broken one
@@ -59,4 +59,4 @@ TEST(BlockWriter, EndsWithoutFinish) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -11,7 +11,7 @@
 #include "observed_run.h"
 #include "vcd_reader.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(GtkwaveFiles, FollowTheHierarchyOfTheDump) {
@@ -73,4 +73,4 @@ TEST(GtkwaveFiles, AFilterTurnsValuesIntoWords) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,11 +5,11 @@
 #include <string>
 
 #include "grtx/base/atomic_file.h"
-#include "observed_run.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
+#include "observed_run.h"
 #include "vcd_reader.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using test::statistic;
@@ -83,4 +83,4 @@ TEST(ObservedRtUnits, TheTimelineHasATrackForEachUnit) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -10,11 +10,12 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 class ObservedRun {
  public:
@@ -40,10 +41,11 @@ class ObservedRun {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   /// Runs with `options`; returns the statistics. Fails the test when a conservation law does not hold.
-  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {}) const {
+  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {},
+                             SimulationMode mode = SimulationMode::cycle) const {
     ChildProcess child("simulation", [&] {
       const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-      const SimulationResult result = simulate(path("t.grtx"), config, options);
+      const SimulationResult result = test::simulate_priced(path("t.grtx"), config, options, mode);
       nlohmann::ordered_json answer = {{"stats", result.document.at("stats")},
                                        {"violations", result.violations},
                                        {"pixel_cycles", result.pixel_cycles}};
@@ -69,4 +71,4 @@ inline std::uint64_t statistic(const nlohmann::ordered_json& stats, const std::s
   return stats.at(name).at("value").get<std::uint64_t>();
 }
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

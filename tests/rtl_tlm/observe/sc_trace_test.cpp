@@ -4,13 +4,13 @@
 #include <systemc>
 
 #include "grtx/base/atomic_file.h"
-#include "observed_run.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
-#include "vcd_reader.h"
+#include "observed_run.h"
 #include "paths.h"
+#include "vcd_reader.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// What a user writes: a signal that follows the model, sensitive to the core clock's tick.
@@ -69,4 +69,4 @@ TEST(ScTrace, RecordsAUsersSignal) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include "grtx/base/error.h"
 #include "observed_run.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using ::testing::HasSubstr;
@@ -75,4 +75,4 @@ TEST(StallReport, RefusesOtherDocuments) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

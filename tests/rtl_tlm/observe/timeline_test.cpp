@@ -10,7 +10,7 @@
 #include "grtx/modules/simt/simt_counters.h"
 #include "observed_run.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::json;
@@ -175,4 +175,4 @@ TEST(TraceEventWriter, EndsWhatIsOpenAndQuotesNames) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 
 struct VcdFile {
   struct Change {
@@ -113,4 +113,4 @@ inline VcdFile read_vcd(const std::string& text) {
   return file;
 }
 
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

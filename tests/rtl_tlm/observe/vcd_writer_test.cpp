@@ -10,7 +10,7 @@
 #include "grtx/base/atomic_file.h"
 #include "vcd_reader.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using Change = VcdFile::Change;
@@ -89,4 +89,4 @@ TEST(VcdWriter, GtkwavesConverterReadsIt) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,11 +7,11 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/modules/simt/simt_counters.h"
-#include "observed_run.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
+#include "observed_run.h"
 #include "vcd_reader.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using test::statistic;
@@ -223,4 +223,4 @@ INSTANTIATE_TEST_SUITE_P(Checkpointing, WaveformExactness, ::testing::Values(fal
                          [](const auto& test_case) { return test_case.param ? "on" : "off"; });
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

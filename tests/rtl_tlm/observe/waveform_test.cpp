@@ -8,15 +8,16 @@
 #include <filesystem>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/temporary_file.h"
 #include "vcd_reader.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class WaveformTest : public ::testing::Test {
@@ -34,8 +35,8 @@ class WaveformTest : public ::testing::Test {
     SimulationOptions simulation;
     simulation.waveform = options;
     ChildProcess child("simulation", [&] {
-      const SimulationResult result =
-          simulate(trace_.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), simulation);
+      const SimulationResult result = test::simulate_priced(
+          trace_.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), simulation);
       return std::to_string(result.violations.empty() ? result.cycles : 0);
     });
     return std::stoull(child.result());
@@ -81,8 +82,10 @@ TEST_F(WaveformTest, DoesNotChangeTheResult) {
   const Cycle with = run({});
   SimulationOptions options;
   ChildProcess child("simulation", [&] {
-    return std::to_string(
-        simulate(trace_.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), options).cycles);
+    return std::to_string(test::simulate_priced(trace_.path(),
+                                                load_config(grtx::paths::source_dir() + "/configs/small.toml", {}),
+                                                options)
+                              .cycles);
   });
   EXPECT_EQ(std::stoull(child.result()), with);
 }
@@ -154,4 +157,4 @@ TEST(WaveformWindow, IsParsed) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

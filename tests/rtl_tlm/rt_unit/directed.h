@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "grtx/base/child_process.h"
-#include "rtl_tlm/rt_unit/rt_bench.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/traces/io.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/temporary_file.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 using nlohmann::ordered_json;
 using traces::RayGroup;
@@ -122,7 +123,7 @@ inline ordered_json simulated(const Directed& d, const std::vector<std::string>&
                                        "rt.box.count=32", "rt.triangle.count=32"};
   settings.insert(settings.end(), more.begin(), more.end());
   ChildProcess child("simulation", [&] {
-    const SimulationResult result = simulate(file.path(), load_config("", settings), {});
+    const SimulationResult result = test::simulate_priced(file.path(), load_config("", settings), {});
     EXPECT_EQ(result.violations, std::vector<std::string>{});
     return result.violations.empty() ? result.document.at("stats").dump() : std::string("{}");
   });
@@ -135,4 +136,4 @@ inline std::uint64_t value(const ordered_json& stats, const char* name) {
 
 inline const std::vector<std::string> kPerfectL1 = {"l1.perfect=true"};
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

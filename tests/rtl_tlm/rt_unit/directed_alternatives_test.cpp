@@ -1,7 +1,7 @@
 // The alternatives that a configuration can choose, each on a hand-written trace with the total computed by hand.
 #include "rtl_tlm/rt_unit/directed.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -118,4 +118,4 @@ TEST(DirectedAlternatives, ShortStack) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

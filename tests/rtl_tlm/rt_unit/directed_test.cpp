@@ -2,7 +2,7 @@
 // The pages in docs/modules give each step; directed.h names them.
 #include "rtl_tlm/rt_unit/directed.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -213,4 +213,4 @@ TEST(Directed, OneStragglerIsWaitedFor) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -22,7 +22,7 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 class PlainRtUnit {
  public:
@@ -681,4 +681,4 @@ class PlainRtUnit {
   std::deque<std::pair<std::uint64_t, Batch>> shading_, shaded_;
 };
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

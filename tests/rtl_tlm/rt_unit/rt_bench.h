@@ -16,12 +16,12 @@
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "modules/systemc_fixture.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "modules/systemc_fixture.h"
 
-namespace grtx::tlm::test {
+namespace grtx::sim::test {
 
 using modules::Link;
 using traces::Event;
@@ -281,4 +281,4 @@ class RtBench {
   std::size_t pending_ = 0;
 };
 
-}  // namespace grtx::tlm::test
+}  // namespace grtx::sim::test

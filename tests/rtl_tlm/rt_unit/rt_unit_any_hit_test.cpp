@@ -4,7 +4,7 @@
 
 #include "rt_bench.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -130,4 +130,4 @@ TEST_F(RtUnitAnyHitTest, OneBatchACycleOldestWarpFirst) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

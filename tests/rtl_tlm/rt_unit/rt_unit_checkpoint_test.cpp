@@ -4,7 +4,7 @@
 
 #include "rt_bench.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -229,4 +229,4 @@ TEST_F(RtUnitCheckpointTest, AnEntryBeyondTheCapacityIsRefused) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 #include "rt_bench.h"
 #include "traces/random_group.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -184,4 +184,4 @@ TEST_F(RtUnitConservationTest, AddedInventoryIsThePapersTable) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

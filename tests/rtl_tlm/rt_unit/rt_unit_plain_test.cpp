@@ -7,13 +7,13 @@
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/tracer/tracer.h"
+#include "grtx/traces/io.h"
 #include "plain_rt_unit.h"
 #include "real_scene_files.h"
 #include "rt_bench.h"
-#include "grtx/traces/io.h"
 #include "traces/random_group.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -179,4 +179,4 @@ TEST_F(RtUnitPlainScene, TrainedScene) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

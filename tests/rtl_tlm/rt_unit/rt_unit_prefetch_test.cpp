@@ -3,7 +3,7 @@
 
 #include "rt_bench.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -114,4 +114,4 @@ TEST_F(RtUnitPrefetchTest, AFullQueueDrops) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

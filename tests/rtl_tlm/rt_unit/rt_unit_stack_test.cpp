@@ -3,7 +3,7 @@
 
 #include "rt_bench.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -132,4 +132,4 @@ TEST_F(RtUnitStack, LanesShareThePort) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 
 #include "rt_bench.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using namespace test;
@@ -307,4 +307,4 @@ TEST_F(RtUnitTest, BadTracesAreRefusedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 
 #include <functional>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using ::testing::ElementsAre;
@@ -76,4 +76,4 @@ TEST(Conservation, ARunMayNotBeFasterThanABound) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "observed_run.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
+#include "observed_run.h"
 #include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr Cycle kFirst = 6000;  // cycles, as first_launches.h says
@@ -58,9 +59,8 @@ class FirstLaunches : public ::testing::Test {
     ChildProcess child("launches", [&] {
       Launches seen;
       SimulationOptions options;
-      options.mode = mode;
       options.observer = &seen;
-      simulate(trace_.path(), config(), options);
+      test::simulate_priced(trace_.path(), config(), options, mode);
       return seen.list.dump();
     });
     return nlohmann::json::parse(child.result());
@@ -117,4 +117,4 @@ TEST_F(FirstLaunches, OfARunInFastModeAreThoseOfCycleMode) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -9,11 +9,12 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -61,7 +62,7 @@ ordered_json values(const std::string& path, const std::vector<std::string>& set
     SimulationOptions options;
     options.quiet = true;
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-    return simulate(path, config, options).document.at("stats").dump();
+    return test::simulate_priced(path, config, options).document.at("stats").dump();
   });
   ordered_json all;
   const ordered_json stats = ordered_json::parse(child.result());
@@ -109,4 +110,4 @@ INSTANTIATE_TEST_SUITE_P(Cases, GoldenStatistics, ::testing::ValuesIn(cases()),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 
 #include "rtl_tlm/tiny_trace.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 std::map<std::string, Cycle> bounds_of(const GpuCounters& counters, const Chain& chain, const GpuConfig& config) {
@@ -104,4 +104,4 @@ TEST(LongestRay, AWarpWaitsForTheLongestLaneOfEachRound) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

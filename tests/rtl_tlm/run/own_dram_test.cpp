@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <string>
 
+#include "paths.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Outcome {
@@ -76,4 +76,4 @@ TEST_F(OwnDram, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

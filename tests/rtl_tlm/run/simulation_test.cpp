@@ -6,15 +6,16 @@
 #include <sstream>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -24,7 +25,7 @@ using traces::testing::TemporaryFile;
 /// The statistics file of a run in a process of its own, with its violations.
 ordered_json simulated(const std::string& path, const GpuConfig& config, const SimulationOptions& options = {}) {
   ChildProcess child("simulation", [&] {
-    const SimulationResult result = simulate(path, config, options);
+    const SimulationResult result = test::simulate_priced(path, config, options);
     ordered_json document = result.document;
     document["violations"] = result.violations;
     document["binding_bound"] = result.binding_bound;
@@ -274,7 +275,7 @@ TEST(Simulation, NoProgressIsReportedAsADeadlock) {
   ChildProcess child("simulation", [&] {
     ::testing::internal::CaptureStderr();
     try {
-      simulate(file.path(), load_config("", {"dram.fixed_latency=1000000"}), options);
+      test::simulate_priced(file.path(), load_config("", {"dram.fixed_latency=1000000"}), options);
     } catch (const std::runtime_error& error) {
       return std::string(error.what()) + "\n" + ::testing::internal::GetCapturedStderr();
     }
@@ -292,4 +293,4 @@ TEST(Simulation, NoProgressIsReportedAsADeadlock) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 nlohmann::ordered_json document() {
@@ -49,4 +49,4 @@ TEST(StatisticsJson, TextReadsBackAsTheSameDocument) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -12,7 +12,7 @@
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using traces::testing::TemporaryFile;
@@ -111,4 +111,4 @@ TEST(CheckGroup, NamesTheFirstRoundThatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -3,15 +3,16 @@
 
 #include <filesystem>
 
+#include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/tracer/tracer.h"
-#include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/traces/io.h"
 #include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -54,8 +55,8 @@ class WarpSize : public ::testing::Test {
     EXPECT_EQ(reader.group_count(), 256U / warp_size);
     result.totals = reader.totals();
     ChildProcess child("simulation", [&] {
-      const SimulationResult simulated =
-          simulate(base_ + ".grtx", load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), {});
+      const SimulationResult simulated = test::simulate_priced(
+          base_ + ".grtx", load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), {});
       EXPECT_TRUE(simulated.violations.empty());
       return simulated.violations.empty() ? simulated.document.at("stats").dump() : std::string("{}");
     });
@@ -90,4 +91,4 @@ TEST_F(WarpSize, ChangesTimeAndFetchesButNeitherImageNorWork) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using Number = EventWheel::Number;
@@ -62,4 +62,4 @@ TEST(EventWheel, WhatIsAlreadyPastIsDueInTheNextCycle) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

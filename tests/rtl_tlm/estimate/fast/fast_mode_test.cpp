@@ -8,16 +8,10 @@
 
 #include "observed_run.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using test::statistic;
-
-SimulationOptions fast() {
-  SimulationOptions options;
-  options.mode = SimulationMode::fast;
-  return options;
-}
 
 nlohmann::ordered_json without_host(const nlohmann::ordered_json& stats) {
   nlohmann::ordered_json rest = nlohmann::ordered_json::object();
@@ -43,7 +37,7 @@ class FastMode : public ::testing::TestWithParam<Machine> {
 // ObservedRun fails when a conservation law does not hold.
 TEST_P(FastMode, DoesTheWorkOfTheCycleModelInAboutItsTime) {
   const auto cycle = run_.run({}, GetParam().settings);
-  const auto quick = run_.run(fast(), GetParam().settings);
+  const auto quick = run_.run({}, GetParam().settings, SimulationMode::fast);
   for (const char* same :
        {"gpu.rt.node_visits", "gpu.rt.visits_internal", "gpu.rt.visits_instance", "gpu.rt.visits_leaf", "gpu.rt.culls",
         "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.simt.warps"}) {
@@ -55,7 +49,8 @@ TEST_P(FastMode, DoesTheWorkOfTheCycleModelInAboutItsTime) {
 }
 
 TEST_P(FastMode, GivesTheSameEachTime) {
-  EXPECT_EQ(without_host(run_.run(fast(), GetParam().settings)), without_host(run_.run(fast(), GetParam().settings)));
+  EXPECT_EQ(without_host(run_.run({}, GetParam().settings, SimulationMode::fast)),
+            without_host(run_.run({}, GetParam().settings, SimulationMode::fast)));
 }
 
 // Twelve warps of random rays: their run ends with one of them, so single runs scatter.
@@ -74,18 +69,18 @@ TEST(FastModeRefuses, WhatItDoesNotModel) {
   const test::ObservedRun run;
   const auto refused = [&](const SimulationOptions& options, const std::vector<std::string>& settings) {
     try {
-      run.run(options, settings);
+      run.run(options, settings, SimulationMode::fast);
     } catch (const std::exception& error) {
       return std::string(error.what());
     }
     return std::string();
   };
-  EXPECT_NE(refused(fast(), {"gpu.rt_units=2"}).find("gpu.rt_units"), std::string::npos);
-  EXPECT_NE(refused(fast(), {"rt.warp_buffer.spill=true"}).find("rt.warp_buffer.spill"), std::string::npos);
-  SimulationOptions waveform = fast();
+  EXPECT_NE(refused({}, {"gpu.rt_units=2"}).find("gpu.rt_units"), std::string::npos);
+  EXPECT_NE(refused({}, {"rt.warp_buffer.spill=true"}).find("rt.warp_buffer.spill"), std::string::npos);
+  SimulationOptions waveform;
   waveform.waveform.path = run.path("w.vcd");
   EXPECT_NE(refused(waveform, {}).find("--mode cycle"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -17,7 +17,7 @@
 #include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 class SpanCalendarTest : public ::testing::TestWithParam<unsigned> {};
@@ -308,4 +308,4 @@ TEST(NearCycleTest, IsTheCycleWithinReachOfThePresent) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,14 +5,15 @@
 
 #include <numeric>
 
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -32,7 +33,8 @@ class FastRunTest : public ::testing::TestWithParam<bool> {
     traces::testing::write_trace(file_.path(), trace.header, trace.groups);
   }
   ordered_json cycle_mode() const {
-    ChildProcess child("cycle", [this] { return simulate(file_.path(), config_, {}).document.at("stats").dump(); });
+    ChildProcess child("cycle",
+                       [this] { return test::simulate_priced(file_.path(), config_, {}).document.at("stats").dump(); });
     return ordered_json::parse(child.result());
   }
   FastRun whole(const traces::Reader& reader) const {
@@ -124,4 +126,4 @@ TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
 INSTANTIATE_TEST_SUITE_P(Checkpointing, FastRunTest, ::testing::Bool());
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

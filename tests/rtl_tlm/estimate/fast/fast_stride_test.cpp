@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "observed_run.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_run.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
+#include "observed_run.h"
+#include "paths.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using test::statistic;
@@ -37,12 +37,10 @@ struct Machine {
 class FastStride : public ::testing::TestWithParam<Machine> {
  protected:
   nlohmann::ordered_json run(unsigned events, const std::string& more = "fast.seed=1") const {
-    SimulationOptions options;
-    options.mode = SimulationMode::fast;
     std::vector<std::string> settings = GetParam().settings;
     settings.push_back(stride(events));
     settings.push_back(more);
-    return run_.run(options, settings);  // fails when a conservation law does not hold
+    return run_.run({}, settings, SimulationMode::fast);  // fails when a conservation law does not hold
   }
   test::ObservedRun run_{GetParam().checkpoint, GetParam().checkpoint};
 };
@@ -240,4 +238,4 @@ TEST(TimedShare, OfAnyHitShadersOnlyTheTimedOnesStandForOthers) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

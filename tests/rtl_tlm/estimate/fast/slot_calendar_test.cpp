@@ -8,7 +8,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 struct Shape {
@@ -66,4 +66,4 @@ TEST(SlotCalendarLimits, PastCyclesAreNotGivenAndFarOnesComeInOrder) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(StudentQuantile, IsThatOfTheTables) {
@@ -100,4 +100,4 @@ TEST(Estimate, SurvivesJson) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 TEST(FastCorrection, IsTheRatioOfWeightedEnds) {
@@ -41,4 +41,4 @@ TEST(FastCorrection, LeavesOutGroupsWithoutWork) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -7,13 +7,14 @@
 #include <cstdio>
 #include <memory>
 
-#include "grtx/base/error.h"
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
-#include "paths.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
@@ -37,7 +38,7 @@ class SampledSimulation : public ::testing::Test {
   }
 
   ordered_json cycle_mode() const {
-    ChildProcess child("cycle", [this] { return simulate(file_.path(), config_, {}).document.dump(); });
+    ChildProcess child("cycle", [this] { return test::simulate_priced(file_.path(), config_, {}).document.dump(); });
     return ordered_json::parse(child.result());
   }
   static ordered_json without_host(const ordered_json& stats) {
@@ -49,6 +50,7 @@ class SampledSimulation : public ::testing::Test {
   }
   static SampledOptions share(double share, std::uint64_t seed = 1) {
     SampledOptions options;
+    options.price = describe_energy;
     options.share = share;
     options.seed = seed;
     return options;
@@ -193,4 +195,4 @@ TEST_F(SampledSimulation, CommandLineRefusesInOneLine) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

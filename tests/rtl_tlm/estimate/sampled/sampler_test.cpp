@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 /// Groups with `processed` entries like i^2 mod 101, and costs that follow them.
@@ -88,4 +88,4 @@ TEST(SamplerTest, GivesTheSameClassesOnEveryMachine) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 
 #include <ostream>
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 GpuConfig paper() { return load_config(grtx::paths::source_dir() + "/configs/paper.toml", {}); }
@@ -75,4 +75,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& i) { return std::string(i.param.name); });
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
 
-namespace grtx::tlm {
+namespace grtx::sim {
 namespace {
 
 constexpr double kStart = 100.0;  ///< cycles from launch to the first call
@@ -151,4 +151,4 @@ TEST(ModelFit, FindsTheRatesOfRunsThatTheModelMade) {
 }
 
 }  // namespace
-}  // namespace grtx::tlm
+}  // namespace grtx::sim

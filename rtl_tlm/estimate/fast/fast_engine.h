@@ -1,0 +1,24 @@
+// Fast mode as an engine of simulate(): the same decisions, loosely timed, in a fraction of the time.
+#pragma once
+
+#include <vector>
+
+#include "grtx/rtl_tlm/run/first_launches.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+
+namespace grtx::sim {
+
+/// No waveforms, timelines or cycles by pixel: asking for them is an Error.
+class FastEngine final : public Engine {
+ public:
+  std::string name() const override { return "fast"; }
+  void prepare(const Work& work) override;
+  FinishedRun run(const Work& work, modules::GroupSource& source) override;
+  void describe(modules::StatisticList& list) const override;
+
+ private:
+  std::vector<Launch> first_;  ///< of cycle mode; empty where all groups are launched at once
+  unsigned stride_ = 1;
+};
+
+}  // namespace grtx::sim
