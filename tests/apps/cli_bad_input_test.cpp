@@ -2,7 +2,7 @@
 // behind.
 #include <gmock/gmock.h>
 
-#include "program.h"
+#include "apps/program.h"
 #include "rtl_tlm/tiny_trace.h"
 
 namespace grtx::e2e {

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/program.h"
 #include "grtx/frontend/image/image.h"
-#include "program.h"
 
 namespace grtx::e2e {
 namespace {

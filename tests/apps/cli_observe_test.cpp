@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/program.h"
 #include "grtx/frontend/image/image.h"
 #include "paths.h"
-#include "program.h"
 #include "rtl_tlm/tiny_trace.h"
 
 namespace grtx::e2e {

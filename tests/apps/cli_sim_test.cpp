@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/program.h"
 #include "paths.h"
-#include "program.h"
 #include "rtl_tlm/tiny_trace.h"
 
 namespace grtx::e2e {

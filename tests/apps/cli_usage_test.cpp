@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "program.h"
+#include "apps/program.h"
 
 namespace grtx::e2e {
 namespace {

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/program.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
-#include "tests/e2e/program.h"
-#include "tests/sweep_database.h"
+#include "sweep_database.h"
 
 namespace grtx::e2e {
 namespace {

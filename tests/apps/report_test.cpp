@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/program.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
-#include "tests/e2e/program.h"
-#include "tests/sweep_database.h"
+#include "sweep_database.h"
 
 namespace grtx::e2e {
 namespace {

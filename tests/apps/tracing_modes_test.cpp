@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/program.h"
 #include "paths.h"
-#include "program.h"
 
 namespace grtx::e2e {
 namespace {

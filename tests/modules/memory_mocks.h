@@ -13,7 +13,7 @@
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "systemc_fixture.h"
+#include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
 

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "grtx/base/error.h"
-#include "random_group.h"
-#include "temporary_file.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -10,8 +10,8 @@
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/file_layout.h"
-#include "random_group.h"
-#include "temporary_file.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
-#include "temporary_file.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::traces {
 namespace {

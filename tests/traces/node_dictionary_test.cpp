@@ -6,7 +6,7 @@
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/node_shape.h"
-#include "random_group.h"
+#include "traces/random_group.h"
 
 namespace grtx::traces {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "grtx/traces/codec/header_json.h"
-#include "random_group.h"
-#include "temporary_file.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "random_group.h"
-#include "temporary_file.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::traces {
 namespace {

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "grtx/explore/report/sections.h"
-#include "tests/sweep_database.h"
+#include "sweep_database.h"
 
 namespace grtx::sim {
 namespace {

@@ -8,11 +8,11 @@
 #include <functional>
 #include <set>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/tracer/multi_object_render.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

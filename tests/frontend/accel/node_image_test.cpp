@@ -5,8 +5,8 @@
 
 #include <random>
 
+#include "frontend/tracer/random_scene.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
-#include "random_scene.h"
 
 namespace grtx::frontend {
 namespace {

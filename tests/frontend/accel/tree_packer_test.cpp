@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "frontend/tracer/random_scene.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
-#include "random_scene.h"
 
 namespace grtx::frontend {
 namespace {

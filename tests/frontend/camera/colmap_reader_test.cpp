@@ -5,7 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "scene_bytes.h"
+#include "frontend/scene/scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

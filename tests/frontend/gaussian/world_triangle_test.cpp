@@ -8,10 +8,10 @@
 #include <random>
 #include <set>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/image/image.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "scene_bytes.h"
+#include "frontend/scene/scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <limits>
 
+#include "frontend/scene/scene_bytes.h"
+#include "frontend/synth/stress_scenes.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
 #include "paths.h"
-#include "scene_bytes.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "scene_bytes.h"
+#include "frontend/scene/scene_bytes.h"
 
 namespace grtx::frontend::test {
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "ply_bytes.h"
+#include "frontend/scene/ply_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

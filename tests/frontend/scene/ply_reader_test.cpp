@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "ply_bytes.h"
+#include "frontend/scene/ply_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "scene_bytes.h"
+#include "frontend/scene/scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

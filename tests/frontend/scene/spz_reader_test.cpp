@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "frontend/scene/scene_bytes.h"
 #include "grtx/frontend/scene/decompress.h"
-#include "scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

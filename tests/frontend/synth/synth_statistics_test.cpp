@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
+#include "frontend/synth/scene_statistics.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
-#include "scene_statistics.h"
 
 namespace grtx::frontend {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "random_scene.h"
+#include "frontend/tracer/random_scene.h"
 
 namespace grtx::frontend {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include "frontend/synth/stress_scenes.h"
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
-#include "random_scene.h"
 #include "real_scene_files.h"
-#include "render_helpers.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

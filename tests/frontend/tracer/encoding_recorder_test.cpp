@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "frontend/tracer/random_scene.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
-#include "random_scene.h"
 
 namespace grtx::frontend {
 namespace {

@@ -13,9 +13,9 @@
 #include <tuple>
 #include <vector>
 
+#include "frontend/tracer/random_scene.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
-#include "random_scene.h"
 
 namespace grtx::frontend {
 namespace {

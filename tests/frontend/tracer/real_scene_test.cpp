@@ -1,10 +1,10 @@
 // Anchors on real trained scenes: bytes a Gaussian of both structures, image identity. Skipped where the scenes lack.
 #include <gtest/gtest.h>
 
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "real_scene_files.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

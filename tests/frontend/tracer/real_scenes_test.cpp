@@ -4,8 +4,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "frontend/scene/scene_bytes.h"
 #include "real_scene_files.h"
-#include "scene_bytes.h"
 
 namespace grtx::frontend::test {
 namespace {

@@ -8,13 +8,13 @@
 #include <iterator>
 #include <set>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/tracer/light_path.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
 #include "grtx/traces/io.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

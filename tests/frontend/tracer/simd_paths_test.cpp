@@ -5,11 +5,11 @@
 #include <limits>
 #include <random>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/gaussian/face_test.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/tracer/node_test.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

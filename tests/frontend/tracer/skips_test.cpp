@@ -6,10 +6,10 @@
 
 #include <filesystem>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

@@ -2,10 +2,10 @@
 // processes and the strict one does not is as much as the tracer counts, for every way to trace.
 #include <gtest/gtest.h>
 
+#include "frontend/synth/stress_scenes.h"
+#include "frontend/tracer/random_scene.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
-#include "random_scene.h"
 #include "real_scene_files.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

@@ -8,10 +8,10 @@
 #include <iostream>
 #include <random>
 
+#include "frontend/synth/stress_scenes.h"
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
-#include "random_scene.h"
-#include "render_helpers.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

@@ -5,12 +5,12 @@
 
 #include <cstdio>
 
+#include "frontend/synth/stress_scenes.h"
+#include "frontend/tracer/parity.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
-#include "parity.h"
 #include "real_scene_files.h"
-#include "render_helpers.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

@@ -1,10 +1,10 @@
 // The fp32 tracer against the fp64 brute force of the same proxy and sort key: it shares no code with the tracer.
 #include <gtest/gtest.h>
 
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
-#include "random_scene.h"
-#include "render_helpers.h"
 
 namespace grtx::frontend {
 namespace {

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <random>
 
+#include "frontend/synth/stress_scenes.h"
+#include "frontend/tracer/random_scene.h"
+#include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/tracer/k_buffer.h"
-#include "random_scene.h"
-#include "render_helpers.h"
-#include "stress_scenes.h"
 
 namespace grtx::frontend {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "hierarchy_bench.h"
+#include "modules/cache/hierarchy_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,6 +1,6 @@
 // L1: a request visible at cycle c is answered at exactly c + latency when it hits.
 #include "grtx/base/error.h"
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

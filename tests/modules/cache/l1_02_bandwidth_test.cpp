@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,5 +1,5 @@
 // L1: MSHRs merge requests of one sector, and every limit stalls without losing anything.
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,5 +1,5 @@
 // L1: LRU within a set, independent sets, sectors of a line leave together.
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,6 +1,6 @@
 // L1: writes go through to the L2, never allocate, keep a present sector valid, and are answered when the L2 has
 // answered.
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

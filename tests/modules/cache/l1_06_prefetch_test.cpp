@@ -1,5 +1,5 @@
 // L1: prefetches are answered like reads and each fetched sector ends as exactly one of useful, late or unused.
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

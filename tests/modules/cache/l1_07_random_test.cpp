@@ -2,7 +2,7 @@
 // depend on idle skip.
 #include <map>
 
-#include "l1_bench.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

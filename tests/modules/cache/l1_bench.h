@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "grtx/modules/cache/l1_cache.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 

@@ -1,6 +1,6 @@
 // L2 slice: hit latency, miss latency through the DRAM to the cycle, one access a cycle, `perfect`.
 #include "grtx/base/error.h"
-#include "l2_bench.h"
+#include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,5 +1,5 @@
 // L2 slice: writes allocate without a fetch, stay until eviction, and exactly the dirty sectors go to DRAM.
-#include "l2_bench.h"
+#include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {
 namespace {

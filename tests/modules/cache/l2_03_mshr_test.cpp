@@ -1,5 +1,5 @@
 // L2 slice: merging, limits, and random traffic against every limit with conservation and idle skip on and off.
-#include "l2_bench.h"
+#include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {
 namespace {

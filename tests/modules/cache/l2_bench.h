@@ -4,7 +4,7 @@
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 

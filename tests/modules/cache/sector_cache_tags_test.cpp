@@ -7,7 +7,7 @@
 #include <map>
 
 #include "grtx/base/error.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/dram_channel.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,7 +1,7 @@
 // Dram behind its AT socket: exact latency across the two clocks, peak bandwidth, back-pressure, errors, `perfect`.
-#include "at_mocks.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
+#include "modules/tlm/at_mocks.h"
 
 namespace grtx::modules {
 namespace {

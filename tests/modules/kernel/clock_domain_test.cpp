@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "systemc_fixture.h"
+#include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
 namespace {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "grtx/base/error.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 namespace {

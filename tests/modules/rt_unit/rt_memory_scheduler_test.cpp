@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "grtx/base/error.h"
-#include "systemc_fixture.h"
+#include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
 namespace {

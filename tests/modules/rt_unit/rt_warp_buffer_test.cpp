@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "systemc_fixture.h"
+#include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
 namespace {

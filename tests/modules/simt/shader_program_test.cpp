@@ -9,7 +9,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/lane_loop.h"
-#include "simt_bench.h"
+#include "modules/simt/simt_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -13,7 +13,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/traces/event.h"
-#include "systemc_fixture.h"
+#include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
 

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "simt_bench.h"
+#include "modules/simt/simt_bench.h"
 #include "traces/random_group.h"
 
 namespace grtx::modules {

@@ -1,7 +1,7 @@
 // AtInitiator: works with every habit a base-protocol target may have, without a violation; back-pressure; payload
 // pool.
-#include "at_mocks.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
+#include "modules/tlm/at_mocks.h"
 
 namespace grtx::modules {
 namespace {

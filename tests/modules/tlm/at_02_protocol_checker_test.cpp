@@ -1,8 +1,8 @@
 // AtProtocolChecker: each forbidden habit of a target, and each wrong request, is reported with its clause.
 #include <gmock/gmock.h>
 
-#include "at_mocks.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
+#include "modules/tlm/at_mocks.h"
 
 namespace grtx::modules {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "grtx/modules/tlm/at_initiator.h"
-#include "memory_mocks.h"
+#include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "grtx/base/atomic_file.h"
-#include "observed_run.h"
-#include "vcd_reader.h"
+#include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/observe/vcd_reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
-#include "observed_run.h"
-#include "vcd_reader.h"
+#include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/observe/vcd_reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -6,9 +6,9 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
-#include "observed_run.h"
 #include "paths.h"
-#include "vcd_reader.h"
+#include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/observe/vcd_reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "grtx/base/error.h"
-#include "observed_run.h"
+#include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/modules/simt/simt_counters.h"
-#include "observed_run.h"
+#include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
 namespace {

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "grtx/base/atomic_file.h"
-#include "vcd_reader.h"
+#include "rtl_tlm/observe/vcd_reader.h"
 
 namespace grtx::sim {
 namespace {

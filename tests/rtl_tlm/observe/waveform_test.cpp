@@ -12,10 +12,10 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
+#include "rtl_tlm/observe/vcd_reader.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/temporary_file.h"
-#include "vcd_reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -2,7 +2,7 @@
 // root.
 #include <gmock/gmock.h>
 
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
 namespace {

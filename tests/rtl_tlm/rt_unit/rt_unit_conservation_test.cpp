@@ -2,7 +2,7 @@
 // depends on the construction order, on idle skip, or on how modules are timed.
 #include <gmock/gmock.h>
 
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 #include "traces/random_group.h"
 
 namespace grtx::sim {

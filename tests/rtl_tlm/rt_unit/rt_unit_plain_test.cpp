@@ -8,9 +8,9 @@
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/io.h"
-#include "plain_rt_unit.h"
 #include "real_scene_files.h"
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/plain_rt_unit.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 #include "traces/random_group.h"
 
 namespace grtx::sim {

@@ -1,7 +1,7 @@
 // Sibling prefetch: the first demand fetch of a child leaf asks for the hit siblings, once per internal visit.
 #include <gmock/gmock.h>
 
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
 namespace {

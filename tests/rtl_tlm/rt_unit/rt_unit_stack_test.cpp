@@ -1,7 +1,7 @@
 // Short stacks of the RT unit: which sectors move, when, and what that costs a lane. docs/modules/stack_unit.md.
 #include <gmock/gmock.h>
 
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "rt_bench.h"
+#include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
 namespace {

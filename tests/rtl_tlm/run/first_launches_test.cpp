@@ -10,8 +10,8 @@
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
-#include "observed_run.h"
 #include "paths.h"
+#include "rtl_tlm/observe/observed_run.h"
 #include "rtl_tlm/simulate_priced.h"
 
 namespace grtx::sim {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "observed_run.h"
+#include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
 namespace {

@@ -14,8 +14,8 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_run.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
-#include "observed_run.h"
 #include "paths.h"
+#include "rtl_tlm/observe/observed_run.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
