@@ -1,4 +1,5 @@
-// Six published ways to meet a Gaussian with a ray, as templates over the arithmetic: F1 to F6 of docs/numerics.md.
+// Six published ways to meet a Gaussian with a ray, as templates over the arithmetic: F1 to F6 of
+// docs/model/numerics.md.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """How far can our ignorance move the answer? Simulates the four designs with every parameter that the paper leaves
-open (confidence B or C in docs/configuration.md) halved and doubled, switches flipped and policies exchanged, one at a
+open (confidence B or C in docs/model/configuration.md) halved and doubled, switches flipped and policies exchanged, one at a
 time, and records cycles and the speed-ups over the baseline.
 
   scripts/sensitivity.py --scene F.ply --cameras C.json [--view 0] [--size 48] [--set gpu.sms=2 ...] -o FOLDER

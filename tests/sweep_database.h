@@ -1,4 +1,4 @@
-// Makes a small sweep database (schema grtx.sweep/1, docs/sweep.md) with SQLite itself. Times, areas and energies
+// Makes a small sweep database (schema grtx.sweep/1, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
 // follow from the coordinates by the formulas below, so that a test knows them.
 #pragma once
 

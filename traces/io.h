@@ -1,4 +1,4 @@
-// Writing and reading trace files. docs/trace-format.md describes the bytes.
+// Writing and reading trace files. docs/model/trace-format.md describes the bytes.
 #pragma once
 
 #include <cstdint>

@@ -182,7 +182,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "sweep", "Explores a design space; results in an SQLite database",
                                    [options, &common] { return sweep(*options, common.quiet); });
-  command->add_option("PLAN", options->plan, "Plan in TOML, docs/sweep.md (no default)");
+  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)");
   command->add_option("-o,--output", options->output,
                       "Database to fill; points that it holds are not run again; traces go to the folder traces beside "
                       "it (no default)");

@@ -56,7 +56,7 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   command->add_option(
       "--skip", cli.skip,
       "Work left out that changes no bit of the image: none, faithful (keeps the hardware's visits), all, "
-      "or names separated by commas (docs/skips.md)");
+      "or names separated by commas (docs/model/skips.md)");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 

@@ -104,7 +104,7 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
 std::string machines_section(const Inputs& inputs) {
   std::string out =
       "<section id=\"cost\"><h2>Storage and area</h2>\n"
-      "<p>The paper gives no area and no energy: these figures are this model's own (docs/cost.md).</p>\n";
+      "<p>The paper gives no area and no energy: these figures are this model's own (docs/model/cost.md).</p>\n";
   for (const ReportRun& run : inputs.runs) {
     for (std::size_t i = 0; i < run.machines.size(); ++i) {
       const std::string title = run.bar_label(i);

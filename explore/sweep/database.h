@@ -1,4 +1,4 @@
-// The results of sweeps: an SQLite file, schema "grtx.sweep/1" (docs/sweep.md). Every change is one transaction.
+// The results of sweeps: an SQLite file, schema "grtx.sweep/1" (docs/guide/sweep.md). Every change is one transaction.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Conservative 8-bit boxes of a node's children: what a node of the image stores of them. docs/node-image.md.
+// Conservative 8-bit boxes of a node's children: what a node of the image stores of them. docs/model/node-image.md.
 #pragma once
 
 #include <cstdint>

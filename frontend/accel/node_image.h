@@ -1,5 +1,5 @@
 // The node image: nodes exactly as the hardware would read them. Layout: Intel Xe / Vulkan-Sim (mesa-vulkan-sim
-// gen_rt_pack.h), see docs/node-image.md. Addresses are bytes from the image's start.
+// gen_rt_pack.h), see docs/model/node-image.md. Addresses are bytes from the image's start.
 #pragma once
 
 #include <array>

@@ -2,9 +2,10 @@
 // what differs between structures is only which nodes they visit.
 //
 // The ray is rebased in world space to the foot of the perpendicular from the mean before it is transformed (form F4 of
-// docs/numerics.md), and rebased once more in unit space to the point of peak response. A polyhedron is a set of slabs;
-// its entry face is the arg-max. A hit must also pass the slab tests of its face's world box and object box, and its t
-// is clamped to them: any structure whose boxes contain those two therefore reaches the face, whatever fp32 rounds.
+// docs/model/numerics.md), and rebased once more in unit space to the point of peak response. A polyhedron is a set of
+// slabs; its entry face is the arg-max. A hit must also pass the slab tests of its face's world box and object box, and
+// its t is clamped to them: any structure whose boxes contain those two therefore reaches the face, whatever fp32
+// rounds.
 #pragma once
 
 #include <cmath>
@@ -97,8 +98,8 @@ inline UnitRay to_unit_ray(const TraceRay& ray, const GaussianRecord& g) {
   return unit;
 }
 
-/// docs/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments; every face test
-/// gives the same bits.
+/// docs/model/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments; every face
+/// test gives the same bits.
 inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const PreparedGaussians& gaussians, std::uint32_t g,
                          const Proxy& proxy, SortKey key, InsideRule inside_rule, FaceTest test_faces) {
   Hit hit;

@@ -14,7 +14,7 @@ namespace grtx::frontend {
 namespace {
 
 // World boxes are widened by this share of their largest coordinate (16 ulp) and of the scene's size: the hit function
-// and the boxes round differently. docs/numerics.md measures that no hit is lost to it.
+// and the boxes round differently. docs/model/numerics.md measures that no hit is lost to it.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 constexpr float kSceneMargin = 1.0f / (1 << 22);
 

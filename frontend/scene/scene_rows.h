@@ -21,8 +21,8 @@ struct RawRows {
   std::map<std::string, std::uint64_t> noticed;  ///< by the reader; passed on to the scene's report
 };
 
-/// Applies the rules of docs/numerics.md (drop non-finite rows, zero quaternions, opacity -inf; clamp tiny scales ...),
-/// counting each by reason in the scene's report. Recentres on the component-wise median of the kept centres.
+/// Applies the rules of docs/model/numerics.md (drop non-finite rows, zero quaternions, opacity -inf; clamp tiny scales
+/// ...), counting each by reason in the scene's report. Recentres on the component-wise median of the kept centres.
 Scene make_scene(const RawRows& rows, std::string name, std::string hash);
 
 }  // namespace grtx::frontend

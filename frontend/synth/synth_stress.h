@@ -1,4 +1,4 @@
-// Small scenes that are hard for exactly one reason each; docs/synthetic-scenes.md says what must come out.
+// Small scenes that are hard for exactly one reason each; docs/model/synthetic-scenes.md says what must come out.
 #pragma once
 
 #include <string>

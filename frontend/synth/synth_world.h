@@ -16,7 +16,7 @@ struct SynthGamma {
   double shape = 1.0, scale = 1.0;
 };
 
-/// Statistics of trained scenes (docs/synthetic-scenes.md lists the measured values and their origin).
+/// Statistics of trained scenes (docs/model/synthetic-scenes.md lists the measured values and their origin).
 struct SynthStatistics {
   double density_sd = 0.45;                          ///< of ln d8 between patches; d8: distance to the 8th neighbour
   double size_mean = -0.4, size_sd = 0.6;            ///< of ln(largest scale / d8)

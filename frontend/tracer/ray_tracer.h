@@ -1,5 +1,5 @@
 // Traces one ray: rounds, traversal of the node image, k-buffer, eviction buffer, checkpoint and replay, blending.
-// docs/tracer.md states the semantics; every decision the hardware model replays is taken here.
+// docs/model/tracer.md states the semantics; every decision the hardware model replays is taken here.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Work that the tracer leaves out because it changes no bit of the image. docs/skips.md has what each saves.
+// Work that the tracer leaves out because it changes no bit of the image. docs/model/skips.md has what each saves.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // RT unit of an SM: warp buffer, RT scheduler, memory scheduler, intersection units, any-hit collector, checkpoint unit
 // and sibling prefetcher, assembled into one clocked block. Paper: Section IV, Figure "arch". Cost: the sum of its
-// parts. docs/modules/rt_scheduler.md gives the order of the stages in a cycle.
+// parts. docs/model/rt_scheduler.md gives the order of the stages in a cycle.
 #pragma once
 
 #include <cstdint>

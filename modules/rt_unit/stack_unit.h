@@ -1,6 +1,6 @@
 // Stack unit of the RT unit: a lane keeps the top of its traversal stack in the warp buffer and the rest in memory.
 // Paper: the stack is "in the warp buffer", its depth is not given; that deeper entries spill is an assumption.
-// Cost: a queue of lanes and an offset a lane. docs/modules/stack_unit.md states the timing.
+// Cost: a queue of lanes and an offset a lane. docs/model/stack_unit.md states the timing.
 #pragma once
 
 #include <cstdint>

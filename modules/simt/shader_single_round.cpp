@@ -1,5 +1,5 @@
 // What the shaders do differently in single-round tracing (traces::Header::tracing): the any-hit shader appends, the
-// ray generation shader sorts. docs/modules/simt_core.md.
+// ray generation shader sorts. docs/model/simt_core.md.
 #include <algorithm>
 #include <bit>
 #include <cassert>

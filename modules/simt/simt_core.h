@@ -1,6 +1,6 @@
 // SIMT core of an SM (paper, Section IV and Listing 1): runs the ray generation shader of each resident warp and the
 // any-hit shader that the RT unit invokes. Four in-order warp schedulers (Table I) and a load-store unit.
-// Cost: the SM's own; GRTX adds nothing here. docs/modules/simt_core.md states its timing to the cycle.
+// Cost: the SM's own; GRTX adds nothing here. docs/model/simt_core.md states its timing to the cycle.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // One configuration key: where its value lives, what it may be, what it means and where its default comes from.
 // A list of these drives loading, checking, --set, the resolved JSON, the hash and the reference in
-// docs/configuration.md.
+// docs/model/configuration.md.
 #pragma once
 
 #include <cstdint>

@@ -70,7 +70,7 @@ void check_config(const GpuConfig& config, const std::string& origin);
 nlohmann::ordered_json config_json(const GpuConfig& config);
 /// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values.
 std::string config_hash(const GpuConfig& config);
-/// The reference table of all keys, in Markdown (docs/configuration.md).
+/// The reference table of all keys, in Markdown (docs/model/configuration.md).
 std::string config_reference();
 
 }  // namespace grtx::sim

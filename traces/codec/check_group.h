@@ -10,7 +10,7 @@ namespace grtx::traces {
 
 /// Replays `group` by the rules of traces/event.h and the tracer's k-buffer, eviction and checkpoint rules. Throws
 /// Error{file, "group G lane L round R event E", rule} at the first violation; never relies on the group being sound.
-/// Returns its totals, counted on the way. docs/trace-format.md lists the rules.
+/// Returns its totals, counted on the way. docs/model/trace-format.md lists the rules.
 Totals check_group(const std::string& file, const Header& header, const RayGroup& group);
 
 }  // namespace grtx::traces

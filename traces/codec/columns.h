@@ -42,7 +42,7 @@ enum class Column : std::uint8_t {
 };
 inline constexpr std::size_t kColumnCount = static_cast<std::size_t>(Column::count);
 
-/// Name as in docs/trace-format.md.
+/// Name as in docs/model/trace-format.md.
 const char* column_name(Column column);
 
 using ColumnView = std::span<const std::uint8_t>;

@@ -1,4 +1,4 @@
-// Fixed parts of a trace file and the limits that keep a reader from believing garbage. See docs/trace-format.md.
+// Fixed parts of a trace file and the limits that keep a reader from believing garbage. See docs/model/trace-format.md.
 #pragma once
 
 #include <array>

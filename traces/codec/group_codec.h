@@ -1,4 +1,4 @@
-// One ray group as the payload of a chunk. docs/trace-format.md describes the columns.
+// One ray group as the payload of a chunk. docs/model/trace-format.md describes the columns.
 #pragma once
 
 #include <cstddef>

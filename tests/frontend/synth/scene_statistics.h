@@ -1,4 +1,4 @@
-// Statistics of a scene as docs/synthetic-scenes.md defines them, by brute force. For the acceptance tests.
+// Statistics of a scene as docs/model/synthetic-scenes.md defines them, by brute force. For the acceptance tests.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Acceptance: generated scenes have the statistics of trained ones (docs/synthetic-scenes.md). Limits are the ranges
-// measured on trained scenes, not this generator's values.
+// Acceptance: generated scenes have the statistics of trained ones (docs/model/synthetic-scenes.md). Limits are the
+// ranges measured on trained scenes, not this generator's values.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -56,7 +56,7 @@ TEST_P(SynthStatisticsOf, OverlapAndRaysAreLikeTrainedOnes) {
   const SceneStatistics::Overlap overlap = statistics.overlap(100, 1);
   EXPECT_GE(overlap.boxes, 20.0);
   // Trained scenes of 0.06 to 13 M Gaussians: 20 to 133 boxes, 2 to 14 ellipsoids. The indoor preset overlaps more at
-  // this small count, where furniture is no larger than the spacing (docs/synthetic-scenes.md).
+  // this small count, where furniture is no larger than the spacing (docs/model/synthetic-scenes.md).
   EXPECT_LE(overlap.boxes, 160.0);
   EXPECT_GE(overlap.ellipsoids, 2.0);
   EXPECT_LE(overlap.ellipsoids, is("indoor") ? 32.0 : 15.5);

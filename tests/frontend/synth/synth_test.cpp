@@ -1,5 +1,5 @@
 // Generated scenes: the same request gives the same bytes, every preset loads, and the stress presets do what
-// docs/synthetic-scenes.md promises.
+// docs/model/synthetic-scenes.md promises.
 #include "grtx/frontend/synth/synth.h"
 
 #include <gmock/gmock.h>

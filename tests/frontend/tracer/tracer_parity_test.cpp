@@ -1,6 +1,6 @@
 // The fp32 tracer against the fp64 brute force on every generated, stress and trained scene: picture, and which
 // Gaussians a ray blends in which order. Every ray that differs must be explained by gaps below the bounds of
-// docs/numerics.md.
+// docs/model/numerics.md.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@
 namespace grtx::frontend {
 namespace {
 
-// docs/numerics.md, "Parity with the reference".
+// docs/model/numerics.md, "Parity with the reference".
 constexpr test::Explanation kBounds{1e-6, 2e-3, 2e-3, 2e-3};
 constexpr double kMaxDifferentShare = 1e-3;
 

@@ -100,9 +100,9 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
 }
 
 TEST(ConfigReference, TheDocumentHoldsTheTableThatTheProgramPrints) {
-  const std::string document = read_file(grtx::paths::source_dir() + "/docs/configuration.md");
+  const std::string document = read_file(grtx::paths::source_dir() + "/docs/model/configuration.md");
   EXPECT_NE(document.find(config_reference()), std::string::npos)
-      << "docs/configuration.md is out of date: replace its table by the output of grtx sim --list-config";
+      << "docs/model/configuration.md is out of date: replace its table by the output of grtx sim --list-config";
 }
 
 }  // namespace

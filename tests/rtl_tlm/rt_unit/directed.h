@@ -19,7 +19,7 @@ namespace grtx::sim::test {
 using nlohmann::ordered_json;
 using traces::RayGroup;
 
-// Defaults of the model (docs/configuration.md).
+// Defaults of the model (docs/model/configuration.md).
 inline constexpr Cycle kMessage = 1, kLink = 1, kTag = 1, kL1 = 20, kCrossbar = 8, kL2 = 165;
 inline constexpr Cycle kBox = 13, kTriangle = 37, kPrologue = 40, kTraceCall = 6, kEvictMove = 8, kAnyHit = 12;
 inline constexpr Cycle kBlendFixed = 10, kBlendEntry = 24, kShCoefficient = 4, kEpilogue = 10;
@@ -40,7 +40,7 @@ inline constexpr Cycle dram(Cycle clocks) { return kToL2 + kL2 + 1 + clocks + kD
 inline constexpr Cycle kRowMiss = dram(kRcd + kCl + kCcd);
 inline constexpr Cycle kRowHit = dram(kCl + kCcd);
 
-/// One visit, from the scheduling of the lane to the next: docs/modules/rt_scheduler.md, S + M + 1 + L.
+/// One visit, from the scheduling of the lane to the next: docs/model/rt_scheduler.md, S + M + 1 + L.
 inline constexpr Cycle visit(Cycle memory, Cycle unit) { return kNodeSectors + memory + 1 + unit; }
 /// From DRAM the second sector follows the first by a burst: the socket takes one request in two cycles, the data bus
 /// one in CCD = 4 clocks.

@@ -1,5 +1,5 @@
 // A second implementation of the RT unit: one file, no SystemC, no skipping, every cycle ticked, lanes kept as plain
-// structs. Written from docs/modules/{rt_scheduler,warp_buffer,memory_scheduler,intersection_units,checkpoint_unit,
+// structs. Written from docs/model/{rt_scheduler,warp_buffer,memory_scheduler,intersection_units,checkpoint_unit,
 // sibling_prefetcher,stack_unit}.md, so that the pages, the SystemC model and this file check one another to the cycle.
 // It brings the surroundings of RtBench with it: a SIMT core that answers after a fixed time, and memories of fixed
 // latency.

@@ -1,4 +1,4 @@
-// Short stacks of the RT unit: which sectors move, when, and what that costs a lane. docs/modules/stack_unit.md.
+// Short stacks of the RT unit: which sectors move, when, and what that costs a lane. docs/model/stack_unit.md.
 #include <gmock/gmock.h>
 
 #include "rtl_tlm/rt_unit/rt_bench.h"

@@ -1,4 +1,4 @@
-// Closed forms of the RT unit's timing (docs/modules/rt_scheduler.md), cycle by cycle.
+// Closed forms of the RT unit's timing (docs/model/rt_scheduler.md), cycle by cycle.
 #include "grtx/modules/rt_unit/rt_unit.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The example of docs/modules/gpu.md: another DRAM model behind the TLM-2.0 sockets of the GPU.
+// The example of docs/model/gpu.md: another DRAM model behind the TLM-2.0 sockets of the GPU.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
