@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""Finds places of the documentation that name what does not exist.
+
+* Links of every Markdown file: the file they lead to, and the heading behind a '#'.
+* Files and folders of the tree that Markdown names in `code`, in code blocks or in a link's text.
+* Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
+
+Usage: check_docs.py [FOLDER]   (default: the folder above this script). Exit code 1 and one line a fault: file, line, rule.
+"""
+import glob
+import os
+import re
+import subprocess
+import sys
+
+SOURCE = r"(?:h|cpp|py|sh|cmake|v|toml|md|csv|svg|png|in)"
+
+
+def tracked(top):
+    """Files of the project, without what is built or ignored; all files where the project is no git checkout."""
+    listing = subprocess.run(["git", "-C", top, "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True)
+    if listing.returncode == 0:
+        return sorted(f for f in set(listing.stdout.splitlines()) if os.path.exists(os.path.join(top, f)))
+    files = []
+    for folder, names, here in os.walk(top):
+        names[:] = [n for n in names if not n.startswith(".") and n != "build"]
+        files += [os.path.relpath(os.path.join(folder, f), top) for f in here]
+    return sorted(files)
+
+
+def anchors(text):
+    """Names that GitHub gives to headings, and <a id> marks."""
+    names = set(re.findall(r'<a (?:id|name)="([^"]+)"', text))
+    for heading in re.findall(r"^#+ +(.*?) *$", re.sub(r"```.*?```", "", text, flags=re.S), flags=re.M):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
+        name = re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+        count = 1
+        unique = name
+        while unique in names:
+            unique = f"{name}-{count}"
+            count += 1
+        names.add(unique)
+    return names
+
+
+class Checker:
+    def __init__(self, top):
+        self.top = top
+        self.files = tracked(top)
+        self.folders = sorted({f.split("/")[0] for f in self.files if "/" in f and not f.startswith(".")})
+        self.names = {os.path.basename(f) for f in self.files}
+        self.faults = []
+        start = "|".join(map(re.escape, self.folders))
+        self.path = re.compile(rf"(?<![\w./$-])(?:\.\./)?((?:{start})/[\w./*{{}},-]*)")
+        self.cited = re.compile(rf"(?<![\w./$-])((?:{start})/[\w./-]+\.{SOURCE})(?![\w/])")
+
+    def fault(self, file, text, at, rule):
+        self.faults.append(f"{file}:{text.count(chr(10), 0, at) + 1}: {rule}")
+
+    def exists(self, path):
+        """A file, a folder, a pattern of either, or a file without its ending (a unit, a program of bench/)."""
+        choices = [path.rstrip("/.,")]
+        while any("{" in c for c in choices):
+            choices = [c.replace(m.group(0), word, 1) for c in choices for m in [re.search(r"\{([^{}]*)\}", c)] if m
+                       for word in m.group(1).split(",")]
+        return all(glob.glob(os.path.join(self.top, c)) or glob.glob(os.path.join(self.top, c + ".*")) for c in choices)
+
+    def markdown(self, file):
+        text = open(os.path.join(self.top, file), encoding="utf-8").read()
+        plain = re.sub(r"```.*?```", lambda m: re.sub(r"[^\n]", " ", m.group(0)), text, flags=re.S)
+        for link in re.finditer(r"\]\(([^)\s]+)\)", plain):
+            target, _, anchor = link.group(1).partition("#")
+            if "://" in target or target.startswith("mailto:"):
+                continue
+            place = os.path.normpath(os.path.join(os.path.dirname(file), target)) if target else file
+            full = os.path.join(self.top, place)
+            if not os.path.exists(full):
+                self.fault(file, text, link.start(), f"link to {target}, which does not exist")
+            elif anchor and place.endswith(".md") and anchor not in anchors(open(full, encoding="utf-8").read()):
+                self.fault(file, text, link.start(), f"link to {link.group(1)}: no such heading")
+        for code in re.finditer(r"```.*?```|`[^`\n]+`", text, flags=re.S):
+            for path in self.path.finditer(code.group(0)):
+                if not self.exists(path.group(1)):
+                    self.fault(file, text, code.start() + path.start(), f"names {path.group(1)}, which does not exist")
+            name = re.fullmatch(r"`([\w*{},-]+\.(?:h|cpp|py|sh|cmake))`", code.group(0))
+            if name and not any(self.is_name(n) for n in [name.group(1)]):
+                self.fault(file, text, code.start(), f"names {name.group(1)}, and no file is called that")
+
+    def is_name(self, name):
+        if not re.search(r"[*{]", name):
+            return name in self.names
+        pattern = re.escape(name).replace(r"\*", ".*").replace(r"\{", "(").replace(r"\}", ")").replace(",", "|")
+        return any(re.fullmatch(pattern, n) for n in self.names)
+
+    def source(self, file):
+        try:
+            text = open(os.path.join(self.top, file), encoding="utf-8").read()
+        except UnicodeDecodeError:
+            return
+        for line in re.finditer(r"^.*$", text, flags=re.M):
+            if line.group(0).lstrip().startswith("#include"):
+                continue
+            for path in self.cited.finditer(line.group(0)):
+                # Tests and CMake files also name files from their own folder.
+                if not os.path.exists(os.path.join(self.top, path.group(1))) and not os.path.exists(
+                        os.path.join(self.top, os.path.dirname(file), path.group(1))):
+                    self.fault(file, text, line.start(), f"names {path.group(1)}, which does not exist")
+
+    def run(self):
+        for file in self.files:
+            if file.startswith(".") or not re.search(r"\.(md|h|cpp|in|py|sh|toml|cmake|v)$|CMakeLists\.txt$", file):
+                continue
+            if file.endswith(".md"):
+                self.markdown(file)
+            elif os.path.basename(file) != "check_docs.py":
+                self.source(file)
+        return self.faults
+
+
+def main():
+    top = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__), ".."))
+    faults = Checker(top).run()
+    for line in faults:
+        print(line)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
