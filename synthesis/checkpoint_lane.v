@@ -1,4 +1,4 @@
-// The arithmetic of one checkpoint lane, as modules/checkpoint_unit.cpp counts it: t_hit against t_min and t_max, source
+// The arithmetic of one checkpoint lane, as modules/rt_unit/checkpoint_unit.cpp counts it: t_hit against t_min and t_max, source
 // and destination address = base + slot offset + 20 x entry, both entry numbers incremented and held against the
 // buffer's size. A ray's slot lies within 4 GiB of the base (the paper's largest buffers have 2.03 GiB).
 module checkpoint_lane(input [31:0] t_hit, input [31:0] t_min, input [31:0] t_max, input [63:0] source_base,

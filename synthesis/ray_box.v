@@ -1,4 +1,4 @@
-// One box of the ray-box unit as modules/intersection_unit.cpp counts it: 6 add, 6 mul, 10 compare, a register after each
+// One box of the ray-box unit as modules/rt_unit/intersection_unit.cpp counts it: 6 add, 6 mul, 10 compare, a register after each
 // operator. A box a clock, six stages.
 module ray_box(input clk, input [95:0] lower, input [95:0] upper, input [95:0] origin, input [95:0] inverse,
                input [31:0] t_min, input [31:0] t_max, output reg hit, output reg [31:0] t_entry);

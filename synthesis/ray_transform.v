@@ -1,4 +1,4 @@
-// Origin and direction through a 3 x 4 matrix, as modules/intersection_unit.cpp counts it without its reciprocals: 18 mul,
+// Origin and direction through a 3 x 4 matrix, as modules/rt_unit/intersection_unit.cpp counts it without its reciprocals: 18 mul,
 // 15 add, a register after each operator. A ray a clock, three stages.
 module ray_transform(input clk, input [287:0] matrix, input [95:0] translation, input [95:0] origin,
                      input [95:0] direction, output reg [95:0] o, output reg [95:0] d);

@@ -1,5 +1,5 @@
 // A ray against all pairs of parallel faces of a proxy at once: where it enters and leaves the polyhedron, and through
-// which faces. Runs on the vector instructions of frontend/simd_path.h.
+// which faces. Runs on the vector instructions of frontend/gaussian/simd_path.h.
 #pragma once
 
 #include <array>

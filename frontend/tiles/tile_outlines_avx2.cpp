@@ -15,7 +15,7 @@
 namespace grtx::frontend {
 namespace {
 
-/// Coefficients as in frontend/tile_tests.cpp.
+/// Coefficients as in frontend/tiles/tile_tests.cpp.
 struct ConicCoefficients {
   float one, u, v, uu, uv, vv, slack;
 };

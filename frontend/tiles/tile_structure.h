@@ -1,5 +1,5 @@
-// What tile tracing (frontend/tile_tracer.h) walks: a BVH of its own over the boxes of whole proxies, eight children a
-// node, and the Gaussians in the order of its leaves. No trace shows it; it only has to lead to every hit.
+// What tile tracing (frontend/tiles/tile_tracer.h) walks: a BVH of its own over the boxes of whole proxies, eight
+// children a node, and the Gaussians in the order of its leaves. No trace shows it; it only has to lead to every hit.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Tests a ray against all children of an internal node at once, straight from the quantised bytes, and orders the hit
-// ones by where the ray enters them. Runs on the vector instructions of frontend/simd_path.h.
+// ones by where the ray enters them. Runs on the vector instructions of frontend/gaussian/simd_path.h.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // RayTracer's rounds in monolithic structures, when nobody asks for events: by lists of known nodes
-// (frontend/ray_walk.h). Visits, hits and counters are those of drain_stack(). Included by frontend/ray_tracer.h.
+// (frontend/tracer/ray_walk.h). Visits, hits and counters are those of drain_stack(). Included by
+// frontend/tracer/ray_tracer.h.
 #pragma once
 
 #include "grtx/frontend/tracer/ray_tracer.h"

@@ -1,5 +1,5 @@
 // What RayTracer does differently in its other modes: single-round and closest-hit tracing, and triangles tested
-// against their stored vertices. docs/model/tracer.md states the semantics. Included by frontend/ray_tracer.h.
+// against their stored vertices. docs/model/tracer.md states the semantics. Included by frontend/tracer/ray_tracer.h.
 #pragma once
 
 #include "grtx/frontend/tracer/ray_tracer.h"

@@ -33,7 +33,7 @@ struct TracerCounters {
   std::uint64_t nearest_commits = 0;   ///< closest: hits that became the nearest so far
   std::uint64_t doubled = 0;           ///< world triangle test: entries whose Gaussian the ray had processed before
 
-  // What the skips left out (frontend/skips.h).
+  // What the skips left out (frontend/tracer/skips.h).
   std::uint64_t skipped_retests = 0;         ///< nodes that the ray had tested before
   std::uint64_t skipped_dead_colours = 0;    ///< colours of hits behind the one that ended a ray
   std::uint64_t skipped_sh_bands = 0;        ///< coefficients of a channel above the scene's degree

@@ -21,7 +21,8 @@ enum class ShDirection : std::uint8_t { ray, centre };
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
 /// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
 enum class Tracing : std::uint8_t { multi, single, closest };
-/// What a triangle leaf is tested with: the canonical hit function, or its stored vertices (frontend/world_triangle.h).
+/// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
+/// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
 
 /// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).

@@ -1,5 +1,5 @@
-// What a ray's walk by lists works on (frontend/ray_walk.h), and its two inner loops, which run on the vector
-// instructions of frontend/simd_path.h. All paths make the same lists, bit for bit.
+// What a ray's walk by lists works on (frontend/tracer/ray_walk.h), and its two inner loops, which run on the vector
+// instructions of frontend/gaussian/simd_path.h. All paths make the same lists, bit for bit.
 #pragma once
 
 #include <cstdint>
