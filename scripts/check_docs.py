@@ -112,7 +112,7 @@ class Checker:
                 continue
             if file.endswith(".md"):
                 self.markdown(file)
-            elif os.path.basename(file) != "check_docs.py":
+            elif not os.path.basename(file).startswith("check_docs"):
                 self.source(file)
         return self.faults
 
