@@ -1,5 +1,5 @@
 // The margins of tile tracing's conservative tests: what fp32 may round there, so that nothing that is hit is turned
-// away. docs/model/tracer.md has the reasons.
+// away. docs/model/tiles.md has the reasons.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace grtx::frontend {
 
 /// What fp32 rounds in the outline test and in the hit function, as a multiple of the sizes that are rounded: 64 units
-/// of 2^-24. docs/model/tracer.md counts some 30.
+/// of 2^-24. docs/model/tiles.md counts some 30.
 inline constexpr float kOutlineSlack = 1.0f / (1 << 18);
 
 /// What fp32 rounds in a box's place on the grid, as a multiple of its size there.

@@ -1,6 +1,6 @@
 // The tests of tile tracing: the boxes of a node against a tile, a Gaussian's outline against the rays of a tile, and
 // the canonical hit function for eight rays at once. The first two may pass what is not hit, never the reverse; the
-// third gives the bits of frontend/gaussian/canonical_hit.h. docs/model/tracer.md has the reasons.
+// third gives the bits of frontend/gaussian/canonical_hit.h. docs/model/tiles.md has the reasons.
 #pragma once
 
 #include <algorithm>

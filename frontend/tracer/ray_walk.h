@@ -3,7 +3,7 @@
 // The order in which a ray meets nodes does not depend on t_max: depth first, near first. So what it knows of the tree
 // is a list in that order, and a round goes through the list and visits what its interval [t_min, t_max] meets. Nodes
 // that the ray has tested before cost one comparison, of many at once; where the list says that a node has not been
-// opened yet, its children are tested and put in behind it. docs/model/tracer.md.
+// opened yet, its children are tested and put in behind it. docs/model/tracer-speed.md.
 //
 // A child's stored box may stick out of its parent's: codes are rounded outwards in grids of their own. Such children
 // are guarded: to be visited they need a visited parent besides an interval of their own.

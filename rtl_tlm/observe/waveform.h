@@ -1,5 +1,5 @@
 // Writes the GPU's state into a value change dump, after each cycle of a window. Exists only when a waveform was asked
-// for. docs/guide/waveforms.md lists the signals.
+// for. docs/model/observation.md lists the signals.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // The GPU in fast mode: loosely timed, without the SystemC kernel. It makes the decisions of the cycle model (which SM,
 // which warp buffer entry, what is merged, hit, prefetched, checkpointed, blended), but a visit of a node is one event,
-// and what its requests meet on their way are resources that they reserve. docs/results/simulation-speed.md
+// and what its requests meet on their way are resources that they reserve. docs/model/fast-mode.md
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Unmodelled {
 Unmodelled unmodelled_by_fast(const GpuConfig& config);
 
 /// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 250,000 that take time: then
-/// cycles change by some 1 % (docs/results/simulation-speed.md).
+/// cycles change by some 1 % (docs/model/fast-mode.md).
 unsigned fast_stride(const GpuConfig& config, std::uint64_t visits);
 
 namespace fast {

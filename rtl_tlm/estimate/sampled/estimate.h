@@ -9,7 +9,7 @@ namespace grtx::sim {
 
 inline constexpr double kConfidence = 0.95;
 /// What a model and scaled machines leave over however large the samples are, as standard deviations on the logarithm:
-/// of cycles and of a ratio of two designs. Root mean squares of measured errors, docs/model/sampled-simulation.md.
+/// of cycles and of a ratio of two designs. Root mean squares of measured errors, docs/results/sampled-mode.md.
 struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
 };
