@@ -2,7 +2,7 @@
 """Finds places of the documentation that name what does not exist.
 
 * Links of every Markdown file: the file they lead to, and the heading behind a '#'.
-* Files and folders of the tree that Markdown names in `code`, in code blocks or in a link's text.
+* Files and folders of the tree that Markdown names in `code` and in code blocks; links of pictures (SVG).
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
 
 Usage: check_docs.py [FOLDER]   (default: the folder above this script). Exit code 1 and one line a fault: file, line, rule.
@@ -59,6 +59,8 @@ class Checker:
 
     def exists(self, path):
         """A file, a folder, a pattern of either, or a file without its ending (a unit, a program of bench/)."""
+        if re.search(r"NAME|FOLDER", path):  # placeholders
+            return True
         choices = [path.rstrip("/.,")]
         while any("{" in c for c in choices):
             choices = [c.replace(m.group(0), word, 1) for c in choices for m in [re.search(r"\{([^{}]*)\}", c)] if m
@@ -83,7 +85,7 @@ class Checker:
                 if not self.exists(path.group(1)):
                     self.fault(file, text, code.start() + path.start(), f"names {path.group(1)}, which does not exist")
             name = re.fullmatch(r"`([\w*{},-]+\.(?:h|cpp|py|sh|cmake))`", code.group(0))
-            if name and not any(self.is_name(n) for n in [name.group(1)]):
+            if name and not re.search(r"NAME|FOLDER", name.group(1)) and not self.is_name(name.group(1)):
                 self.fault(file, text, code.start(), f"names {name.group(1)}, and no file is called that")
 
     def is_name(self, name):
@@ -91,6 +93,12 @@ class Checker:
             return name in self.names
         pattern = re.escape(name).replace(r"\*", ".*").replace(r"\{", "(").replace(r"\}", ")").replace(",", "|")
         return any(re.fullmatch(pattern, n) for n in self.names)
+
+    def picture(self, file):
+        text = open(os.path.join(self.top, file), encoding="utf-8").read()
+        for link in re.finditer(r'<a href="([^":#]+)"', text):
+            if not os.path.exists(os.path.join(self.top, os.path.dirname(file), link.group(1))):
+                self.fault(file, text, link.start(), f"link to {link.group(1)}, which does not exist")
 
     def source(self, file):
         try:
@@ -108,6 +116,8 @@ class Checker:
 
     def run(self):
         for file in self.files:
+            if file.endswith(".svg"):
+                self.picture(file)
             if file.startswith(".") or not re.search(r"\.(md|h|cpp|in|py|sh|toml|cmake|v)$|CMakeLists\.txt$", file):
                 continue
             if file.endswith(".md"):

@@ -46,6 +46,10 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(self.faults({"modules/cache/l1_cache.h": "// docs/l1_cache.md\n", "docs/start.md": ""}),
                          ["modules/cache/l1_cache.h:1: names docs/l1_cache.md, which does not exist"])
 
+    def test_a_box_of_a_picture(self):
+        self.assertEqual(self.faults({"docs/start.md": "", "docs/a.svg": '<svg>\n<a href="../modules/none.h"/>\n</svg>'}),
+                         ["docs/a.svg:2: link to ../modules/none.h, which does not exist"])
+
 
 if __name__ == "__main__":
     unittest.main()
