@@ -46,8 +46,6 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     newest_[id] = 0;
     for (unsigned i = 0; i < config_.records; ++i) records_of(id)[i].hit = 0;
   }
-  /// Asks the host for what note_internal() or note_leaf() of this lane will read.
-  void prefetch_host(LaneId id) const { prefetch_for_read(&records_[std::size_t{id} * config_.records]); }
   /// The lane's visit of group.nodes[definition] found the children in `hit`.
   void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
   /// Starts the visits of one warp in one cycle.

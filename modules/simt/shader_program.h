@@ -115,7 +115,6 @@ class ShaderProgram {
   void epilogue(unsigned slot, ShaderPhase& phase);
 
   const ShaderCounters& counters() const { return counters_; }
-  unsigned sh_coefficients() const { return sh_coefficients_; }
 
  private:
   struct Warp {

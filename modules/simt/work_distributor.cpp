@@ -122,7 +122,6 @@ void WorkDistributor::finish(Cycle now) {
   end_cycle_ = now;
   if (!secondary_) primary_end_cycle_ = now;
   done_.notify(sc_core::SC_ZERO_TIME);
-  if (config_.stop_when_done) sc_core::sc_stop();
 }
 
 DistributorCounters WorkDistributor::counters() const {

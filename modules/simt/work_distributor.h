@@ -40,7 +40,6 @@ class WarpObserver {
 struct WorkDistributorConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
-  bool stop_when_done = false;   ///< call sc_stop() when all groups have ended
 };
 
 /// What a distributor of work has done.
