@@ -24,7 +24,9 @@
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
 
 namespace {
 

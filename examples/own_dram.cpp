@@ -18,7 +18,7 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace {
 

@@ -9,9 +9,10 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/codec/count_totals.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::traces {
 namespace {

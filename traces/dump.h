@@ -5,7 +5,7 @@
 #include <iosfwd>
 #include <optional>
 
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::traces {
 

@@ -1,75 +1,7 @@
-// Writing and reading trace files. docs/model/trace-format.md describes the bytes.
+// Transitional: the three parts have headers of their own.
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <vector>
-
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/encoded_group.h"
-#include "grtx/traces/event.h"
-#include "grtx/traces/header.h"
-
-namespace grtx::traces {
-
-/// Streams groups to a file. append() may be called from many threads in any order of index; chunks land in the file in
-/// index order, so the file is byte-identical for any number of threads. Memory is bounded by the groups in flight.
-class Writer {
- public:
-  /// Creates `path` (under a temporary name until finish()). header.groups groups must be appended, indices
-  /// 0..groups-1.
-  Writer(const std::string& path, const Header& header);
-  ~Writer();
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
-
-  /// Encodes and stores one group. Thread-safe. Encoding runs in the caller's thread.
-  /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming
-  /// group, lane, round and event, when the events contradict each other, and Error when the file cannot be written.
-  void append(const RayGroup& group);
-  /// Stores a group that GroupEncoder has encoded with the same header.
-  void append(EncodedGroup&& group);
-  /// Wakes callers that wait in append(), with an Error. For a thread that will not append its group after all.
-  void cancel();
-  /// Writes the index and totals, gives the file its final name. All groups must have been appended.
-  void finish();
-  const Header& header() const;
-  const Totals& totals() const;
-  std::uint64_t bytes() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-/// Random access to the groups of a file. Never holds more than the group asked for. Thread-safe for concurrent read().
-/// Throws Error{path, offset, rule} on anything that does not obey the format, including a wrong hash or version.
-class Reader {
- public:
-  explicit Reader(const std::string& path);
-  ~Reader();
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-
-  const Header& header() const;
-  const Totals& totals() const;
-  const std::string& path() const;
-  std::uint64_t bytes() const;
-  /// XXH3 of the whole file content except the footer's own hash, hexadecimal: identifies the trace in results.
-  const std::string& content_hash() const;
-  std::uint64_t group_count() const;
-  /// Decodes group `index` into `group` (reusing its memory).
-  void read(std::uint64_t index, RayGroup& group) const;
-  /// Reads the whole file once and compares it with content_hash().
-  void verify_content() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-/// Proves a trace consistent by replaying the rules on the file alone. Throws Error naming group, lane, round and event
-/// of the first violation; returns the totals it counted, which must equal the stored ones.
-Totals check(const Reader& reader, bool quiet);
-
-}  // namespace grtx::traces
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"

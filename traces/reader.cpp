@@ -13,7 +13,7 @@
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/codec/stream_hash.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::traces {
 namespace {

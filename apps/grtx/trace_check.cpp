@@ -6,7 +6,8 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -9,7 +9,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include "grtx/frontend/tracer/secondary_plan.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/writer.h"
 
 namespace grtx::sim {
 

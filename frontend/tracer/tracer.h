@@ -12,7 +12,7 @@
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
 

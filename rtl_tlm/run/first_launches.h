@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 

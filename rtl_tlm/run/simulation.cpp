@@ -11,9 +11,9 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
+#include "grtx/base/stopwatch.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/conservation.h"
@@ -23,7 +23,8 @@
 #include "grtx/rtl_tlm/run/pixel_cycles.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {

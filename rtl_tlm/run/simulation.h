@@ -16,7 +16,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/observe/timeline.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "grtx/modules/simt/work_distributor.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 

@@ -7,7 +7,7 @@
 
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/writer.h"
 
 namespace grtx::sim::test {
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "grtx/traces/io.h"
+#include "grtx/traces/writer.h"
 
 namespace grtx::traces::testing {
 

@@ -8,7 +8,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/run/first_launches.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 

@@ -9,7 +9,7 @@
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 

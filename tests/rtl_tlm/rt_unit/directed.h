@@ -9,7 +9,9 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/temporary_file.h"

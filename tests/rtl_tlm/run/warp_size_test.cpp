@@ -8,7 +8,9 @@
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/rtl_tlm/run/simulation.h"
-#include "grtx/traces/io.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
 #include "paths.h"
 #include "rtl_tlm/simulate_priced.h"
 

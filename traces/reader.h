@@ -1,0 +1,39 @@
+// Reads a trace file. docs/model/trace-format.md describes the bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::traces {
+
+/// Random access to the groups of a file. Never holds more than the group asked for. Thread-safe for concurrent read().
+/// Throws Error{path, offset, rule} on anything that does not obey the format, including a wrong hash or version.
+class Reader {
+ public:
+  explicit Reader(const std::string& path);
+  ~Reader();
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  const Header& header() const;
+  const Totals& totals() const;
+  const std::string& path() const;
+  std::uint64_t bytes() const;
+  /// XXH3 of the whole file content except the footer's own hash, hexadecimal: identifies the trace in results.
+  const std::string& content_hash() const;
+  std::uint64_t group_count() const;
+  /// Decodes group `index` into `group` (reusing its memory).
+  void read(std::uint64_t index, RayGroup& group) const;
+  /// Reads the whole file once and compares it with content_hash().
+  void verify_content() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace grtx::traces
