@@ -2,6 +2,5 @@
 #pragma once
 
 #include "grtx/traces/check.h"
-#include "grtx/traces/codec/encoded_group.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"

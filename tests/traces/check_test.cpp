@@ -1,5 +1,7 @@
 // check() catches each rule that a trace can break: one mutation of a sound trace for each.
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,9 +7,11 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/file_layout.h"
+#include "grtx/traces/reader.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 

@@ -6,6 +6,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
+#include "grtx/traces/reader.h"
 #include "traces/temporary_file.h"
 
 namespace grtx::traces {

@@ -1,7 +1,9 @@
 // What is written is read back, field by field, for every kind of trace.
 #include <gtest/gtest.h>
 
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/reader.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 

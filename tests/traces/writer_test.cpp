@@ -11,6 +11,8 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 

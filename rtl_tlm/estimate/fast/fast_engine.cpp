@@ -1,4 +1,6 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
 
 #include <algorithm>
 #include <exception>
