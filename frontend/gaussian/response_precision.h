@@ -5,9 +5,11 @@
 #include <cstdint>
 
 #include "grtx/frontend/gaussian/gaussian_math.h"
-#include "grtx/frontend/tracer/tracer_options.h"
 
 namespace grtx::frontend {
+
+/// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
+enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
 
 /// Nearest value with `kept` explicit significand bits (ties to even) of a normal fp32 number.
 constexpr float round_significand(float x, unsigned kept) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/frontend/gaussian/simd_path.h"
 #include "grtx/frontend/tracer/skips.h"
 
@@ -24,9 +25,6 @@ enum class Tracing : std::uint8_t { multi, single, closest };
 /// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
 /// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
-
-/// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
-enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
 
 struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048
