@@ -9,7 +9,7 @@ packages=(
   libfmt-dev libspdlog-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   slurmctld slurmd slurm-client munge
-  xz-utils gtkwave chromium fonts-dejavu-core
+  python3 xz-utils gtkwave chromium fonts-dejavu-core
 )
 # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
 command -v npm >/dev/null || packages+=(nodejs npm)

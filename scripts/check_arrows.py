@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""Holds the arrows between the folders: who may include whom.
+
+* Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- explore <- apps; apps alone also sees frontend;
+  base lies below all.
+* Between all folders inside them: no circles. Headers of traces/ are one folder, its sources another, above traces/codec.
+* Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
+
+Usage: check_arrows.py [--graph] [FOLDER]   (default: the folder above this script; --graph prints who includes whom)
+Exit code 1 and the includes at fault, one a line: file, line, rule.
+"""
+import os
+import re
+import sys
+
+BELOW = {
+    "base": [],
+    "traces": ["base"],
+    "frontend": ["base", "traces"],
+    "modules": ["base", "traces"],
+    "rtl_tlm": ["base", "traces", "modules"],
+    "explore": ["base", "traces", "modules", "rtl_tlm"],
+    "apps": ["base", "traces", "modules", "rtl_tlm", "explore", "frontend"],
+}
+SOURCES_STAND_ABOVE = {"traces"}  # folders whose headers are what a reader sees of the folders inside them
+# Arrows that close a circle today, with the reason. It is to stay empty.
+ALLOWED = {}
+
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
+
+
+def part_of(file):
+    """The folder whose arrows a file's includes are."""
+    folder, name = os.path.split(file)
+    return folder + "/*.cpp" if folder in SOURCES_STAND_ABOVE and name.endswith(".cpp") else folder
+
+
+def sources(top):
+    for start in BELOW:
+        for folder, names, files in os.walk(os.path.join(top, start)):
+            names.sort()
+            for name in sorted(files):
+                if name.endswith((".h", ".cpp", ".cpp.in")):
+                    yield os.path.relpath(os.path.join(folder, name), top).replace(os.sep, "/")
+
+
+def read_includes(top, faults):
+    """(from part, to part) -> the places that make the arrow; appends to faults what breaks a rule by itself."""
+    arrows = {}
+    for file in sources(top):
+        with open(os.path.join(top, file), encoding="utf-8") as stream:
+            text = stream.read()
+        for found in INCLUDE.finditer(text):
+            place = f"{file}:{text.count(chr(10), 0, found.start(1)) + 1}"
+            path = found.group(1)
+            if not path.startswith("grtx/"):
+                faults.append(f"{place}: includes {path}, which is not written from the top (grtx/...)")
+                continue
+            path = path[len("grtx/"):]
+            if not os.path.isfile(os.path.join(top, path)):
+                faults.append(f"{place}: includes {path}, which does not exist")
+                continue
+            above, below = file.split("/")[0], path.split("/")[0]
+            if above != below and below not in BELOW[above]:
+                faults.append(f"{place}: includes {path}, but {above} stands not above {below}")
+                continue
+            if part_of(file) != part_of(path):
+                arrows.setdefault((part_of(file), part_of(path)), []).append(f"{place}: includes {path}")
+    return arrows
+
+
+def shortest_way(arrows, start, end):
+    """Folders from start to end along the arrows; None where there is no way."""
+    ways = [[start]]
+    seen = {start}
+    for way in ways:
+        if way[-1] == end:
+            return way
+        for above, below in sorted(arrows):
+            if above == way[-1] and below not in seen:
+                seen.add(below)
+                ways.append(way + [below])
+    return None
+
+
+def circle_faults(arrows):
+    """Each circle once, with the includes of its arrows: those made by the fewest first, as the ones to mend."""
+    faults = []
+    told = set()
+    for above, below in sorted(arrows):
+        back = shortest_way(arrows, below, above)
+        if back is None or frozenset(back) in told:
+            continue
+        told.add(frozenset(back))
+        circle = [above] + back
+        steps = sorted(zip(circle, circle[1:]), key=lambda step: len(arrows[step]))
+        for number, step in enumerate(steps):
+            for place in arrows[step] if number == 0 else arrows[step][:1]:
+                faults.append(f"{place}, an arrow of the circle {' -> '.join(circle)}")
+    return faults
+
+
+def main(arguments):
+    graph = "--graph" in arguments
+    folders = [a for a in arguments if a != "--graph"]
+    top = folders[0] if folders else os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+    faults = []
+    arrows = read_includes(top, faults)
+    if graph:
+        for part in sorted({above for above, _ in arrows}):
+            print(f"{part} -> {', '.join(sorted(below for above, below in arrows if above == part))}")
+    for arrow, why in ALLOWED.items():
+        if arrow not in arrows and not folders:
+            faults.append(f"scripts/check_arrows.py: {arrow[0]} -> {arrow[1]} ({why}) is gone: take it off the list")
+    faults += circle_faults({arrow: places for arrow, places in arrows.items() if arrow not in ALLOWED})
+    for fault in faults:
+        print(fault)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

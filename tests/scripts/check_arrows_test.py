@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""scripts/check_arrows.py finds each kind of include that goes the wrong way, and names its line."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_arrows.py")
+TREE = {
+    "base/error.h": "#pragma once\n",
+    "traces/reader.h": '#include "grtx/base/error.h"\n',
+    "traces/reader.cpp": '#include "grtx/traces/codec/columns.h"\n#include "grtx/traces/reader.h"\n',
+    "traces/codec/columns.h": '#include "grtx/traces/reader.h"\n',
+    "frontend/tracer/tracer.h": '#include <vector>\n\n#include "grtx/traces/reader.h"\n',
+    "modules/kernel/link.h": '#include "grtx/base/error.h"\n',
+    "modules/cache/l1_cache.h": '#include "grtx/modules/kernel/link.h"\n',
+    "rtl_tlm/gpu/gpu.h": '#include "grtx/modules/cache/l1_cache.h"\n',
+    "rtl_tlm/estimate/fast/fast_run.h": '#include "grtx/rtl_tlm/gpu/gpu.h"\n',
+    "rtl_tlm/estimate/mode.h": '#include "grtx/rtl_tlm/estimate/fast/fast_run.h"\n',
+    "apps/grtx/main.cpp": '#include "grtx/frontend/tracer/tracer.h"\n#include "grtx/rtl_tlm/gpu/gpu.h"\n',
+}
+
+
+class CheckArrows(unittest.TestCase):
+    def faults(self, changes):
+        with tempfile.TemporaryDirectory() as top:
+            for name, text in {**TREE, **changes}.items():
+                os.makedirs(os.path.dirname(os.path.join(top, name)), exist_ok=True)
+                with open(os.path.join(top, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            run = subprocess.run([sys.executable, SCRIPT, top], capture_output=True, text=True)
+            self.assertEqual(run.stderr, "")
+            self.assertEqual(run.returncode, 1 if run.stdout else 0)
+            return run.stdout.splitlines()
+
+    def test_a_sound_tree_has_none(self):
+        self.assertEqual(self.faults({}), [])
+
+    def test_an_arrow_upward(self):
+        for file, text, rule in [
+            ("base/error.h", "modules/kernel/link.h", "base stands not above modules"),
+            ("modules/kernel/link.h", "rtl_tlm/gpu/gpu.h", "modules stands not above rtl_tlm"),
+            ("modules/kernel/link.h", "frontend/tracer/tracer.h", "modules stands not above frontend"),
+            ("frontend/tracer/tracer.h", "modules/kernel/link.h", "frontend stands not above modules"),
+            ("rtl_tlm/gpu/gpu.h", "frontend/tracer/tracer.h", "rtl_tlm stands not above frontend"),
+            ("rtl_tlm/gpu/gpu.h", "apps/grtx/main.cpp", "rtl_tlm stands not above apps"),
+        ]:
+            planted = f'// Two lines before it.\n\n#  include "grtx/{text}"\n'
+            self.assertEqual(self.faults({file: planted}), [f"{file}:3: includes {text}, but {rule}"])
+
+    def test_a_circle_between_folders_of_modules(self):
+        self.assertEqual(self.faults({"modules/kernel/link.h": '\n#include "grtx/modules/cache/l1_cache.h"\n'}), [
+            "modules/cache/l1_cache.h:1: includes modules/kernel/link.h, "
+            "an arrow of the circle modules/cache -> modules/kernel -> modules/cache",
+            "modules/kernel/link.h:2: includes modules/cache/l1_cache.h, "
+            "an arrow of the circle modules/cache -> modules/kernel -> modules/cache"])
+
+    def test_a_circle_over_three_folders_inside_rtl_tlm(self):
+        circle = "rtl_tlm/estimate -> rtl_tlm/estimate/fast -> rtl_tlm/gpu -> rtl_tlm/estimate"
+        faults = self.faults({"rtl_tlm/gpu/gpu.h": '#include "grtx/rtl_tlm/estimate/mode.h"\n'})
+        self.assertEqual(len(faults), 3, faults)
+        self.assertIn(f"rtl_tlm/gpu/gpu.h:1: includes rtl_tlm/estimate/mode.h, an arrow of the circle {circle}", faults)
+
+    def test_a_public_header_of_traces_that_shows_the_codec(self):
+        faults = self.faults({"traces/reader.h": '#include "grtx/traces/codec/columns.h"\n'})
+        self.assertEqual(len(faults), 2)
+        self.assertIn("traces/reader.h:1: includes traces/codec/columns.h, "
+                      "an arrow of the circle traces -> traces/codec -> traces", faults)
+
+    def test_an_include_that_is_not_from_the_top_or_leads_nowhere(self):
+        self.assertEqual(self.faults({"modules/cache/l1_cache.h": '#include "link.h"\n'}),
+                         ["modules/cache/l1_cache.h:1: includes link.h, which is not written from the top (grtx/...)"])
+        self.assertEqual(self.faults({"modules/cache/l1_cache.h": '#include "grtx/modules/none.h"\n'}),
+                         ["modules/cache/l1_cache.h:1: includes modules/none.h, which does not exist"])
+
+
+if __name__ == "__main__":
+    unittest.main()
