@@ -80,6 +80,8 @@ class Checker:
                 self.fault(file, text, link.start(), f"link to {target}, which does not exist")
             elif anchor and place.endswith(".md") and anchor not in anchors(open(full, encoding="utf-8").read()):
                 self.fault(file, text, link.start(), f"link to {link.group(1)}: no such heading")
+        if os.path.basename(file) == "CHANGELOG.md":
+            return  # tells what files were called before
         for code in re.finditer(r"```.*?```|`[^`\n]+`", text, flags=re.S):
             for path in self.path.finditer(code.group(0)):
                 if not self.exists(path.group(1)):
