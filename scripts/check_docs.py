@@ -4,9 +4,12 @@
 * Links of every Markdown file: the file they lead to, and the heading behind a '#'.
 * Files and folders of the tree that Markdown names in `code` and in code blocks; links of pictures (SVG).
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
+* With --program: commands and options of `grtx` in Markdown.
 
-Usage: check_docs.py [FOLDER]   (default: the folder above this script). Exit code 1 and one line a fault: file, line, rule.
+Usage: check_docs.py [--program GRTX] [FOLDER]   (default: the folder above this script)
+Exit code 1 and one line a fault: file, line, rule.
 """
+import argparse
 import glob
 import os
 import re
@@ -44,8 +47,10 @@ def anchors(text):
 
 
 class Checker:
-    def __init__(self, top):
+    def __init__(self, top, program=None):
         self.top = top
+        self.program = program
+        self.options = {}  # of each command of the program; None: there is no such command
         self.files = tracked(top)
         self.folders = sorted({f.split("/")[0] for f in self.files if "/" in f and not f.startswith(".")})
         self.names = {os.path.basename(f) for f in self.files}
@@ -90,6 +95,35 @@ class Checker:
             if name and not re.search(r"NAME|FOLDER", name.group(1)) and not self.is_name(name.group(1)):
                 self.fault(file, text, code.start(), f"names {name.group(1)}, and no file is called that")
 
+        if self.program is not None:
+            self.commands(file, text)
+
+    def options_of(self, command):
+        if command not in self.options:
+            run = subprocess.run([self.program, command, "--help"], capture_output=True, text=True)
+            self.options[command] = set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", run.stdout)) if run.returncode == 0 else None
+        return self.options[command]
+
+    def commands(self, file, text):
+        for call in re.finditer(r"(?:^|(?<=[`\s/;|]))grtx ([a-z][a-z-]*)((?:[^\n`#\\]|\\\n)*)", text, flags=re.M):
+            if not self.in_code(text, call.start()):
+                continue
+            known = self.options_of(call.group(1))
+            if known is None:
+                self.fault(file, text, call.start(), f"grtx has no command {call.group(1)}")
+                continue
+            for option in re.findall(r"(?<![\w-])--[a-z][\w-]*", call.group(2)):
+                if option not in known:
+                    self.fault(file, text, call.start(), f"grtx {call.group(1)} has no option {option}")
+
+    @staticmethod
+    def in_code(text, at):
+        before = text[:at]
+        if before.count("```") % 2 == 1:
+            return True
+        line = before[before.rfind("\n") + 1:]
+        return line.count("`") % 2 == 1 or line.startswith("    ")
+
     def is_name(self, name):
         if not re.search(r"[*{]", name):
             return name in self.names
@@ -130,8 +164,11 @@ class Checker:
 
 
 def main():
-    top = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__), ".."))
-    faults = Checker(top).run()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default=os.path.join(os.path.dirname(__file__), ".."))
+    parser.add_argument("--program", help="the built grtx")
+    arguments = parser.parse_args()
+    faults = Checker(os.path.abspath(arguments.folder), arguments.program).run()
     for line in faults:
         print(line)
     return 1 if faults else 0

@@ -15,13 +15,19 @@ TREE = {
 
 
 class CheckDocs(unittest.TestCase):
-    def faults(self, changes):
+    def faults(self, changes, program=None):
         with tempfile.TemporaryDirectory() as top:
             for name, text in {**TREE, **changes}.items():
                 os.makedirs(os.path.dirname(os.path.join(top, name)), exist_ok=True)
                 with open(os.path.join(top, name), "w", encoding="utf-8") as file:
                     file.write(text)
-            run = subprocess.run([sys.executable, SCRIPT, top], capture_output=True, text=True)
+            arguments = []
+            if program is not None:
+                arguments = ["--program", os.path.join(top, "grtx")]
+                with open(arguments[1], "w", encoding="utf-8") as file:
+                    file.write(program)
+                os.chmod(arguments[1], 0o755)
+            run = subprocess.run([sys.executable, SCRIPT, top, *arguments], capture_output=True, text=True)
             self.assertEqual(run.returncode, 1 if run.stdout else 0, run.stderr)
             return run.stdout.splitlines()
 
@@ -49,6 +55,12 @@ class CheckDocs(unittest.TestCase):
     def test_a_box_of_a_picture(self):
         self.assertEqual(self.faults({"docs/start.md": "", "docs/a.svg": '<svg>\n<a href="../modules/none.h"/>\n</svg>'}),
                          ["docs/a.svg:2: link to ../modules/none.h, which does not exist"])
+
+    def test_commands_and_options_that_the_program_does_not_have(self):
+        program = '#!/bin/sh\n[ "$1" = sim ] && echo "  --stats TEXT   Statistics"\n'
+        text = "# Start\n\n```\ngrtx sim T.grtx --stats S.json \\\n  --vdc W.vcd   # --not-this\n```\n`grtx simulate`, the grtx house\n"
+        self.assertEqual(self.faults({"docs/start.md": text}, program),
+                         ["docs/start.md:4: grtx sim has no option --vdc", "docs/start.md:7: grtx has no command simulate"])
 
 
 if __name__ == "__main__":
