@@ -77,7 +77,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
-    const modules::WorkDistributorConfig work{config.sms, config.resident_warps, false};
+    const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
     distributor_ = std::make_unique<modules::WorkDistributor>("distributor", core_, work, source);
   });
   for (unsigned i = 0; i < config.sms; ++i) {
