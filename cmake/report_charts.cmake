@@ -1,4 +1,4 @@
-# What `grtx report` puts into its page, linked into the program as grtx_report_assets: style, script, the paper's
+# What `grtx report` puts into its page, linked into grtx_explore (report_assets): style, script, the paper's
 # figures and, unless GRTX_REPORT_CHARTS=OFF, the chart library. npm fetches that once a build folder; a page needs no
 # network.
 option(GRTX_REPORT_CHARTS "Charts in the reports of grtx (needs npm when building); OFF leaves their tables" ON)
@@ -38,5 +38,4 @@ endforeach()
 file(CONFIGURE OUTPUT ${assets_source} @ONLY
      CONTENT ".section .rodata\n@GRTX_ASSETS@.section .note.GNU-stack,\"\",%progbits\n")
 set_source_files_properties(${assets_source} PROPERTIES OBJECT_DEPENDS "${asset_files}")
-add_library(grtx_report_assets STATIC ${assets_source})
-set_target_properties(grtx_report_assets PROPERTIES UNITY_BUILD OFF LINKER_LANGUAGE CXX)
+set(report_assets ${assets_source})

@@ -6,8 +6,8 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config
   libsystemc-dev libembree-dev libglm-dev libtbb-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
-  libfmt-dev libspdlog-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libfmt-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev
+  libgtest-dev libgmock-dev
   slurmctld slurmd slurm-client munge
   python3 xz-utils gtkwave chromium fonts-dejavu-core
 )
