@@ -9,7 +9,8 @@ packages=(
   libfmt-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev
   libgtest-dev libgmock-dev
   slurmctld slurmd slurm-client munge
-  python3 xz-utils gtkwave chromium fonts-dejavu-core
+  python3 clang-format-14 clang-tidy-14
+  xz-utils gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
 )
 # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
 command -v npm >/dev/null || packages+=(nodejs npm)

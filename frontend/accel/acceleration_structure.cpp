@@ -4,9 +4,9 @@
 #include <cassert>
 #include <chrono>
 
-#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
 #include "grtx/frontend/accel/tree_packer.h"
 

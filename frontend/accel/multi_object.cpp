@@ -6,8 +6,8 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-#include "grtx/base/stopwatch.h"
 #include "grtx/base/error.h"
+#include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
 #include "grtx/frontend/accel/tree_packer.h"
 
