@@ -7,6 +7,7 @@
 
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/gaussian/face_test.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/tracer/node_test.h"
@@ -44,6 +45,25 @@ TEST(SimdPaths, HoldThePortablePathAndNameEach) {
   EXPECT_STREQ(simd_path_name(SimdPath::portable), "portable");
   EXPECT_STREQ(simd_path_name(SimdPath::avx2), "avx2");
   EXPECT_STREQ(simd_path_name(SimdPath::avx512), "avx512");
+}
+
+TEST(SimdPaths, ALimitLeavesWhatIsNotAboveIt) {
+  using Paths = std::vector<SimdPath>;
+  const Paths all{SimdPath::portable, SimdPath::avx2, SimdPath::avx512};
+  EXPECT_EQ(limited_simd_paths(all, ""), all);
+  EXPECT_EQ(limited_simd_paths(all, "avx512"), all);
+  EXPECT_EQ(limited_simd_paths(all, "avx2"), (Paths{SimdPath::portable, SimdPath::avx2}));
+  EXPECT_EQ(limited_simd_paths(all, "portable"), Paths{SimdPath::portable});
+  // A host that lacks the limit does its best below.
+  EXPECT_EQ(limited_simd_paths({SimdPath::portable}, "avx512"), Paths{SimdPath::portable});
+  EXPECT_EQ(limited_simd_paths({SimdPath::portable, SimdPath::avx2}, "avx512"),
+            (Paths{SimdPath::portable, SimdPath::avx2}));
+  try {
+    limited_simd_paths(all, "AVX2");
+    FAIL() << "an unknown name must be refused";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "GRTX_SIMD: AVX2: must be portable, avx2 or avx512");
+  }
 }
 
 TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
