@@ -6,6 +6,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "frontend/scene/scene_bytes.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -81,6 +82,7 @@ struct BadCase {
   const char* what;
   const char* replacement;
   const char* message;
+  friend void PrintTo(const BadCase& c, std::ostream* out) { *out << c.what << " -> " << c.replacement; }
 };
 class CamerasJsonBad : public testing::TestWithParam<BadCase> {};
 
@@ -114,7 +116,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadCase{"[0,-1,0]]", "[0,-1,0]],\"projection\":\"fisheye\"", "\"fisheye_fov\""},
                     BadCase{"[0,-1,0]]", "[0,-1,0]],\"projection\":\"fisheye\",\"fisheye_fov\":7", "2 pi"},
                     BadCase{"\"a.jpg\"", "5", "\"img_name\" must be a string"},
-                    BadCase{"[1,2,3]", "[1,2,1e999]", "not readable JSON"}));
+                    BadCase{"[1,2,3]", "[1,2,1e999]", "not readable JSON"}),
+    grtx::test::NumberedName{});
 
 TEST(CamerasJson, BadJsonNamesTheByte) {
   EXPECT_THAT(camera_error("[{\"width\": 12,]"), HasSubstr("byte 15: is not valid JSON"));

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "frontend/scene/scene_bytes.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -16,6 +17,7 @@ struct ModelCase {
   int id;
   std::vector<double> parameters;  // no distortion
   double fx, fy, cx, cy;
+  friend void PrintTo(const ModelCase& c, std::ostream* out) { *out << "model " << c.id; }
 };
 
 Bytes cameras_bin(int model, const std::vector<double>& parameters, std::uint64_t width = 640) {
@@ -103,7 +105,8 @@ INSTANTIATE_TEST_SUITE_P(Models, ColmapModel,
                                          ModelCase{4, {500, 510, 320, 240, 0, 0, 0, 0}, 500, 510, 320, 240},
                                          ModelCase{5, {500, 510, 320, 240, 0, 0, 0, 0}, 500, 510, 320, 240},
                                          ModelCase{
-                                             6, {500, 510, 320, 240, 0, 0, 0, 0, 0, 0, 0, 0}, 500, 510, 320, 240}));
+                                             6, {500, 510, 320, 240, 0, 0, 0, 0, 0, 0, 0, 0}, 500, 510, 320, 240}),
+                         grtx::test::PrintedName{});
 
 TEST(ColmapReader, FisheyeAnglesFollowTheFocalLength) {
   const Camera camera = load(cameras_bin(5, {100, 100, 0.5, 0.5, 0, 0, 0, 0}), images_bin())[1];

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "frontend/scene/scene_bytes.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -126,6 +127,7 @@ struct DamageCase {
   const char* what;
   const char* replacement;
   const char* message;
+  friend void PrintTo(const DamageCase& c, std::ostream* out) { *out << c.what << " -> " << c.replacement; }
 };
 class CompressedPlyDamage : public testing::TestWithParam<DamageCase> {};
 
@@ -147,7 +149,8 @@ INSTANTIATE_TEST_SUITE_P(Header, CompressedPlyDamage,
                                          DamageCase{"uint packed_scale", "float packed_scale",
                                                     "must be of an integer type"},
                                          DamageCase{"uint packed_color", "uint packed_colour", "\"packed_color\""},
-                                         DamageCase{"uchar f_rest_3", "float f_rest_3", "must be of an integer type"}));
+                                         DamageCase{"uchar f_rest_3", "float f_rest_3", "must be of an integer type"}),
+                         grtx::test::NumberedName{});
 
 }  // namespace
 }  // namespace grtx::frontend::test

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "frontend/scene/ply_bytes.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -21,6 +22,7 @@ struct DamageCase {
   const char* what;
   const char* replacement;
   const char* message;
+  friend void PrintTo(const DamageCase& c, std::ostream* out) { *out << c.what << " -> " << c.replacement; }
 };
 class PlyDamage : public testing::TestWithParam<DamageCase> {};
 
@@ -55,7 +57,8 @@ INSTANTIATE_TEST_SUITE_P(
                     DamageCase{"property float y\n", "property float\n", "line 6"},
                     DamageCase{"comment made", "commend made", "line 3: has an unknown keyword"},
                     DamageCase{"format binary_little_endian 1.0\n", "", "format"},
-                    DamageCase{"end_header\n", "end_heade\n", "line "}));
+                    DamageCase{"end_header\n", "end_heade\n", "line "}),
+    grtx::test::NumberedName{});
 
 TEST(PlyDamage, EveryTruncationIsAnError) {
   for (const unsigned f_rest : {0u, 9u}) {

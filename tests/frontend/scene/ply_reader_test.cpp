@@ -6,6 +6,7 @@
 #include <random>
 
 #include "frontend/scene/ply_bytes.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -40,6 +41,7 @@ TEST(PlyReader, DecodesOneGaussianWrittenByHand) {
 
 struct DegreeCase {
   unsigned f_rest, degree;
+  friend void PrintTo(const DegreeCase& c, std::ostream* out) { *out << "degree " << c.degree; }
 };
 class PlyReaderDegree : public testing::TestWithParam<DegreeCase> {};
 
@@ -66,7 +68,8 @@ TEST_P(PlyReaderDegree, TurnsChannelMajorIntoCoefficientMajor) {
 
 INSTANTIATE_TEST_SUITE_P(Degrees, PlyReaderDegree,
                          testing::Values(DegreeCase{0, 0}, DegreeCase{9, 1}, DegreeCase{24, 2}, DegreeCase{45, 3},
-                                         DegreeCase{72, 4}));
+                                         DegreeCase{72, 4}),
+                         grtx::test::PrintedName{});
 
 TEST(PlyReader, PermutedPropertiesGiveTheIdenticalScene) {
   const PlyTable table = sample_table(24, 300);  // more rows than one block of the reader

@@ -1,5 +1,6 @@
 // Which rows become Gaussians, and how they are activated, clamped and recentred.
 #include "grtx/frontend/scene/scene_rows.h"
+#include "parameter_names.h"
 
 #include <gtest/gtest.h>
 
@@ -33,6 +34,7 @@ using Counts = std::map<std::string, std::uint64_t>;
 struct DropCase {
   const char* reason;
   void (*damage)(RawRows&);
+  friend void PrintTo(const DropCase& c, std::ostream* out) { *out << c.reason; }
 };
 class SceneRowsDrop : public testing::TestWithParam<DropCase> {};
 
@@ -66,7 +68,8 @@ INSTANTIATE_TEST_SUITE_P(
                     DropCase{"NaN opacity", [](RawRows& r) { r.opacity_logit[1] = kNan; }},
                     DropCase{"opacity logit -infinity", [](RawRows& r) { r.opacity_logit[1] = -kInfinity; }},
                     DropCase{"non-finite SH coefficient", [](RawRows& r) { r.sh[5] = kNan; }},
-                    DropCase{"non-finite SH coefficient", [](RawRows& r) { r.sh[3] = kInfinity; }}));
+                    DropCase{"non-finite SH coefficient", [](RawRows& r) { r.sh[3] = kInfinity; }}),
+    grtx::test::NumberedName{});
 
 TEST(SceneRows, SmallScalesAreClampedAndCountedPerRow) {
   RawRows rows = plain_rows(2);

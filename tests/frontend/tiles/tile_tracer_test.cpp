@@ -9,6 +9,7 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
+#include "parameter_names.h"
 #include "real_scene_files.h"
 
 namespace grtx::frontend {
@@ -175,11 +176,16 @@ TEST_P(TilesOfPreset, GivesTheImageOfRounds) {
 
 INSTANTIATE_TEST_SUITE_P(Presets, TilesOfPreset, testing::ValuesIn(synth_presets()), test::preset_test_name);
 
-class TilesOfRealScene : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+struct RealScene {
+  const char* file;
+  const char* cameras;
+  friend void PrintTo(const RealScene& s, std::ostream* out) { *out << s.file; }
+};
+class TilesOfRealScene : public testing::TestWithParam<RealScene> {};
 
 TEST_P(TilesOfRealScene, GivesTheImageOfRounds) {
-  const std::string path = test::real_scene_path(GetParam().first);
-  const std::string cameras = test::real_cameras_path(GetParam().second);
+  const std::string path = test::real_scene_path(GetParam().file);
+  const std::string cameras = test::real_cameras_path(GetParam().cameras);
   if (path.empty() || cameras.empty()) {
     GTEST_SKIP() << "no real scenes: put them into ../shared/scenes or name the folder in GRTX_SCENES";
   }
@@ -189,8 +195,9 @@ TEST_P(TilesOfRealScene, GivesTheImageOfRounds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, TilesOfRealScene,
-                         testing::Values(std::pair{"statue_st-peter_sh0", "st-peter"},
-                                         std::pair{"pizza_161k_sh3", "pizza"}, std::pair{"playbot_L2", "playbot"}));
+                         testing::Values(RealScene{"statue_st-peter_sh0", "st-peter"},
+                                         RealScene{"pizza_161k_sh3", "pizza"}, RealScene{"playbot_L2", "playbot"}),
+                         grtx::test::PrintedName{});
 
 }  // namespace
 }  // namespace grtx::frontend

@@ -4,6 +4,7 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "parameter_names.h"
 #include "real_scene_files.h"
 
 namespace grtx::frontend {
@@ -50,7 +51,8 @@ TEST_P(RealSceneTest, StructureSizesAndImageIdentity) {
 // The two largest scenes are left to bench/: their monolithic builds take a minute on two cores.
 INSTANTIATE_TEST_SUITE_P(Scenes, RealSceneTest,
                          testing::Values(RealScene{"statue_st-peter_sh0", "st-peter"},
-                                         RealScene{"pizza_161k_sh3", "pizza"}, RealScene{"playbot_L2", "playbot"}));
+                                         RealScene{"pizza_161k_sh3", "pizza"}, RealScene{"playbot_L2", "playbot"}),
+                         test::PrintedName{});
 
 }  // namespace
 }  // namespace grtx::frontend

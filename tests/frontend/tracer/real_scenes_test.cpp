@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "frontend/scene/scene_bytes.h"
+#include "parameter_names.h"
 #include "real_scene_files.h"
 
 namespace grtx::frontend::test {
@@ -17,6 +18,7 @@ struct SceneCase {
   const char* name;
   std::size_t gaussians;
   unsigned sh_degree;
+  friend void PrintTo(const SceneCase& c, std::ostream* out) { *out << c.name; }
 };
 class RealScenes : public testing::TestWithParam<SceneCase> {};
 
@@ -40,7 +42,8 @@ TEST_P(RealScenes, LoadWithoutLoss) {
 INSTANTIATE_TEST_SUITE_P(Trained, RealScenes,
                          testing::Values(SceneCase{"playbot_500k_sh2", 500000, 2},
                                          SceneCase{"pizza_161k_sh3", 160554, 3}, SceneCase{"logo_307k_sh0", 307128, 0},
-                                         SceneCase{"statue_st-peter_sh0", 133618, 0}));
+                                         SceneCase{"statue_st-peter_sh0", 133618, 0}),
+                         grtx::test::PrintedName{});
 
 TEST(RealCameras, LoadFromTheSharedFolder) {
   for (const char* name : {"playbot", "pizza", "logo", "st-peter"}) {

@@ -12,6 +12,7 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend {
 namespace {
@@ -204,7 +205,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TracerInvarianceRandom,
                                          Scenario{"needles", {70, 0.8, -2.6, 2.2, 0.1, 0.9, 1}, 4.0},
                                          Scenario{"opaque", {60, 0.8, -1.8, 0.5, 0.9, 1.0, 0}, 3.0},
                                          Scenario{"surrounded", {60, 0.8, -1.2, 0.8, 0.05, 0.5, 1}, 0.2}),
-                         [](const testing::TestParamInfo<Scenario>& param) { return std::string(param.param.name); });
+                         test::PrintedName{});
 
 class TracerInvarianceGenerated : public testing::TestWithParam<std::string> {};
 

@@ -10,6 +10,7 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
+#include "parameter_names.h"
 #include "real_scene_files.h"
 
 namespace grtx::frontend {
@@ -104,11 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TracerParityReal,
                          testing::Values(RealScene{"statue_st-peter_sh0", "st-peter"},
                                          RealScene{"pizza_161k_sh3", "pizza"}, RealScene{"logo_307k_sh0", "logo"},
                                          RealScene{"playbot_L2", "playbot"}, RealScene{"playbot_L6", "playbot"}),
-                         [](const testing::TestParamInfo<RealScene>& param) {
-                           std::string name = param.param.file;
-                           for (char& c : name) c = c == '-' ? '_' : c;
-                           return name;
-                         });
+                         test::PrintedName{});
 
 }  // namespace
 }  // namespace grtx::frontend

@@ -5,6 +5,7 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
+#include "parameter_names.h"
 
 namespace grtx::frontend {
 namespace {
@@ -13,6 +14,9 @@ struct Case {
   AccelKind accel;
   ReferenceProxy proxy;
   bool peak;
+  friend void PrintTo(const Case& c, std::ostream* out) {
+    *out << accel_name(c.accel) << (c.peak ? " by peak" : " by entry");
+  }
 };
 
 class TracerReference : public testing::TestWithParam<Case> {};
@@ -44,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(Proxies, TracerReference,
                                          Case{AccelKind::tri80, ReferenceProxy::icosphere80, false},
                                          Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false},
                                          Case{AccelKind::tlas_tri20, ReferenceProxy::icosahedron20, true},
-                                         Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}));
+                                         Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}),
+                         test::PrintedName{});
 
 }  // namespace
 }  // namespace grtx::frontend

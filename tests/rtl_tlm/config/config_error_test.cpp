@@ -34,6 +34,7 @@ struct Case {
   const char* text;
   const char* place;
   std::vector<const char*> rule;  ///< parts of the rule
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
 class ConfigError : public ::testing::TestWithParam<Case> {};

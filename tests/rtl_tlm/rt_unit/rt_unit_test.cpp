@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "parameter_names.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
@@ -44,6 +45,9 @@ struct ChaseCase {
   unsigned visits;
   unsigned memory_latency;
   unsigned box_latency;
+  friend void PrintTo(const ChaseCase& c, std::ostream* out) {
+    *out << c.visits << " visits, memory " << c.memory_latency << ", box " << c.box_latency;
+  }
 };
 
 class PointerChase : public modules::SystemCTest, public ::testing::WithParamInterface<ChaseCase> {};
@@ -78,7 +82,8 @@ TEST_P(PointerChase, TakesVisitsTimesTheSumOfTheStages) {
 }
 INSTANTIATE_TEST_SUITE_P(Table, PointerChase,
                          ::testing::Values(ChaseCase{1, 2, 1}, ChaseCase{1, 20, 13}, ChaseCase{7, 20, 13},
-                                           ChaseCase{50, 300, 31}));
+                                           ChaseCase{50, 300, 31}),
+                         grtx::test::PrintedName{});
 
 TEST_F(RtUnitTest, WithoutMergingInFlightFewPipelinesTearACoherentWarpApart) {
   constexpr unsigned kVisits = 5;
@@ -139,6 +144,9 @@ TEST_F(RtUnitTest, DivergentWarpIsBoundByOneSectorACycle) {
 struct ThroughputCase {
   unsigned count;
   unsigned interval;
+  friend void PrintTo(const ThroughputCase& c, std::ostream* out) {
+    *out << c.count << " units, interval " << c.interval;
+  }
 };
 class UnitThroughput : public modules::SystemCTest, public ::testing::WithParamInterface<ThroughputCase> {};
 
@@ -157,7 +165,8 @@ TEST_P(UnitThroughput, LimitsTheLanesOfOneFetch) {
 }
 INSTANTIATE_TEST_SUITE_P(Table, UnitThroughput,
                          ::testing::Values(ThroughputCase{1, 1}, ThroughputCase{1, 3}, ThroughputCase{4, 1},
-                                           ThroughputCase{4, 2}, ThroughputCase{5, 3}, ThroughputCase{32, 1}));
+                                           ThroughputCase{4, 2}, ThroughputCase{5, 3}, ThroughputCase{32, 1}),
+                         grtx::test::PrintedName{});
 
 TEST_F(RtUnitTest, BoxOperationPerChildTakesAChildAnInterval) {
   BenchOptions options;

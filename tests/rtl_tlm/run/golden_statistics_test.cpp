@@ -27,6 +27,7 @@ struct Case {
   std::uint64_t capacity;
   const char* order;
   std::vector<std::string> settings;
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
 const std::vector<Case>& cases() {

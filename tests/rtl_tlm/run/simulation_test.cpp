@@ -135,6 +135,7 @@ struct Kind {
   const char* name;
   bool two_level;
   bool checkpoint;
+  friend void PrintTo(const Kind& c, std::ostream* out) { *out << c.name; }
 };
 
 class SimulationKinds : public ::testing::TestWithParam<Kind> {};

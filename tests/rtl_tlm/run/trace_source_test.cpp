@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "grtx/base/error.h"
+#include "parameter_names.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
@@ -72,7 +73,7 @@ TEST_P(TraceSourceAhead, CanBeDroppedBeforeTheEnd) {
   EXPECT_EQ(*source.acquire(0), trace.groups[0]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Depth, TraceSourceAhead, ::testing::Values(0u, 1u, 8u));
+INSTANTIATE_TEST_SUITE_P(Depth, TraceSourceAhead, ::testing::Values(0u, 1u, 8u), grtx::test::PrintedName{});
 
 TEST(CheckGroup, NamesTheFirstRoundThatDoesNotFit) {
   const auto trace = random_trace(8);

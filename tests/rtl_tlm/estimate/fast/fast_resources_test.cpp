@@ -16,6 +16,7 @@
 #include "grtx/rtl_tlm/estimate/fast/response_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
+#include "parameter_names.h"
 
 namespace grtx::sim {
 namespace {
@@ -48,7 +49,7 @@ TEST_P(SpanCalendarTest, EqualsASetOfBusyCycles) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Spans, SpanCalendarTest, ::testing::Values(1u, 4u, 10u, 64u, 150u));
+INSTANTIATE_TEST_SUITE_P(Spans, SpanCalendarTest, ::testing::Values(1u, 4u, 10u, 64u, 150u), grtx::test::PrintedName{});
 
 TEST(SpanCalendarLimits, WhatLiesFarAheadComesInOrder) {
   SpanCalendar calendar(4);

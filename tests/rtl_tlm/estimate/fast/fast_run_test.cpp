@@ -123,7 +123,8 @@ TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Checkpointing, FastRunTest, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(Checkpointing, FastRunTest, ::testing::Bool(),
+                         [](const auto& i) { return i.param ? "on" : "off"; });
 
 }  // namespace
 }  // namespace grtx::sim

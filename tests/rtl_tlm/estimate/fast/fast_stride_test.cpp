@@ -32,6 +32,7 @@ struct Machine {
   const char* name;
   bool checkpoint;
   std::vector<std::string> settings;
+  friend void PrintTo(const Machine& c, std::ostream* out) { *out << c.name; }
 };
 
 class FastStride : public ::testing::TestWithParam<Machine> {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
+#include "parameter_names.h"
 
 namespace grtx::sim {
 namespace {
@@ -38,7 +39,8 @@ TEST_P(SlotCalendarTest, EqualsAPlainTable) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, SlotCalendarTest,
-                         ::testing::Values(Shape{1, 1}, Shape{4, 1}, Shape{1, 4}, Shape{3, 2}, Shape{300, 1}));
+                         ::testing::Values(Shape{1, 1}, Shape{4, 1}, Shape{1, 4}, Shape{3, 2}, Shape{300, 1}),
+                         grtx::test::PrintedName{});
 
 TEST(PortCalendar, EqualsASlotCalendarOfOnePlace) {
   PortCalendar port;

@@ -1,5 +1,6 @@
 // Groups are dealt out to classes of equal make-up: each group once, by lot, the same for every design.
 #include "grtx/rtl_tlm/estimate/sampled/sampler.h"
+#include "parameter_names.h"
 
 #include <gtest/gtest.h>
 
@@ -23,6 +24,9 @@ std::vector<GroupWork> some_groups(std::size_t count) {
 struct Dealing {
   std::size_t groups;
   unsigned classes;
+  friend void PrintTo(const Dealing& d, std::ostream* out) {
+    *out << d.groups << " groups " << d.classes << " classes";
+  }
 };
 class Sampler : public ::testing::TestWithParam<Dealing> {};
 
@@ -43,7 +47,8 @@ TEST_P(Sampler, DealsEveryGroupOnceInAscendingOrder) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, Sampler,
                          ::testing::Values(Dealing{512, 32}, Dealing{513, 32}, Dealing{31, 32}, Dealing{1, 2},
-                                           Dealing{100, 7}));
+                                           Dealing{100, 7}),
+                         grtx::test::PrintedName{});
 
 TEST(SamplerTest, ClassTotalsTimesClassesAreUnbiasedOverSeeds) {
   constexpr unsigned kClasses = 8;
