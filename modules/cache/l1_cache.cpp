@@ -17,14 +17,12 @@ MemoryResponse answer(const MemoryRequest& r) {
 }  // namespace
 
 L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name),
+    : ClockedModule(name, clock),
       request("request", config.clients),
       response("response", config.clients),
       to_memory("to_memory"),
       from_memory("from_memory"),
       config_(config),
-      clock_(clock),
-      alarm_(clock, this, [](void* module) { static_cast<L1Cache*>(module)->tick(); }),
       clients_(config.clients),
       waiting_(config.clients),
       response_due_(config.clients, kNever),
@@ -40,38 +38,34 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
   require(config.miss_queue >= 1, "the miss queue needs an entry");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
-  SC_METHOD(tick);
-  sensitive << alarm_.event();
-  dont_initialize();
 }
 
 void L1Cache::end_of_elaboration() {
-  down_ = to_memory.operator->();
-  up_ = from_memory.operator->();
-  up_->wake(&alarm_);
+  down_ = writer_of(to_memory);
+  up_ = reader_of(from_memory);
+  up_.wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
-    clients_[i].request = request[i].operator->();
-    clients_[i].request->wake(&alarm_);
-    waiting_.watch(i, *clients_[i].request);
-    clients_[i].response = response[i].operator->();
-    const unsigned link = clients_[i].response->latency();
+    clients_[i].request = reader_of(request[i]);
+    clients_[i].request.wake(&alarm_);
+    waiting_.watch(i, clients_[i].request);
+    clients_[i].response = writer_of(response[i]);
+    const unsigned link = clients_[i].response.latency();
     if (config_.latency < link) throw Error("configuration", "l1", "latency is shorter than the response link's");
     clients_[i].hit_latency = config_.latency - link;
   }
 }
 
-void L1Cache::tick() {
-  const Cycle now = clock_.cycle();
+Cycle L1Cache::tick(Cycle now) {
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
   send_responses(now);
-  alarm_.request(next_due(now));
+  return next_due(now);
 }
 
 // The fill port: one sector or acknowledgement a cycle.
 void L1Cache::take_response(Cycle now) {
-  const MemoryResponse* arrived = up_->front(now);
+  const MemoryResponse* arrived = up_.front(now);
   if (arrived == nullptr) return;
   if (arrived->write) {
     assert(writes_pending_ > 0 && arrived->client < clients_.size());
@@ -81,7 +75,7 @@ void L1Cache::take_response(Cycle now) {
   } else {
     fill(now, arrived->tag, arrived->address);
   }
-  up_->pop(now);
+  up_.pop(now);
 }
 
 void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
@@ -114,9 +108,9 @@ void L1Cache::take_requests(Cycle now) {
   bool won = false;
   const auto take = [&](unsigned i) {
     Client& client = clients_[i];
-    const MemoryRequest* head = client.request->front(now);
+    const MemoryRequest* head = client.request.front(now);
     if (head == nullptr) {
-      next_request_ = std::min(next_request_, client.request->next_visible());
+      next_request_ = std::min(next_request_, client.request.next_visible());
       return;
     }
     MemoryRequest accepted = *head;
@@ -126,9 +120,9 @@ void L1Cache::take_requests(Cycle now) {
       next_request_ = now;
       return;
     }
-    client.request->pop(now);
-    waiting_.popped(i, *client.request);
-    next_request_ = std::min(next_request_, client.request->next_visible());
+    client.request.pop(now);
+    waiting_.popped(i, client.request);
+    next_request_ = std::min(next_request_, client.request.next_visible());
     if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
     won = true;
   };
@@ -240,11 +234,10 @@ void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
 }
 
 void L1Cache::send_miss(Cycle now) {
-  if (miss_queue_.empty() || miss_queue_.front().due > now || !down_->can_push(now)) return;
+  if (miss_queue_.empty() || miss_queue_.front().due > now || !down_.can_push(now)) return;
   const MemoryRequest& miss = miss_queue_.front().request;
   ++(miss.write ? counters_.sent_writes : counters_.sent_reads);
-  down_->push(now, miss);
-  clock_.request(now + down_->latency());
+  down_.push(now, miss);
   miss_queue_.pop();
   ++version_;
 }
@@ -261,12 +254,11 @@ void L1Cache::send_responses(Cycle now) {
 
 void L1Cache::send_response(Cycle now, std::size_t i) {
   Client& client = clients_[i];
-  if (!client.response->can_push(now)) return;
+  if (!client.response.can_push(now)) return;
   const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
   const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
   RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
-  client.response->push(now, queue.front().response);
-  clock_.request(now + client.response->latency());
+  client.response.push(now, queue.front().response);
   queue.pop();
   ++counters_.responses;
   const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
@@ -274,7 +266,7 @@ void L1Cache::send_response(Cycle now, std::size_t i) {
 }
 
 Cycle L1Cache::next_due(Cycle now) const {
-  Cycle due = std::min({up_->next_visible(), next_request_, next_response_});
+  Cycle due = std::min({up_.next_visible(), next_request_, next_response_});
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   return std::max(now + 1, due);
 }
@@ -286,9 +278,9 @@ void L1Cache::count_mshr_cycles(Cycle now) {
 
 bool L1Cache::idle() const {
   const bool quiet = std::all_of(clients_.begin(), clients_.end(), [](const Client& c) {
-    return c.hits.empty() && c.fills.empty() && c.request->empty();
+    return c.hits.empty() && c.fills.empty() && c.request.empty();
   });
-  return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_->empty();
+  return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_.empty();
 }
 
 L1Counters L1Cache::counters() const {
@@ -326,8 +318,8 @@ void L1Cache::dump_state(std::ostream& out) const {
       << '/' << config_.miss_queue << ", writes pending " << writes_pending_ << '\n';
   for (std::size_t i = 0; i < clients_.size(); ++i) {
     const Client& c = clients_[i];
-    out << "  client " << i << ": requests " << c.request->size() << ", hit pipe " << c.hits.size() << ", fill queue "
-        << c.fills.size() << ", responses " << c.response->size() << '\n';
+    out << "  client " << i << ": requests " << c.request.size() << ", hit pipe " << c.hits.size() << ", fill queue "
+        << c.fills.size() << '\n';
   }
   for (std::uint32_t entry = 0; entry < config_.mshr_entries; ++entry) {
     if (!mshrs_.in_use(entry)) continue;

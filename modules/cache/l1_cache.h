@@ -13,9 +13,9 @@
 
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
@@ -65,7 +65,7 @@ struct L1Counters {
   void describe(StatisticList& list, const std::string& prefix) const;
 };
 
-class L1Cache final : public sc_core::sc_module {
+class L1Cache final : public ClockedModule {
  public:
   struct Config {
     unsigned clients = 2;  ///< request/response port pairs; by the assembly
@@ -82,14 +82,13 @@ class L1Cache final : public sc_core::sc_module {
     bool perfect = false;           ///< every access hits and nothing leaves the cache
   };
 
-  SC_HAS_PROCESS(L1Cache);
   /// clock: core domain. Throws Error for an impossible configuration.
   L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request;    ///< [client], consumed here
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response;  ///< [client], produced here
-  sc_core::sc_port<Link<MemoryRequest>> to_memory;                      ///< misses and writes
-  sc_core::sc_port<Link<MemoryResponse>> from_memory;                   ///< fills and write acknowledgements
+  sc_core::sc_vector<LinkIn<MemoryRequest>> request;     ///< [client], consumed here
+  sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
+  LinkOut<MemoryRequest> to_memory;                      ///< misses and writes
+  LinkIn<MemoryResponse> from_memory;                    ///< fills and write acknowledgements
 
   Inventory inventory() const;
   void statistics(StatisticList& list, const std::string& prefix) const;
@@ -113,8 +112,8 @@ class L1Cache final : public sc_core::sc_module {
     Cycle due = 0;
   };
   struct Client {
-    Link<MemoryRequest>* request = nullptr;
-    Link<MemoryResponse>* response = nullptr;
+    LinkReader<MemoryRequest> request;
+    LinkWriter<MemoryResponse> response;
     RingQueue<Pending> hits;            ///< the hit pipeline
     RingQueue<Pending> fills;           ///< released by fills and write acknowledgements
     unsigned hit_latency = 0;           ///< to entering the response link
@@ -123,7 +122,7 @@ class L1Cache final : public sc_core::sc_module {
   };
 
   void end_of_elaboration() override;
-  void tick();
+  Cycle tick(Cycle now) override;
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
@@ -146,10 +145,8 @@ class L1Cache final : public sc_core::sc_module {
   void count_mshr_cycles(Cycle now);
 
   Config config_;
-  ClockDomain& clock_;
-  Alarm alarm_;
-  Link<MemoryRequest>* down_ = nullptr;
-  Link<MemoryResponse>* up_ = nullptr;
+  LinkWriter<MemoryRequest> down_;
+  LinkReader<MemoryResponse> up_;
   std::vector<Client> clients_;
   WaitingLinks waiting_;             ///< requests of clients_
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits

@@ -9,13 +9,11 @@
 
 namespace grtx::modules {
 L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name),
+    : ClockedModule(name, clock),
       request("request"),
       response("response"),
       dram("dram", clock),
       config_(config),
-      clock_(clock),
-      alarm_(clock, this, [](void* module) { static_cast<L2Slice*>(module)->tick(); }),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
       pipe_(std::size_t{config.latency} + config.queue) {
@@ -29,26 +27,22 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.queue >= 1, "the queue needs an entry");
   require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
   require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
-  SC_METHOD(tick);
-  sensitive << alarm_.event();
-  dont_initialize();
 }
 
 void L2Slice::end_of_elaboration() {
-  in_ = request.operator->();
-  out_ = response.operator->();
-  in_->wake(&alarm_);
+  in_ = reader_of(request);
+  out_ = writer_of(response);
+  in_.wake(&alarm_);
   dram.wake(&alarm_);
 }
 
 bool L2Slice::work_at(Cycle now) const {
-  return due_ <= now || in_->front(now) != nullptr || dram.front(now) != nullptr ||
+  return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
          (!dram_queue_.empty() && dram.can_send(now));
 }
 
-void L2Slice::tick() {
-  const Cycle now = clock_.cycle();
-  if (!work_at(now)) return alarm_.request(std::min(due_, next_arrival()));
+Cycle L2Slice::tick(Cycle now) {
+  if (!work_at(now)) return std::min(due_, next_arrival());
   prefetch_host(now);
   take_request(now);
   take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
@@ -56,15 +50,15 @@ void L2Slice::tick() {
   send_dram(now);
   send_reply(now);
   due_ = next_due(now);
-  alarm_.request(std::min(due_, std::max(now + 1, next_arrival())));
+  return std::min(due_, std::max(now + 1, next_arrival()));
 }
 
 void L2Slice::take_request(Cycle now) {
-  const MemoryRequest* arrived = in_->front(now);
+  const MemoryRequest* arrived = in_.front(now);
   if (arrived == nullptr || pipe_.size() >= std::size_t{config_.latency} + config_.queue) return;
   assert(config_.interleave.slice(arrived->address) == config_.slice);
   pipe_.push({*arrived, now + config_.latency});
-  in_->pop(now);
+  in_.pop(now);
   ++counters_.requests_in;
 }
 
@@ -210,23 +204,22 @@ void L2Slice::send_dram(Cycle now) {
 }
 
 void L2Slice::send_reply(Cycle now) {
-  if (replies_.empty() || !out_->can_push(now)) return;
-  out_->push(now, replies_.front());
-  clock_.request(now + out_->latency());
+  if (replies_.empty() || !out_.can_push(now)) return;
+  out_.push(now, replies_.front());
   replies_.pop();
   ++counters_.replies_out;
 }
 
 // First cycle in which something from outside shows, or the socket is free for a request that waits.
 Cycle L2Slice::next_arrival() const {
-  const Cycle next = std::min(in_->next_visible(), dram.next_visible());
+  const Cycle next = std::min(in_.next_visible(), dram.next_visible());
   return dram_queue_.empty() ? next : std::min(next, dram.next_send());
 }
 
 // While the socket is busy the end of its request phase wakes the slice, not this.
 Cycle L2Slice::next_due(Cycle now) const {
   const Cycle soon = now + 1;
-  if (in_->front(now) != nullptr || !replies_.empty() || dram.front(now) != nullptr) return soon;
+  if (in_.front(now) != nullptr || !replies_.empty() || dram.front(now) != nullptr) return soon;
   if (!dram_queue_.empty() && dram.can_send(now)) return soon;
   return pipe_.empty() ? kNever : std::max(soon, pipe_.front().due);
 }
@@ -237,7 +230,7 @@ void L2Slice::count_mshr_cycles(Cycle now) {
 }
 
 bool L2Slice::idle() const {
-  return pipe_.empty() && replies_.empty() && dram_queue_.empty() && mshrs_.used() == 0 && dram.idle() && in_->empty();
+  return pipe_.empty() && replies_.empty() && dram_queue_.empty() && mshrs_.used() == 0 && dram.idle() && in_.empty();
 }
 
 Inventory L2Slice::inventory() const {

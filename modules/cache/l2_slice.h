@@ -11,9 +11,9 @@
 
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
@@ -56,7 +56,7 @@ struct L2Counters {
   void describe(StatisticList& list, const std::string& prefix) const;
 };
 
-class L2Slice final : public sc_core::sc_module {
+class L2Slice final : public ClockedModule {
  public:
   struct Config {
     unsigned slice = 0;  ///< number of this slice; by the assembly
@@ -73,12 +73,11 @@ class L2Slice final : public sc_core::sc_module {
     bool perfect = false;         ///< every access hits and DRAM is never asked
   };
 
-  SC_HAS_PROCESS(L2Slice);
   /// clock: core domain. Throws Error for an impossible configuration.
   L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  sc_core::sc_port<Link<MemoryRequest>> request;
-  sc_core::sc_port<Link<MemoryResponse>> response;
+  LinkIn<MemoryRequest> request;
+  LinkOut<MemoryResponse> response;
   AtInitiator dram;  ///< bind `dram.socket`; addresses are global
 
   Inventory inventory() const;
@@ -108,7 +107,7 @@ class L2Slice final : public sc_core::sc_module {
   };
 
   void end_of_elaboration() override;
-  void tick();
+  Cycle tick(Cycle now) override;
   bool work_at(Cycle now) const;
   void take_request(Cycle now);
   void take_completion(Cycle now);
@@ -128,10 +127,8 @@ class L2Slice final : public sc_core::sc_module {
   void count_mshr_cycles(Cycle now);
 
   Config config_;
-  ClockDomain& clock_;
-  Alarm alarm_;
-  Link<MemoryRequest>* in_ = nullptr;
-  Link<MemoryResponse>* out_ = nullptr;
+  LinkReader<MemoryRequest> in_;
+  LinkWriter<MemoryResponse> out_;
   SectorCacheTags tags_;  ///< of slice-local addresses
   MshrTable mshrs_;       ///< of global sector addresses
   RingQueue<Access> pipe_;

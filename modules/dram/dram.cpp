@@ -10,11 +10,7 @@
 namespace grtx::modules {
 
 Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name),
-      sockets("socket", config.interleave.slices),
-      config_(config),
-      clock_(clock),
-      alarm_(Alarm::without_process(clock, this, [](void* dram) { static_cast<Dram*>(dram)->tick(); })) {
+    : ClockedModule(name, clock), sockets("socket", config.interleave.slices), config_(config) {
   config.interleave.check();
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     ports_.emplace_back(config.channel);
@@ -69,8 +65,7 @@ void Dram::b_transport(int, ::tlm::tlm_generic_payload& payload, sc_core::sc_tim
   delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
 }
 
-void Dram::tick() {
-  const Cycle now = clock_.cycle();
+Cycle Dram::tick(Cycle now) {
   Cycle due = kNever;
   for (unsigned id = 0; id < ports_.size(); ++id) {
     Port& port = ports_[id];
@@ -83,7 +78,7 @@ void Dram::tick() {
     }
     due = std::min(due, port.due);
   }
-  alarm_.request(due);
+  return due;
 }
 
 void Dram::take_arrival(unsigned id, Port& port, Cycle now) {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
@@ -33,7 +33,7 @@ struct DramCounters {
 void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
               const std::string& prefix);
 
-class Dram final : public sc_core::sc_module {
+class Dram final : public ClockedModule {
  public:
   struct Config {
     AddressInterleave interleave{};  ///< one channel per slice; 4 x 28 GB/s [C: the paper gives no channel count]
@@ -81,15 +81,13 @@ class Dram final : public sc_core::sc_module {
                                        sc_core::sc_time& delay);
   void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload) const;
-  void tick();
+  Cycle tick(Cycle now) override;
   void take_arrival(unsigned id, Port& port, Cycle now);
   void begin_response(unsigned id, Port& port, Cycle now);
   void collect_completions(Port& port);
   Cycle next_due(Port& port, Cycle now);
 
   Config config_;
-  ClockDomain& clock_;
-  Alarm alarm_;
   std::vector<Port> ports_;
   std::uint64_t responses_ = 0;
   std::uint64_t refused_ = 0;

@@ -23,9 +23,9 @@ void ClockDomain::allow_ahead(std::uint64_t until_fs) {
   if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
 }
 
-std::size_t ClockDomain::add(const Registered& alarm) {
+std::size_t ClockDomain::add(Clocked& clocked) {
   const std::size_t index = alarms_.size();
-  alarms_.push_back(alarm);
+  alarms_.push_back(&clocked);
   wanted_.push_back(kNever);
   if (index / 64 == due_.size()) {
     due_.emplace_back();
@@ -116,17 +116,12 @@ void ClockDomain::on_wake() {
 
 void ClockDomain::run_alarm(std::size_t index) {
   wanted_[index] = kNever;
-  const Registered& due = alarms_[index];
-  if (due.run != nullptr) {
-    due.run(due.module);
-    next_wanted_ |= observed_;
-  } else {
-    due.alarm->event_.notify();
-    next_wanted_ = true;  // who has not run yet mostly wants the next cycle
-  }
+  const Cycle next = alarms_[index]->tick(cycle_);
+  if (next < wanted_[index]) set(index, next);
+  next_wanted_ |= observed_;
 }
 
-// One cycle. Modules run here, and by immediate notifications all other clocked processes in this evaluation phase.
+// One cycle: all modules run here, in the evaluation phase of the domain's process.
 void ClockDomain::step() {
   cycle_ = next_;
   soonest_ = cycle_ + 1;

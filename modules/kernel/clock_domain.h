@@ -20,9 +20,22 @@ inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
 
-/// Clocked modules own an Alarm and make one SC_METHOD statically sensitive to it with dont_initialize(). Observers
-/// that want to see every cycle in which anything happens are sensitive to `tick()` instead. The domain jumps from one
-/// requested cycle to the next; while modules are busy that is one kernel notification a cycle, or none (RunAhead).
+/// What a clock domain calls, always in the same way: in unit tests, in the whole GPU and on a foreign platform.
+class Clocked {
+ public:
+  /// The present cycle's work. Returns the next cycle in which there is work, as far as it is known now; kNever: none
+  /// before something arrives (a link's arrival sets the alarm by itself). The present cycle, or a past one, means the
+  /// next cycle. Ticks in which nothing is due must change nothing.
+  virtual Cycle tick(Cycle now) = 0;
+
+ protected:
+  ~Clocked() = default;
+};
+
+/// Clocked objects own an Alarm. Observers that want to see every cycle in which anything happens are sensitive to
+/// `tick()` instead. The domain jumps from one requested cycle to the next; while modules are busy that is one kernel
+/// notification a cycle, or none (RunAhead). Modules meet through registered links only, so the order in which a cycle
+/// calls them changes no result.
 /// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
 class ClockDomain final : public sc_core::sc_module {
  public:
@@ -65,7 +78,6 @@ class ClockDomain final : public sc_core::sc_module {
 
  private:
   friend class Alarm;
-  friend class DirectCalls;
   friend class RunAhead;
 
   // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
@@ -75,16 +87,10 @@ class ClockDomain final : public sc_core::sc_module {
   struct Wheel {
     std::array<std::uint64_t, kWheel> at{};  ///< [cycle modulo kWheel]: alarms that are due
   };
-  struct Registered {
-    Alarm* alarm = nullptr;
-    void (*run)(void* module) = nullptr;  ///< null: a process waits for the alarm's event
-    void* module = nullptr;
-  };
-
   std::uint64_t kernel_fs() const {
     return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_fs_ : sc_core::sc_time_stamp().value();
   }
-  std::size_t add(const Registered& alarm);
+  std::size_t add(Clocked& clocked);
   void set(std::size_t alarm, Cycle cycle);
   void forget(std::size_t alarm);
   void place(std::size_t alarm, Cycle cycle) {
@@ -114,14 +120,13 @@ class ClockDomain final : public sc_core::sc_module {
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;
   mutable bool observed_ = false;  ///< somebody has asked for tick_
-  bool direct_ = false;            ///< modules built now are called by the domain's process
   RunAhead* ahead_ = nullptr;
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
   bool next_wanted_ = false;  ///< something needs the cycle after the present one
   std::uint64_t ticks_ = 0;
 
-  std::vector<Registered> alarms_;
+  std::vector<Clocked*> alarms_;
   std::vector<Cycle> wanted_;       ///< by alarm; kNever: not set
   Cycle soonest_ = 0;               ///< the first cycle that has not ticked: no alarm can be set for an earlier one
   std::vector<Wheel> due_;          ///< by 64 alarms
@@ -132,51 +137,22 @@ class ClockDomain final : public sc_core::sc_module {
   std::set<Cycle> far_booked_;
 };
 
-/// The wake-up call of one clocked process. It keeps the earliest request only: a process that runs asks again for what
-/// is left to do, arrivals on its links included (Link::wake() asks for them when they are sent).
+/// The wake-up call of a clocked object. It keeps the earliest request only: tick() says again what is left to do, and
+/// links set it when something is sent.
 class Alarm {
  public:
-  using Call = void (*)(void* module);
-
-  explicit Alarm(ClockDomain& domain) : Alarm(domain, {this, nullptr, nullptr}) {}
-  /// The same for a process that may be called directly (DirectCalls): run(module) does what the process does.
-  Alarm(ClockDomain& domain, void* module, Call run) : Alarm(domain, {this, domain.direct_ ? run : nullptr, module}) {}
-  /// The same for a module that needs no process: that of the domain calls run(module).
-  static Alarm without_process(ClockDomain& domain, void* module, Call run) {
-    return Alarm(domain, {nullptr, run, module});
-  }
+  Alarm(ClockDomain& domain, Clocked& clocked) : domain_(domain), index_(domain.add(clocked)) {}
   Alarm(const Alarm&) = delete;
   Alarm& operator=(const Alarm&) = delete;
 
-  const sc_core::sc_event& event() const { return event_; }
-  /// The process runs at `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
+  /// tick() is called in `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
   void request(Cycle cycle) {
     if (cycle < domain_.wanted_[index_]) domain_.set(index_, cycle);
   }
 
  private:
-  friend class ClockDomain;
-
-  Alarm(ClockDomain& domain, const ClockDomain::Registered& registered)
-      : domain_(domain), index_(domain.add(registered)) {}
-
   ClockDomain& domain_;
   std::size_t index_;
-  sc_core::sc_event event_;
-};
-
-/// While one of these lives, modules that are built are called by the process of the clock domain; their own processes
-/// then sleep. An activation by the kernel costs as much as the work of a small module in a cycle. Results do not
-/// depend on it, since modules meet through registered links only.
-class DirectCalls {
- public:
-  explicit DirectCalls(ClockDomain& domain) : domain_(domain) { domain_.direct_ = true; }
-  ~DirectCalls() { domain_.direct_ = false; }
-  DirectCalls(const DirectCalls&) = delete;
-  DirectCalls& operator=(const DirectCalls&) = delete;
-
- private:
-  ClockDomain& domain_;
 };
 
 /// Call first in sc_main and in every test fixture.

@@ -2,7 +2,8 @@
 // Items sent in cycle c are visible from c + latency; space freed in cycle c is visible to the producer from c + 1.
 // So results never depend on the order in which the kernel runs the two processes within a cycle.
 //
-// Modules reach links through sc_core::sc_port<Link<T>>; the methods are not virtual, so a port costs a pointer.
+// Modules reach links through ports of link_in_if and link_out_if (link_if.h), in their hot loops by way of LinkReader
+// and LinkWriter (link_access.h).
 #pragma once
 
 #include <cassert>
@@ -13,11 +14,12 @@
 
 #include "grtx/base/strong.h"
 #include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/link_if.h"
 
 namespace grtx::modules {
 
 template <typename T>
-class alignas(64) Link final : public virtual sc_core::sc_interface {
+class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
  public:
   Link(std::string name, unsigned latency, std::size_t capacity)
       : latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity), name_(std::move(name)) {
@@ -26,7 +28,7 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
 
   const std::string& name() const { return name_; }
   /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
-  void wake(Alarm* consumer) { consumer_ = consumer; }
+  void wake(Alarm* consumer) override { consumer_ = consumer; }
   /// A push into the empty link sets this bit of the consumer's, which so knows the few of its many links that are not
   /// empty.
   void announce(std::uint64_t* word, unsigned bit) {
@@ -35,9 +37,9 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
   }
 
   // Producer side.
-  bool can_push(Cycle now) const { return occupied(now) < capacity_; }
+  bool can_push(Cycle now) const override { return occupied(now) < capacity_; }
   std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
-  void push(Cycle now, const T& item) {
+  void push(Cycle now, const T& item) override {
     assert(can_push(now));
     slots_[tail_] = {item, now + latency_};
     tail_ = next(tail_);
@@ -51,8 +53,8 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
 
   // Consumer side.
   /// Oldest item if it has arrived by `now`, else nullptr.
-  const T* front(Cycle now) const { return visible_ <= now ? &slots_[head_].item : nullptr; }
-  void pop(Cycle now) {
+  const T* front(Cycle now) const override { return visible_ <= now ? &slots_[head_].item : nullptr; }
+  void pop(Cycle now) override {
     assert(front(now) != nullptr);
     if (last_pop_cycle_ != now) {
       last_pop_cycle_ = now;
@@ -68,7 +70,7 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
     }
   }
   /// Cycle at which the oldest item becomes visible; kNever when empty.
-  Cycle next_visible() const { return visible_; }
+  Cycle next_visible() const override { return visible_; }
 
   /// The item that was sent last, if that was in cycle `now`; for observers that look after the cycle.
   const T* sent(Cycle now) const {
@@ -77,9 +79,9 @@ class alignas(64) Link final : public virtual sc_core::sc_interface {
   }
 
   bool empty() const { return size_ == 0; }
-  std::size_t size() const { return size_; }
+  std::size_t size() const override { return size_; }
   std::size_t capacity() const { return capacity_; }
-  unsigned latency() const { return latency_; }
+  unsigned latency() const override { return latency_; }
   std::uint64_t pushed() const { return pushed_; }
 
  private:

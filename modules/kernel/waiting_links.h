@@ -2,7 +2,7 @@
 #pragma once
 
 #include "grtx/modules/kernel/index_set.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 
 namespace grtx::modules {
 
@@ -10,18 +10,20 @@ class WaitingLinks {
  public:
   explicit WaitingLinks(unsigned links) : numbers_(links) {}
 
-  /// Link number `i` of this module, the consumer. Neither is to move afterwards.
+  /// Link number `i` of this module, the consumer. Neither is to move afterwards. A foreign link always counts as
+  /// waiting.
   template <typename T>
-  void watch(unsigned i, Link<T>& link) {
-    link.announce(numbers_.word_of(i), i % 64);
+  void watch(unsigned i, const LinkReader<T>& link) {
+    if (link.own() == nullptr) return numbers_.insert(i);
+    link.own()->announce(numbers_.word_of(i), i % 64);
   }
   /// To be called when something was taken from link number `i`.
   template <typename T>
-  void popped(unsigned i, const Link<T>& link) {
-    if (link.empty()) numbers_.erase(i);
+  void popped(unsigned i, const LinkReader<T>& link) {
+    if (link.own() != nullptr && link.own()->empty()) numbers_.erase(i);
   }
 
-  /// f(number) for each that is not empty, lowest first. f may take from the link.
+  /// f(number) for each that may hold something, lowest first. f may take from the link.
   template <typename F>
   void for_each(F&& f) const {
     numbers_.for_each(f);

@@ -17,16 +17,25 @@ void require(bool holds, const char* rule) {
 
 }  // namespace
 
+template <>
+unsigned CrossbarNetwork<MemoryRequest>::destination(const MemoryRequest& request) const {
+  return interleave_.slice(request.address);
+}
+
+template <>
+unsigned CrossbarNetwork<MemoryResponse>::destination(const MemoryResponse& response) const {
+  return response.sm;
+}
+
 template <typename Packet>
-template <typename Destination>
-Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destination& destination) {
+Cycle CrossbarNetwork<Packet>::tick(Cycle now) {
   // Requests for the outputs, from the heads of the inputs.
   const unsigned n = static_cast<unsigned>(inputs_.size());
   Cycle due = kNever;
   waiting_.for_each([&](unsigned i) {
-    const Packet* head = inputs_[i]->front(now);
+    const Packet* head = inputs_[i].front(now);
     if (head == nullptr) {
-      due = std::min(due, inputs_[i]->next_visible());
+      due = std::min(due, inputs_[i].next_visible());
       return;
     }
     const unsigned to = destination(*head);
@@ -52,7 +61,7 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
     Output& output = outputs_[i];
     if (output.contenders > 0) {
       output.contenders = 0;
-      Link<Packet>& input = *inputs_[output.winner];
+      LinkReader<Packet>& input = inputs_[output.winner];
       output.buffer.push({*input.front(now), now + output.hold});
       input.pop(now);
       waiting_.popped(output.winner, input);
@@ -60,7 +69,7 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
       output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
     }
-    if (output.buffer.front().due <= now && deliver(now, clock, output)) {
+    if (output.buffer.front().due <= now && deliver(now, output)) {
       busy_.erase(i);
     } else {
       due = std::min(due, output.buffer.front().due);
@@ -71,10 +80,9 @@ Cycle CrossbarNetwork<Packet>::step(Cycle now, ClockDomain& clock, const Destina
 
 // Hands the oldest packet over, if there is room; returns whether it was the last.
 template <typename Packet>
-bool CrossbarNetwork<Packet>::deliver(Cycle now, ClockDomain& clock, Output& output) {
-  if (!output.link->can_push(now)) return false;
-  output.link->push(now, output.buffer.front().packet);
-  clock.request(now + output.link->latency());
+bool CrossbarNetwork<Packet>::deliver(Cycle now, Output& output) {
+  if (!output.link.can_push(now)) return false;
+  output.link.push(now, output.buffer.front().packet);
   output.buffer.pop();
   ++counters_.packets_out;
   return output.buffer.empty();
@@ -83,14 +91,14 @@ bool CrossbarNetwork<Packet>::deliver(Cycle now, ClockDomain& clock, Output& out
 template <typename Packet>
 bool CrossbarNetwork<Packet>::idle() const {
   return std::all_of(outputs_.begin(), outputs_.end(), [](const Output& o) { return o.buffer.empty(); }) &&
-         std::all_of(inputs_.begin(), inputs_.end(), [](const Link<Packet>* link) { return link->empty(); });
+         std::all_of(inputs_.begin(), inputs_.end(), [](const LinkReader<Packet>& link) { return link.empty(); });
 }
 
 template <typename Packet>
 void CrossbarNetwork<Packet>::dump_state(std::ostream& out) const {
-  for (std::size_t i = 0; i < inputs_.size(); ++i) out << " in" << i << ' ' << inputs_[i]->size();
+  for (std::size_t i = 0; i < inputs_.size(); ++i) out << " in" << i << ' ' << inputs_[i].size();
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
-    out << " out" << i << ' ' << outputs_[i].buffer.size() << '+' << outputs_[i].link->size();
+    out << " out" << i << ' ' << outputs_[i].buffer.size();
   }
   out << '\n';
 }
@@ -102,47 +110,25 @@ Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, Cl
       response_in("response_in", config.interleave.slices),
       response_out("response_out", config.sms),
       config_(config),
-      clock_(clock),
-      request_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_requests(); }),
-      reply_alarm_(clock, this, [](void* module) { static_cast<Crossbar*>(module)->tick_replies(); }),
-      requests_(config.sms, config.interleave.slices, config.latency, config.output_buffer),
-      replies_(config.interleave.slices, config.sms, config.latency, config.output_buffer) {
+      requests_(clock, config.interleave, config.sms, config.interleave.slices, config.latency, config.output_buffer),
+      replies_(clock, config.interleave, config.interleave.slices, config.sms, config.latency, config.output_buffer) {
   require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
   require(config.latency >= 1, "latency must be at least 1 cycle");
   config.interleave.check();
-  SC_METHOD(tick_requests);
-  sensitive << request_alarm_.event();
-  dont_initialize();
-  SC_METHOD(tick_replies);
-  sensitive << reply_alarm_.event();
-  dont_initialize();
 }
 
 void Crossbar::end_of_elaboration() {
   const char* too_long = "latency is shorter than that of an output link";
   for (unsigned sm = 0; sm < config_.sms; ++sm) {
     require(response_out[sm]->latency() <= config_.latency, too_long);
-    requests_.bind_input(sm, request_in[sm].operator->());
-    request_in[sm]->wake(&request_alarm_);
-    replies_.bind_output(sm, response_out[sm].operator->());
+    requests_.bind_input(sm, reader_of(request_in[sm]));
+    replies_.bind_output(sm, writer_of(response_out[sm]));
   }
   for (unsigned slice = 0; slice < config_.interleave.slices; ++slice) {
     require(request_out[slice]->latency() <= config_.latency, too_long);
-    requests_.bind_output(slice, request_out[slice].operator->());
-    replies_.bind_input(slice, response_in[slice].operator->());
-    response_in[slice]->wake(&reply_alarm_);
+    requests_.bind_output(slice, writer_of(request_out[slice]));
+    replies_.bind_input(slice, reader_of(response_in[slice]));
   }
-}
-
-// The networks share nothing, so each has a process of its own and sleeps when it is empty.
-void Crossbar::tick_requests() {
-  const auto to_slice = [this](const MemoryRequest& r) { return config_.interleave.slice(r.address); };
-  request_alarm_.request(requests_.step(clock_.cycle(), clock_, to_slice));
-}
-
-void Crossbar::tick_replies() {
-  const auto to_sm = [](const MemoryResponse& r) { return static_cast<unsigned>(r.sm); };
-  reply_alarm_.request(replies_.step(clock_.cycle(), clock_, to_sm));
 }
 
 bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }

@@ -9,10 +9,10 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
@@ -36,26 +36,33 @@ struct CrossbarCounters {
 void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix);
 
 /// One direction: input-queued (the links are the queues), a round-robin arbiter per output, a delay of `latency`
-/// cycles and a finite output buffer. Plain C++; the module drives one for requests and one for replies.
+/// cycles and a finite output buffer. The crossbar has one for requests and one for replies; they share nothing, so
+/// each sleeps when it is empty.
 template <typename Packet>
-class CrossbarNetwork {
+class CrossbarNetwork final : public Clocked {
  public:
-  CrossbarNetwork(unsigned inputs, unsigned outputs, unsigned latency, unsigned buffer)
-      : latency_(latency), inputs_(inputs), waiting_(inputs), outputs_(outputs), busy_(outputs) {
+  CrossbarNetwork(ClockDomain& clock, const AddressInterleave& interleave, unsigned inputs, unsigned outputs,
+                  unsigned latency, unsigned buffer)
+      : interleave_(interleave),
+        latency_(latency),
+        inputs_(inputs),
+        waiting_(inputs),
+        outputs_(outputs),
+        busy_(outputs),
+        alarm_(clock, *this) {
     for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
   }
-  void bind_input(unsigned i, Link<Packet>* link) {
+  void bind_input(unsigned i, const LinkReader<Packet>& link) {
     inputs_[i] = link;
-    waiting_.watch(i, *link);
+    inputs_[i].wake(&alarm_);
+    waiting_.watch(i, link);
   }
   /// The output link's own latency is part of the network's latency.
-  void bind_output(unsigned i, Link<Packet>* link) {
+  void bind_output(unsigned i, const LinkWriter<Packet>& link) {
     outputs_[i].link = link;
-    outputs_[i].hold = latency_ > link->latency() ? latency_ - link->latency() : 0;
+    outputs_[i].hold = latency_ > link.latency() ? latency_ - link.latency() : 0;
   }
-  /// One cycle. destination(packet) gives the output; returns the next cycle with work, kNever when empty.
-  template <typename Destination>
-  Cycle step(Cycle now, ClockDomain& clock, const Destination& destination);
+  Cycle tick(Cycle now) override;
   bool idle() const;
   const CrossbarCounters::Network& counters() const { return counters_; }
   void dump_state(std::ostream& out) const;
@@ -66,7 +73,7 @@ class CrossbarNetwork {
     Cycle due = 0;
   };
   struct Output {
-    Link<Packet>* link = nullptr;
+    LinkWriter<Packet> link;
     unsigned hold = 0;  ///< cycles between winning the arbitration and entering the link
     std::size_t capacity = 0;
     RingQueue<Held> buffer;
@@ -76,14 +83,17 @@ class CrossbarNetwork {
     unsigned distance = 0;  ///< of the winner from next_input, in the round-robin order
   };
 
-  bool deliver(Cycle now, ClockDomain& clock, Output& output);
+  unsigned destination(const Packet& packet) const;
+  bool deliver(Cycle now, Output& output);
 
+  AddressInterleave interleave_;
   unsigned latency_;
-  std::vector<Link<Packet>*> inputs_;
+  std::vector<LinkReader<Packet>> inputs_;
   WaitingLinks waiting_;  ///< of inputs_
   std::vector<Output> outputs_;
   IndexSet busy_;  ///< outputs with contenders or with packets in their buffers
   CrossbarCounters::Network counters_;
+  Alarm alarm_;
 };
 
 class Crossbar final : public sc_core::sc_module {
@@ -95,14 +105,13 @@ class Crossbar final : public sc_core::sc_module {
     unsigned output_buffer = 32;  ///< packets waiting at an output beyond those in transit; hardware.md 9.3 [C]
   };
 
-  SC_HAS_PROCESS(Crossbar);
   /// clock: core domain. Throws Error for an impossible configuration.
   Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request_in;     ///< [sm]
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryRequest>>> request_out;    ///< [slice]
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response_in;   ///< [slice]
-  sc_core::sc_vector<sc_core::sc_port<Link<MemoryResponse>>> response_out;  ///< [sm]
+  sc_core::sc_vector<LinkIn<MemoryRequest>> request_in;      ///< [sm]
+  sc_core::sc_vector<LinkOut<MemoryRequest>> request_out;    ///< [slice]
+  sc_core::sc_vector<LinkIn<MemoryResponse>> response_in;    ///< [slice]
+  sc_core::sc_vector<LinkOut<MemoryResponse>> response_out;  ///< [sm]
 
   Inventory inventory() const;
   void statistics(StatisticList& list, const std::string& prefix) const;
@@ -113,13 +122,8 @@ class Crossbar final : public sc_core::sc_module {
 
  private:
   void end_of_elaboration() override;
-  void tick_requests();
-  void tick_replies();
 
   Config config_;
-  ClockDomain& clock_;
-  Alarm request_alarm_;
-  Alarm reply_alarm_;
   CrossbarNetwork<MemoryRequest> requests_;
   CrossbarNetwork<MemoryResponse> replies_;
 };

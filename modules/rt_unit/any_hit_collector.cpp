@@ -49,7 +49,7 @@ AnyHitBatch batch_of(const Warp& warp) {
   return batch;
 }
 
-bool AnyHitCollector::fire_oldest(Cycle now, Link<AnyHitBatch>& out) {
+bool AnyHitCollector::fire_oldest(Cycle now, LinkWriter<AnyHitBatch>& out) {
   LaneMask eligible = 0;
   for_each_bit(candidates_, [&](unsigned e) {
     if (due(buffer_.warp(e)) <= now) eligible |= bit(e);

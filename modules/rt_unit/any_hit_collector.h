@@ -9,7 +9,7 @@
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/warp_buffer.h"
@@ -38,7 +38,7 @@ class AnyHitCollector final : public sc_core::sc_module {
   /// The lane, now in an intersection unit, has a hit for the any-hit shader.
   void arrive(Cycle now, LaneId id);
   /// Sends the batch of the oldest warp whose condition holds. A warp has at most one batch at the shader.
-  bool fire(Cycle now, Link<AnyHitBatch>& out) { return candidates_ != 0 && fire_oldest(now, out); }
+  bool fire(Cycle now, LinkWriter<AnyHitBatch>& out) { return candidates_ != 0 && fire_oldest(now, out); }
   /// The shader has finished these lanes; the warp may send its next batch.
   void finished(unsigned entry) {
     if (buffer_.warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
@@ -52,7 +52,7 @@ class AnyHitCollector final : public sc_core::sc_module {
   void dump_state(std::ostream& out) const;
 
  private:
-  bool fire_oldest(Cycle now, Link<AnyHitBatch>& out);
+  bool fire_oldest(Cycle now, LinkWriter<AnyHitBatch>& out);
   Cycle earliest(Cycle now) const;
   Cycle due(const Warp& warp) const {
     const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();

@@ -151,7 +151,7 @@ bool CheckpointUnit::write_waits(std::uint64_t sector) const {
   return false;
 }
 
-bool CheckpointUnit::issue_front(Cycle now, Link<MemoryRequest>& out) {
+bool CheckpointUnit::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
   if (!out.can_push(now)) return false;
   MemoryRequest request;
   request.region = Region::checkpoint;

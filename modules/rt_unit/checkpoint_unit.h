@@ -13,7 +13,7 @@
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -60,7 +60,7 @@ class CheckpointUnit final : public sc_core::sc_module {
   bool read(LaneId id);
 
   /// Takes at most one response. Names the lane whose entry is complete, if any.
-  std::optional<LaneId> respond(Cycle now, Link<MemoryResponse>& in) {
+  std::optional<LaneId> respond(Cycle now, LinkReader<MemoryResponse>& in) {
     const MemoryResponse* response = in.front(now);
     if (response == nullptr) return std::nullopt;
     const bool write = response->write;
@@ -69,7 +69,7 @@ class CheckpointUnit final : public sc_core::sc_module {
     return receive(id, write);
   }
   /// Sends at most one request. Reads go first, unless their sector still waits in the write queue.
-  bool issue(Cycle now, Link<MemoryRequest>& out) {
+  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) {
     return (!reads_.empty() || !writes_.empty()) && issue_front(now, out);
   }
   /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room; f(lane) when a lane is
@@ -115,7 +115,7 @@ class CheckpointUnit final : public sc_core::sc_module {
     std::uint8_t reads_missing = 0;
   };
   std::optional<LaneId> receive(LaneId id, bool write);
-  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
   bool take(LaneId id, unsigned& budget);
   bool open_sector(const LaneContext& lane) const;
   bool write_waits(std::uint64_t sector) const;

@@ -109,7 +109,7 @@ SectorAccess MemoryScheduler::sector_of(const Fetch& f, unsigned index) const {
   return {f.address + (index < lead ? 0 : kSectorBytes * (index - lead)), traffic_.region(f.kind, f.address)};
 }
 
-bool MemoryScheduler::issue_front(Cycle now, Link<MemoryRequest>& out) {
+bool MemoryScheduler::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
   if (!out.can_push(now)) return false;
   Pending& p = queue_.front();
   const Fetch& f = fetches_[p.fetch];

@@ -13,7 +13,7 @@
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -62,9 +62,9 @@ class MemoryScheduler final : public sc_core::sc_module {
   void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
 
   /// Sends at most one sector. Returns whether it did.
-  bool issue(Cycle now, Link<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
+  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
   /// Takes at most one response.
-  Completed respond(Cycle now, Link<MemoryResponse>& in) {
+  Completed respond(Cycle now, LinkReader<MemoryResponse>& in) {
     const MemoryResponse* response = in.front(now);
     if (response == nullptr) return {};
     const auto fetch = static_cast<LaneId>(response->tag);
@@ -75,7 +75,7 @@ class MemoryScheduler final : public sc_core::sc_module {
   /// by_shader, instead of issue(): sends the fetches at the front of the queue that belong to one warp. Returns
   /// whether it did. slot_of(entry): resident slot of the warp in a buffer entry.
   template <typename SlotOf>
-  bool issue_batch(Cycle now, Link<NodeFetchBatch>& out, SlotOf&& slot_of) {
+  bool issue_batch(Cycle now, LinkWriter<NodeFetchBatch>& out, SlotOf&& slot_of) {
     if (queue_.empty() || !out.can_push(now)) return false;
     const unsigned entry = entry_of(queue_.front().fetch);
     out.push(now, take_batch(entry, slot_of(entry)));
@@ -84,7 +84,7 @@ class MemoryScheduler final : public sc_core::sc_module {
   /// by_shader, instead of respond(): takes at most one batch that the SIMT core has read; f(completed) for each fetch,
   /// by the lane that opened it.
   template <typename F>
-  void respond_batch(Cycle now, Link<NodeFetchDone>& in, F&& f) {
+  void respond_batch(Cycle now, LinkReader<NodeFetchDone>& in, F&& f) {
     const NodeFetchDone* front = in.front(now);
     if (front == nullptr) return;
     const NodeFetchDone done = *front;
@@ -120,7 +120,7 @@ class MemoryScheduler final : public sc_core::sc_module {
     std::uint8_t next = 0;  ///< sector to send next
   };
   static std::uint64_t merge_key(std::uint64_t address, bool header);
-  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
   Completed receive(Cycle now, LaneId fetch);
   Completed complete(Cycle now, LaneId fetch);
   SectorAccess sector_of(const Fetch& fetch, unsigned index) const;

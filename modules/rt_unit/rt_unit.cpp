@@ -45,7 +45,7 @@ void RtUnitCounters::describe(StatisticList& list, const std::string& prefix, Cy
 
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
                const MemoryMap& map, ClockDomain& domain, unsigned sm)
-    : sc_module(name),
+    : ClockedModule(name, domain),
       trace_call("trace_call"),
       trace_done("trace_done"),
       any_hit_batch("any_hit_batch"),
@@ -61,8 +61,6 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       stack_request("stack_request"),
       stack_response("stack_response"),
       config_(config),
-      domain_(domain),
-      alarm_(domain, this, [](void* module) { static_cast<RtUnit*>(module)->tick(); }),
       warp_buffer_("warp_buffer", config.warp_buffer, header.checkpoint),
       memory_("memory_scheduler", config.memory, header, config.warp_buffer.entries),
       any_hit_("any_hit_collector", config.any_hit, warp_buffer_),
@@ -97,65 +95,61 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
   for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_transform_}) {
     if (*unit != nullptr) units_.push_back(unit->get());
   }
-  SC_METHOD(tick);
-  sensitive << alarm_.event();
-  dont_initialize();
 }
 
 void RtUnit::end_of_elaboration() {
-  calls_ = trace_call.operator->();
-  dones_ = trace_done.operator->();
-  batches_ = any_hit_batch.operator->();
-  shader_dones_ = any_hit_done.operator->();
-  calls_->wake(&alarm_);
-  shader_dones_->wake(&alarm_);
+  calls_ = reader_of(trace_call);
+  dones_ = writer_of(trace_done);
+  batches_ = writer_of(any_hit_batch);
+  shader_dones_ = reader_of(any_hit_done);
+  calls_.wake(&alarm_);
+  shader_dones_.wake(&alarm_);
   if (fetches_nodes()) {
-    node_requests_ = node_request.operator->();
-    node_responses_ = node_response.operator->();
-    node_responses_->wake(&alarm_);
+    node_requests_ = writer_of(node_request);
+    node_responses_ = reader_of(node_response);
+    node_responses_.wake(&alarm_);
   } else {
-    fetch_batches_ = node_fetch.operator->();
-    fetches_done_ = node_fetch_done.operator->();
-    fetches_done_->wake(&alarm_);
+    fetch_batches_ = writer_of(node_fetch);
+    fetches_done_ = reader_of(node_fetch_done);
+    fetches_done_.wake(&alarm_);
   }
   if (checkpoint_) {
-    checkpoint_requests_ = checkpoint_request.operator->();
-    checkpoint_responses_ = checkpoint_response.operator->();
-    checkpoint_responses_->wake(&alarm_);
+    checkpoint_requests_ = writer_of(checkpoint_request);
+    checkpoint_responses_ = reader_of(checkpoint_response);
+    checkpoint_responses_.wake(&alarm_);
   }
   if (prefetcher_) {
-    prefetch_requests_ = prefetch_request.operator->();
-    prefetch_responses_ = prefetch_response.operator->();
-    prefetch_responses_->wake(&alarm_);
+    prefetch_requests_ = writer_of(prefetch_request);
+    prefetch_responses_ = reader_of(prefetch_response);
+    prefetch_responses_.wake(&alarm_);
   }
   if (stack_) {
-    stack_requests_ = stack_request.operator->();
-    stack_responses_ = stack_response.operator->();
-    stack_responses_->wake(&alarm_);
+    stack_requests_ = writer_of(stack_request);
+    stack_responses_ = reader_of(stack_response);
+    stack_responses_.wake(&alarm_);
   }
 }
 
 // First cycle in which a link shows something to this unit.
 Cycle RtUnit::next_arrival() const {
-  const Cycle fetched = fetches_nodes() ? node_responses_->next_visible() : fetches_done_->next_visible();
-  Cycle next = std::min(fetched, shader_dones_->next_visible());
-  if (checkpoint_) next = std::min(next, checkpoint_responses_->next_visible());
-  if (prefetcher_) next = std::min(next, prefetch_responses_->next_visible());
-  if (stack_) next = std::min(next, stack_responses_->next_visible());
-  if (warp_buffer_.has_room()) next = std::min(next, calls_->next_visible());
+  const Cycle fetched = fetches_nodes() ? node_responses_.next_visible() : fetches_done_.next_visible();
+  Cycle next = std::min(fetched, shader_dones_.next_visible());
+  if (checkpoint_) next = std::min(next, checkpoint_responses_.next_visible());
+  if (prefetcher_) next = std::min(next, prefetch_responses_.next_visible());
+  if (stack_) next = std::min(next, stack_responses_.next_visible());
+  if (warp_buffer_.has_room()) next = std::min(next, calls_.next_visible());
   return next;
 }
 
-void RtUnit::tick() {
-  const Cycle now = domain_.cycle();
-  if (const Cycle next = std::min(due_, next_arrival()); now < next) return alarm_.request(next);
+Cycle RtUnit::tick(Cycle now) {
+  if (const Cycle next = std::min(due_, next_arrival()); now < next) return next;
   // Nothing changed in the cycles between: they all had the reason of the present state.
   if (now > accounted_) scheduler_.count_idle(now - accounted_);
   accounted_ = now + 1;
   warp_buffer_.account(now + 1);
   run_stages(now);
   due_ = next_due(now);
-  alarm_.request(std::min(due_, std::max(next_arrival(), now + 1)));
+  return std::min(due_, std::max(next_arrival(), now + 1));
 }
 
 // Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
@@ -208,62 +202,54 @@ void RtUnit::take_fetch(Cycle now, const MemoryScheduler::Completed& fetch) {
 
 void RtUnit::take_responses(Cycle now) {
   if (fetches_nodes()) {
-    const MemoryScheduler::Completed fetch = memory_.respond(now, *node_responses_);
+    const MemoryScheduler::Completed fetch = memory_.respond(now, node_responses_);
     if (fetch.lanes != 0) take_fetch(now, fetch);
   } else {
-    memory_.respond_batch(now, *fetches_done_,
-                          [&](const MemoryScheduler::Completed& fetch) { take_fetch(now, fetch); });
+    memory_.respond_batch(now, fetches_done_, [&](const MemoryScheduler::Completed& fetch) { take_fetch(now, fetch); });
   }
   if (checkpoint_) {
-    if (const auto lane = checkpoint_->respond(now, *checkpoint_responses_)) scheduler_.entry_read(*lane);
+    if (const auto lane = checkpoint_->respond(now, checkpoint_responses_)) scheduler_.entry_read(*lane);
   }
-  if (prefetcher_) prefetcher_->respond(now, *prefetch_responses_);
+  if (prefetcher_) prefetcher_->respond(now, prefetch_responses_);
   if (stack_) {
-    if (const auto lane = stack_->respond(now, *stack_responses_)) scheduler_.stack_settled(*lane);
+    if (const auto lane = stack_->respond(now, stack_responses_)) scheduler_.stack_settled(*lane);
   }
 }
 
 void RtUnit::issue_requests(Cycle now) {
   if (fetches_nodes()) {
-    if (memory_.issue(now, *node_requests_)) domain_.request(now + node_requests_->latency());
-  } else if (memory_.issue_batch(now, *fetch_batches_, [&](unsigned e) { return warp_buffer_.warp(e).slot; })) {
-    domain_.request(now + fetch_batches_->latency());
+    memory_.issue(now, node_requests_);
+  } else {
+    memory_.issue_batch(now, fetch_batches_, [&](unsigned e) { return warp_buffer_.warp(e).slot; });
   }
-  if (checkpoint_ && checkpoint_->issue(now, *checkpoint_requests_)) {
-    domain_.request(now + checkpoint_requests_->latency());
-  }
-  if (prefetcher_ && prefetcher_->issue(now, *prefetch_requests_)) {
-    domain_.request(now + prefetch_requests_->latency());
-  }
-  if (stack_ && stack_->issue(now, *stack_requests_, [&](LaneId id) { scheduler_.stack_settled(id); })) {
-    domain_.request(now + stack_requests_->latency());
-  }
+  if (checkpoint_) checkpoint_->issue(now, checkpoint_requests_);
+  if (prefetcher_) prefetcher_->issue(now, prefetch_requests_);
+  if (stack_) stack_->issue(now, stack_requests_, [&](LaneId id) { scheduler_.stack_settled(id); });
 }
 
 void RtUnit::invoke_any_hit(Cycle now) {
-  if (const AnyHitDone* done = shader_dones_->front(now)) {
+  if (const AnyHitDone* done = shader_dones_.front(now)) {
     scheduler_.any_hit_done(*done);
-    shader_dones_->pop(now);
+    shader_dones_.pop(now);
   }
-  if (any_hit_.fire(now, *batches_)) domain_.request(now + batches_->latency());
+  any_hit_.fire(now, batches_);
 }
 
 void RtUnit::retire(Cycle now) {
   const LaneMask finished = warp_buffer_.finished_entries();
-  if (finished == 0 || !dones_->can_push(now)) return;
+  if (finished == 0 || !dones_.can_push(now)) return;
   const unsigned entry = warp_buffer_.oldest(finished);
   const Warp& warp = warp_buffer_.warp(entry);
-  dones_->push(now, {warp.slot, warp.round});
-  domain_.request(now + dones_->latency());
+  dones_.push(now, {warp.slot, warp.round});
   warp_buffer_.release(now, entry);
 }
 
 void RtUnit::accept(Cycle now) {
   if (!warp_buffer_.has_room()) return;
-  const TraceCall* call = calls_->front(now);
+  const TraceCall* call = calls_.front(now);
   if (call == nullptr) return;
   const unsigned entry = warp_buffer_.accept(now, *call);
-  calls_->pop(now);
+  calls_.pop(now);
   scheduler_.begin(entry);
 }
 
@@ -342,7 +328,7 @@ std::vector<Inventory> RtUnit::inventory() const {
 }
 
 void RtUnit::dump_state(std::ostream& out) const {
-  out << name() << ": cycle " << domain_.cycle() << ", next due "
+  out << name() << ": cycle " << clock_.cycle() << ", next due "
       << (due_ == kNever ? std::string("never") : std::to_string(due_)) << '\n';
   warp_buffer_.dump_state(out);
   memory_.dump_state(out);

@@ -10,9 +10,9 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -66,32 +66,27 @@ struct RtUnitCounters {
   void describe(modules::StatisticList& list, const std::string& prefix, Cycle cycles) const;
 };
 
-class RtUnit final : public sc_core::sc_module {
+class RtUnit final : public modules::ClockedModule {
  public:
-  SC_HAS_PROCESS(RtUnit);
-  template <typename T>
-  using Port = sc_core::sc_port<modules::Link<T>>;
-  template <typename T>
-  using OptionalPort = sc_core::sc_port<modules::Link<T>, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
-
-  Port<modules::TraceCall> trace_call;       ///< in, from the SIMT core
-  Port<modules::TraceDone> trace_done;       ///< out
-  Port<modules::AnyHitBatch> any_hit_batch;  ///< out
-  Port<modules::AnyHitDone> any_hit_done;    ///< in
+  modules::LinkIn<modules::TraceCall> trace_call;        ///< in, from the SIMT core
+  modules::LinkOut<modules::TraceDone> trace_done;       ///< out
+  modules::LinkOut<modules::AnyHitBatch> any_hit_batch;  ///< out
+  modules::LinkIn<modules::AnyHitDone> any_hit_done;     ///< in
   /// L1 client for node fetches, unless the shader cores fetch the nodes (fetches_nodes()).
-  OptionalPort<modules::MemoryRequest> node_request;
-  OptionalPort<modules::MemoryResponse> node_response;
-  OptionalPort<modules::NodeFetchBatch> node_fetch;  ///< out, to the SIMT core; used when the shader cores fetch
-  OptionalPort<modules::NodeFetchDone> node_fetch_done;
+  modules::OptionalLinkOut<modules::MemoryRequest> node_request;
+  modules::OptionalLinkIn<modules::MemoryResponse> node_response;
+  modules::OptionalLinkOut<modules::NodeFetchBatch>
+      node_fetch;  ///< out, to the SIMT core; used when the shader cores fetch
+  modules::OptionalLinkIn<modules::NodeFetchDone> node_fetch_done;
   /// L1 client for checkpoint traffic; used when the trace has checkpointing (has_checkpoint()), else may stay unbound.
-  OptionalPort<modules::MemoryRequest> checkpoint_request;
-  OptionalPort<modules::MemoryResponse> checkpoint_response;
+  modules::OptionalLinkOut<modules::MemoryRequest> checkpoint_request;
+  modules::OptionalLinkIn<modules::MemoryResponse> checkpoint_response;
   /// L1 client for prefetches; used with sibling_prefetch (has_prefetcher()), else may stay unbound.
-  OptionalPort<modules::MemoryRequest> prefetch_request;
-  OptionalPort<modules::MemoryResponse> prefetch_response;
+  modules::OptionalLinkOut<modules::MemoryRequest> prefetch_request;
+  modules::OptionalLinkIn<modules::MemoryResponse> prefetch_response;
   /// L1 client for stack entries; used when stacks spill (has_stack()), else may stay unbound.
-  OptionalPort<modules::MemoryRequest> stack_request;
-  OptionalPort<modules::MemoryResponse> stack_response;
+  modules::OptionalLinkOut<modules::MemoryRequest> stack_request;
+  modules::OptionalLinkIn<modules::MemoryResponse> stack_response;
 
   /// sm: number of the SM, selects its per-ray buffers in the map. map and domain must outlive the unit.
   RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
@@ -121,7 +116,7 @@ class RtUnit final : public sc_core::sc_module {
 
  private:
   void end_of_elaboration() override;
-  void tick();
+  Cycle tick(Cycle now) override;
   void run_stages(Cycle now);
   void take_responses(Cycle now);
   void take_fetch(Cycle now, const modules::MemoryScheduler::Completed& fetch);
@@ -138,8 +133,6 @@ class RtUnit final : public sc_core::sc_module {
   }
 
   RtUnitConfig config_;
-  modules::ClockDomain& domain_;
-  modules::Alarm alarm_;
   modules::WarpBuffer warp_buffer_;
   modules::MemoryScheduler memory_;
   modules::AnyHitCollector any_hit_;
@@ -155,20 +148,20 @@ class RtUnit final : public sc_core::sc_module {
   std::vector<modules::IntersectionUnit*> units_;  ///< those that exist, in the order above
 
   // The channels behind the ports, looked up once.
-  modules::Link<modules::TraceCall>* calls_ = nullptr;
-  modules::Link<modules::TraceDone>* dones_ = nullptr;
-  modules::Link<modules::AnyHitBatch>* batches_ = nullptr;
-  modules::Link<modules::AnyHitDone>* shader_dones_ = nullptr;
-  modules::Link<modules::MemoryRequest>* node_requests_ = nullptr;
-  modules::Link<modules::MemoryResponse>* node_responses_ = nullptr;
-  modules::Link<modules::MemoryRequest>* checkpoint_requests_ = nullptr;
-  modules::Link<modules::MemoryResponse>* checkpoint_responses_ = nullptr;
-  modules::Link<modules::MemoryRequest>* prefetch_requests_ = nullptr;
-  modules::Link<modules::MemoryResponse>* prefetch_responses_ = nullptr;
-  modules::Link<modules::MemoryRequest>* stack_requests_ = nullptr;
-  modules::Link<modules::MemoryResponse>* stack_responses_ = nullptr;
-  modules::Link<modules::NodeFetchBatch>* fetch_batches_ = nullptr;
-  modules::Link<modules::NodeFetchDone>* fetches_done_ = nullptr;
+  modules::LinkReader<modules::TraceCall> calls_;
+  modules::LinkWriter<modules::TraceDone> dones_;
+  modules::LinkWriter<modules::AnyHitBatch> batches_;
+  modules::LinkReader<modules::AnyHitDone> shader_dones_;
+  modules::LinkWriter<modules::MemoryRequest> node_requests_;
+  modules::LinkReader<modules::MemoryResponse> node_responses_;
+  modules::LinkWriter<modules::MemoryRequest> checkpoint_requests_;
+  modules::LinkReader<modules::MemoryResponse> checkpoint_responses_;
+  modules::LinkWriter<modules::MemoryRequest> prefetch_requests_;
+  modules::LinkReader<modules::MemoryResponse> prefetch_responses_;
+  modules::LinkWriter<modules::MemoryRequest> stack_requests_;
+  modules::LinkReader<modules::MemoryResponse> stack_responses_;
+  modules::LinkWriter<modules::NodeFetchBatch> fetch_batches_;
+  modules::LinkReader<modules::NodeFetchDone> fetches_done_;
 
   Cycle due_ = modules::kNever;  ///< next cycle in which the unit has something to do of its own
   Cycle accounted_ = 0;          ///< first cycle whose stall reason has not been counted

@@ -107,7 +107,7 @@ void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
   ++counters_.nodes;
 }
 
-bool SiblingPrefetcher::issue_front(Cycle now, Link<MemoryRequest>& out) {
+bool SiblingPrefetcher::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
   if (!out.can_push(now)) return false;
   Pending& p = queue_.front();
   MemoryRequest request;

@@ -12,7 +12,7 @@
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -54,9 +54,9 @@ class SiblingPrefetcher final : public sc_core::sc_module {
   void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address);
 
   /// Sends at most one sector.
-  bool issue(Cycle now, Link<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
+  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
   /// Takes at most one response.
-  void respond(Cycle now, Link<MemoryResponse>& in) {
+  void respond(Cycle now, LinkReader<MemoryResponse>& in) {
     if (in.front(now) == nullptr) return;
     in.pop(now);
     assert(outstanding_ > 0);
@@ -90,7 +90,7 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     traces::NodeKind kind = traces::NodeKind::internal;
     std::uint8_t next = 0;
   };
-  bool issue_front(Cycle now, Link<MemoryRequest>& out);
+  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
   Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
   void push(traces::NodeKind kind, std::uint64_t address);
 

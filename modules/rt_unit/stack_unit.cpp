@@ -61,7 +61,7 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   return true;
 }
 
-bool StackUnit::send(Cycle now, LaneId id, Link<MemoryRequest>& out) {
+bool StackUnit::send(Cycle now, LaneId id, LinkWriter<MemoryRequest>& out) {
   LaneContext& lane = lanes_[id];
   MemoryRequest request;
   request.tag = id;
@@ -82,7 +82,7 @@ bool StackUnit::send(Cycle now, LaneId id, Link<MemoryRequest>& out) {
   return true;
 }
 
-std::optional<LaneId> StackUnit::respond(Cycle now, Link<MemoryResponse>& in) {
+std::optional<LaneId> StackUnit::respond(Cycle now, LinkReader<MemoryResponse>& in) {
   const MemoryResponse* response = in.front(now);
   if (response == nullptr) return std::nullopt;
   const bool write = response->write;

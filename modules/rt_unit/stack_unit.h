@@ -12,7 +12,7 @@
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -46,14 +46,14 @@ class StackUnit final : public sc_core::sc_module {
 
   /// Sends at most one sector, lanes in order of settle(); f(lane) when it was the lane's last spill.
   template <typename F>
-  bool issue(Cycle now, Link<MemoryRequest>& out, F&& f) {
+  bool issue(Cycle now, LinkWriter<MemoryRequest>& out, F&& f) {
     if (queue_.empty() || !out.can_push(now)) return false;
     const LaneId id = queue_.front();
     if (send(now, id, out)) f(id);
     return true;
   }
   /// Takes at most one response. Names the lane whose fill is there, if any.
-  std::optional<LaneId> respond(Cycle now, Link<MemoryResponse>& in);
+  std::optional<LaneId> respond(Cycle now, LinkReader<MemoryResponse>& in);
 
   /// Work that needs a tick in the next cycle.
   bool busy() const { return !queue_.empty(); }
@@ -70,7 +70,7 @@ class StackUnit final : public sc_core::sc_module {
     std::uint8_t to_spill = 0;      ///< sectors
   };
   /// Sends the lane's next sector; true when it was its last spill.
-  bool send(Cycle now, LaneId id, Link<MemoryRequest>& out);
+  bool send(Cycle now, LaneId id, LinkWriter<MemoryRequest>& out);
 
   unsigned on_chip_;
   const MemoryMap& map_;

@@ -37,9 +37,7 @@ constexpr WarpActivity executing(PhaseKind kind) {
 
 SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
                    const traces::Header& header, const MemoryMap& map)
-    : sc_module(name),
-      domain_(domain),
-      alarm_(domain, this, [](void* module) { static_cast<SimtCore*>(module)->on_tick(); }),
+    : ClockedModule(name, domain),
       config_(checked(config)),
       program_(header, map, config.costs, config.sm, config.resident_warps),
       issue_slots_(config.schedulers, config.instruction_latency),
@@ -50,47 +48,48 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       ends_(config.resident_warps) {
   batches_.reserve(config.resident_warps);
-  SC_METHOD(on_tick);
-  sensitive << alarm_.event();
-  dont_initialize();
 }
 
 void SimtCore::start_of_simulation() {
-  launch_ = launch.operator->();
-  ended_ = ended.operator->();
+  launch_ = reader_of(launch);
+  ended_ = writer_of(ended);
   const auto units = static_cast<std::size_t>(trace_call.size());
   for (std::size_t u = 0; u < units; ++u) {
     const auto i = static_cast<int>(u);
-    RtLinks links{trace_call[i], trace_done[i], any_hit_batch[i], any_hit_done[i], nullptr, nullptr};
+    RtLinks links{LinkWriter(trace_call[i]),
+                  LinkReader(trace_done[i]),
+                  LinkReader(any_hit_batch[i]),
+                  LinkWriter(any_hit_done[i]),
+                  {},
+                  {}};
     if (node_fetch.size() > 0) {
-      links.node_fetch = node_fetch[i];
-      links.node_fetch_done = node_fetch_done[i];
-      links.node_fetch->wake(&alarm_);
+      links.node_fetch = LinkReader(node_fetch[i]);
+      links.node_fetch_done = LinkWriter(node_fetch_done[i]);
+      links.node_fetch.wake(&alarm_);
     }
-    links.trace_done->wake(&alarm_);
-    links.any_hit_batch->wake(&alarm_);
+    links.trace_done.wake(&alarm_);
+    links.any_hit_batch.wake(&alarm_);
     rt_.push_back(links);
   }
-  memory_request_ = memory_request.operator->();
-  memory_response_ = memory_response.operator->();
-  launch_->wake(&alarm_);
-  memory_response_->wake(&alarm_);
+  memory_request_ = writer_of(memory_request);
+  memory_response_ = reader_of(memory_response);
+  launch_.wake(&alarm_);
+  memory_response_.wake(&alarm_);
 }
 
 Cycle SimtCore::earliest_due() const {
   if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !nodes_fetched_.empty() || !ends_.empty()) {
     return 0;
   }
-  Cycle due = std::min({next_ready_, memory_response_->next_visible(), launch_->next_visible()});
+  Cycle due = std::min({next_ready_, memory_response_.next_visible(), launch_.next_visible()});
   for (const RtLinks& rt : rt_) {
-    due = std::min({due, rt.any_hit_batch->next_visible(), rt.trace_done->next_visible()});
-    if (rt.node_fetch != nullptr) due = std::min(due, rt.node_fetch->next_visible());
+    due = std::min({due, rt.any_hit_batch.next_visible(), rt.trace_done.next_visible()});
+    if (rt.node_fetch) due = std::min(due, rt.node_fetch.next_visible());
   }
   return due;
 }
 
-void SimtCore::on_tick() {
-  const Cycle now = domain_.cycle();
+Cycle SimtCore::tick(Cycle now) {
   Cycle due = earliest_due();
   if (due <= now) {
     last_active_ = now;
@@ -113,21 +112,21 @@ void SimtCore::on_tick() {
     send(now);
     due = std::max(earliest_due(), now + 1);
   }
-  alarm_.request(due);
+  return due;
 }
 
 void SimtCore::accept_response(Cycle now) {
-  const MemoryResponse* response = memory_response_->front(now);
+  const MemoryResponse* response = memory_response_.front(now);
   if (response == nullptr) return;
   const bool write = response->write;
   const unsigned slot = lsu_.receive(*response);
-  memory_response_->pop(now);
+  memory_response_.pop(now);
   if (!write && lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
   if (write) end_if_drained(slot, now);
 }
 
 void SimtCore::accept_messages(Cycle now) {
-  for (const LaunchWarp* warp; (warp = launch_->front(now)) != nullptr; launch_->pop(now)) {
+  for (const LaunchWarp* warp; (warp = launch_.front(now)) != nullptr; launch_.pop(now)) {
     Slot& slot = slots_[warp->slot];
     assert(slot.step == Step::free);
     program_.begin(warp->slot, *warp->group);
@@ -136,20 +135,20 @@ void SimtCore::accept_messages(Cycle now) {
     slot.since = now;
     starting_ray_generation_ |= bit(warp->slot);
   }
-  for (const RtLinks& rt : rt_) {
-    for (const TraceDone* done; (done = rt.trace_done->front(now)) != nullptr; rt.trace_done->pop(now)) {
+  for (RtLinks& rt : rt_) {
+    for (const TraceDone* done; (done = rt.trace_done.front(now)) != nullptr; rt.trace_done.pop(now)) {
       Slot& slot = slots_[done->slot];
       assert(slot.step == Step::tracing && slot.service == Service::none && done->round == program_.round(done->slot));
       slot.step = program_.sorts(done->slot) ? Step::sort : Step::blend;
       starting_ray_generation_ |= bit(done->slot);
     }
-    for (const AnyHitBatch* batch; (batch = rt.any_hit_batch->front(now)) != nullptr; rt.any_hit_batch->pop(now)) {
+    for (const AnyHitBatch* batch; (batch = rt.any_hit_batch.front(now)) != nullptr; rt.any_hit_batch.pop(now)) {
       assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
       batches_.push_back(*batch);
       if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
     }
-    if (rt.node_fetch == nullptr) continue;
-    for (const NodeFetchBatch* batch; (batch = rt.node_fetch->front(now)) != nullptr; rt.node_fetch->pop(now)) {
+    if (!rt.node_fetch) continue;
+    for (const NodeFetchBatch* batch; (batch = rt.node_fetch.front(now)) != nullptr; rt.node_fetch.pop(now)) {
       assert(slots_[batch->slot].step == Step::tracing);
       fetches_.push_back(*batch);
       if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
@@ -321,41 +320,36 @@ void SimtCore::end_if_drained(unsigned slot, Cycle now) {
 }
 
 void SimtCore::send(Cycle now) {
-  if (lsu_.send(now, *memory_request_)) domain_.request(now + memory_request_->latency());
-  const auto rt_of = [this](std::uint16_t slot) -> const RtLinks& { return rt_[slot % rt_.size()]; };
+  lsu_.send(now, memory_request_);
+  const auto rt_of = [this](std::uint16_t slot) -> RtLinks& { return rt_[slot % rt_.size()]; };
   if (!any_hits_done_.empty()) {
-    Link<AnyHitDone>& link = *rt_of(any_hits_done_.front().slot).any_hit_done;
+    LinkWriter<AnyHitDone>& link = rt_of(any_hits_done_.front().slot).any_hit_done;
     if (link.can_push(now)) {
       link.push(now, any_hits_done_.front());
       any_hits_done_.pop();
-      domain_.request(now + link.latency());
     }
   }
   if (!nodes_fetched_.empty()) {
-    Link<NodeFetchDone>& link = *rt_of(nodes_fetched_.front().slot).node_fetch_done;
+    LinkWriter<NodeFetchDone>& link = rt_of(nodes_fetched_.front().slot).node_fetch_done;
     if (link.can_push(now)) {
       link.push(now, nodes_fetched_.front().done);
       nodes_fetched_.pop();
-      domain_.request(now + link.latency());
     }
   }
-  Link<TraceCall>* const calls = trace_calls_.empty() ? nullptr : rt_of(trace_calls_.front()).trace_call;
-  if (calls != nullptr && calls->can_push(now)) {
+  if (!trace_calls_.empty() && rt_of(trace_calls_.front()).trace_call.can_push(now)) {
     TraceCall call;
     call.slot = trace_calls_.front();
     call.group = program_.group(call.slot);
     call.round = program_.round(call.slot);
     call.lanes = program_.active_lanes(call.slot);
-    calls->push(now, call);
+    rt_of(call.slot).trace_call.push(now, call);
     trace_calls_.pop();
-    domain_.request(now + calls->latency());
   }
-  if (!ends_.empty() && ended_->can_push(now)) {
+  if (!ends_.empty() && ended_.can_push(now)) {
     WarpEnded end;
     end.slot = ends_.front();
-    ended_->push(now, end);
+    ended_.push(now, end);
     ends_.pop();
-    domain_.request(now + ended_->latency());
   }
 }
 
@@ -380,7 +374,7 @@ SimtCounters SimtCore::counters() const {
   SimtCounters counters = counters_;
   for (const Slot& slot : slots_) {
     if (slot.step == Step::free) continue;
-    counters.warp_cycles[static_cast<std::size_t>(slot.activity)] += domain_.cycle() - slot.since;
+    counters.warp_cycles[static_cast<std::size_t>(slot.activity)] += clock_.cycle() - slot.since;
   }
   counters.issue_busy_cycles = issue_slots_.busy_cycles();
   counters.issue_wait_cycles = issue_slots_.wait_cycles();

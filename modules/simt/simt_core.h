@@ -9,9 +9,9 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/warp_messages.h"
@@ -32,27 +32,26 @@ struct SimtCoreConfig {
   ShaderCosts costs;
 };
 
-class SimtCore final : public sc_core::sc_module {
+class SimtCore final : public ClockedModule {
  public:
-  SC_HAS_PROCESS(SimtCore);
   /// `map` must outlive the module. Throws Error if the header or the configuration is outside what the core can run.
   SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
            const traces::Header& header, const MemoryMap& map);
 
   // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
-  sc_core::sc_port<Link<LaunchWarp>> launch{"launch"};
-  sc_core::sc_port<Link<WarpEnded>> ended{"ended"};
+  LinkIn<LaunchWarp> launch{"launch"};
+  LinkOut<WarpEnded> ended{"ended"};
   // One binding an RT unit, the same number and order for all; the warp in slot s belongs to RT unit s mod their
   // number.
-  sc_core::sc_port<Link<TraceCall>, 0> trace_call{"trace_call"};
-  sc_core::sc_port<Link<TraceDone>, 0> trace_done{"trace_done"};
-  sc_core::sc_port<Link<AnyHitBatch>, 0> any_hit_batch{"any_hit_batch"};
-  sc_core::sc_port<Link<AnyHitDone>, 0> any_hit_done{"any_hit_done"};
+  sc_core::sc_port<link_out_if<TraceCall>, 0> trace_call{"trace_call"};
+  sc_core::sc_port<link_in_if<TraceDone>, 0> trace_done{"trace_done"};
+  sc_core::sc_port<link_in_if<AnyHitBatch>, 0> any_hit_batch{"any_hit_batch"};
+  sc_core::sc_port<link_out_if<AnyHitDone>, 0> any_hit_done{"any_hit_done"};
   /// Bound when the shaders fetch the nodes for the RT units.
-  sc_core::sc_port<Link<NodeFetchBatch>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch{"node_fetch"};
-  sc_core::sc_port<Link<NodeFetchDone>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch_done{"node_fetch_done"};
-  sc_core::sc_port<Link<MemoryRequest>> memory_request{"memory_request"};
-  sc_core::sc_port<Link<MemoryResponse>> memory_response{"memory_response"};
+  sc_core::sc_port<link_in_if<NodeFetchBatch>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch{"node_fetch"};
+  sc_core::sc_port<link_out_if<NodeFetchDone>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch_done{"node_fetch_done"};
+  LinkOut<MemoryRequest> memory_request{"memory_request"};
+  LinkIn<MemoryResponse> memory_response{"memory_response"};
 
   /// No warp is resident and nothing waits in any queue.
   bool idle() const;
@@ -81,12 +80,12 @@ class SimtCore final : public sc_core::sc_module {
 
   /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.
   struct RtLinks {
-    Link<TraceCall>* trace_call = nullptr;
-    Link<TraceDone>* trace_done = nullptr;
-    Link<AnyHitBatch>* any_hit_batch = nullptr;
-    Link<AnyHitDone>* any_hit_done = nullptr;
-    Link<NodeFetchBatch>* node_fetch = nullptr;
-    Link<NodeFetchDone>* node_fetch_done = nullptr;
+    LinkWriter<TraceCall> trace_call;
+    LinkReader<TraceDone> trace_done;
+    LinkReader<AnyHitBatch> any_hit_batch;
+    LinkWriter<AnyHitDone> any_hit_done;
+    LinkReader<NodeFetchBatch> node_fetch;
+    LinkWriter<NodeFetchDone> node_fetch_done;
   };
   struct NodesFetched {
     std::uint16_t slot = 0;
@@ -107,7 +106,7 @@ class SimtCore final : public sc_core::sc_module {
   };
 
   void start_of_simulation() override;
-  void on_tick();
+  Cycle tick(Cycle now) override;
   Cycle earliest_due() const;
   void accept_response(Cycle now);
   void accept_messages(Cycle now);
@@ -125,8 +124,6 @@ class SimtCore final : public sc_core::sc_module {
   void end_if_drained(unsigned slot, Cycle now);
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
-  ClockDomain& domain_;
-  Alarm alarm_;
   SimtCoreConfig config_;
   ShaderProgram program_;
   IssueSlots issue_slots_;
@@ -149,11 +146,11 @@ class SimtCore final : public sc_core::sc_module {
   SimtCounters counters_;
 
   // The ports' links, looked up once.
-  Link<LaunchWarp>* launch_ = nullptr;
-  Link<WarpEnded>* ended_ = nullptr;
+  LinkReader<LaunchWarp> launch_;
+  LinkWriter<WarpEnded> ended_;
   std::vector<RtLinks> rt_;
-  Link<MemoryRequest>* memory_request_ = nullptr;
-  Link<MemoryResponse>* memory_response_ = nullptr;
+  LinkWriter<MemoryRequest> memory_request_;
+  LinkReader<MemoryResponse> memory_response_;
 };
 
 }  // namespace grtx::modules

@@ -25,11 +25,9 @@ const WorkDistributorConfig& checked(const WorkDistributorConfig& config) {
 
 WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain,
                                  const WorkDistributorConfig& config, GroupSource& source)
-    : sc_module(name),
+    : ClockedModule(name, domain),
       launch("launch", checked(config).sms),
       ended("ended", config.sms),
-      domain_(domain),
-      alarm_(domain),
       config_(config),
       source_(source),
       done_("done"),
@@ -40,32 +38,28 @@ WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomai
     sm.free_slots = all_slots(config.resident_warps);
     sm.position.resize(config.resident_warps);
   }
-  SC_METHOD(on_tick);
-  sensitive << alarm_.event();
-  dont_initialize();
   alarm_.request(0);  // the first launch
 }
 
 void WorkDistributor::start_of_simulation() {
   for (unsigned i = 0; i < config_.sms; ++i) {
-    sms_[i].launch = launch[i].operator->();
-    sms_[i].ended = ended[i].operator->();
-    sms_[i].ended->wake(&alarm_);
+    sms_[i].launch = writer_of(launch[i]);
+    sms_[i].ended = reader_of(ended[i]);
+    sms_[i].ended.wake(&alarm_);
   }
 }
 
-void WorkDistributor::on_tick() {
-  if (finished_) return;
-  const Cycle now = domain_.cycle();
+Cycle WorkDistributor::tick(Cycle now) {
+  if (finished_) return kNever;
   collect(now);
   if (next_ < groups_ && free_slots_ > 0 && !held_back(now)) dispatch(now);
   if (next_ == groups_ && running_ == 0) {
     finish(now);
-    return;
+    return kNever;
   }
   Cycle due = next_ < groups_ && free_slots_ > 0 && !held_back(now) ? now + 1 : kNever;
-  for (const Sm& sm : sms_) due = std::min(due, sm.ended->next_visible());
-  alarm_.request(due);
+  for (const Sm& sm : sms_) due = std::min(due, sm.ended.next_visible());
+  return due;
 }
 
 // The first secondary group starts when all primary groups have ended; an end is what wakes the distributor up.
@@ -81,7 +75,7 @@ bool WorkDistributor::held_back(Cycle now) {
 
 void WorkDistributor::collect(Cycle now) {
   for (Sm& sm : sms_) {
-    for (const WarpEnded* end; (end = sm.ended->front(now)) != nullptr; sm.ended->pop(now)) {
+    for (const WarpEnded* end; (end = sm.ended.front(now)) != nullptr; sm.ended.pop(now)) {
       assert((sm.free_slots & bit(end->slot)) == 0);
       sm.free_slots |= bit(end->slot);
       ++free_slots_;
@@ -96,14 +90,13 @@ void WorkDistributor::dispatch(Cycle now) {
   for (unsigned i = 0; i < config_.sms; ++i) {
     const unsigned index = (turn_ + i) % config_.sms;
     Sm& sm = sms_[index];
-    if (sm.free_slots == 0 || !sm.launch->can_push(now)) continue;
+    if (sm.free_slots == 0 || !sm.launch.can_push(now)) continue;
     LaunchWarp warp;
     warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
     warp.group = ready_ != nullptr ? ready_ : source_.acquire(next_);
     ready_ = nullptr;
-    sm.launch->push(now, warp);
+    sm.launch.push(now, warp);
     if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
-    domain_.request(now + sm.launch->latency());
     sm.free_slots &= sm.free_slots - 1;
     sm.position[warp.slot] = next_;
     ++sm.launched;

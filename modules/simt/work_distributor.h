@@ -10,9 +10,9 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/traces/event.h"
@@ -53,15 +53,14 @@ struct DistributorCounters {
 /// Adds the counts as prefix + ".name".
 void describe(const DistributorCounters& counters, StatisticList& list, const std::string& prefix);
 
-class WorkDistributor final : public sc_core::sc_module {
+class WorkDistributor final : public ClockedModule {
  public:
-  SC_HAS_PROCESS(WorkDistributor);
   /// `source` must outlive the module.
   WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain, const WorkDistributorConfig& config,
                   GroupSource& source);
 
-  sc_core::sc_vector<sc_core::sc_port<Link<LaunchWarp>>> launch;  ///< to each SM
-  sc_core::sc_vector<sc_core::sc_port<Link<WarpEnded>>> ended;    ///< from each SM
+  sc_core::sc_vector<LinkOut<LaunchWarp>> launch;  ///< to each SM
+  sc_core::sc_vector<LinkIn<WarpEnded>> ended;     ///< from each SM
 
   /// Fires in the delta cycle after the one in which the last group's end was seen.
   const sc_core::sc_event& done() const { return done_; }
@@ -85,22 +84,20 @@ class WorkDistributor final : public sc_core::sc_module {
 
  private:
   struct Sm {
-    Link<LaunchWarp>* launch = nullptr;
-    Link<WarpEnded>* ended = nullptr;
+    LinkWriter<LaunchWarp> launch;
+    LinkReader<WarpEnded> ended;
     LaneMask free_slots = 0;
     std::vector<std::uint64_t> position;  ///< of the group that runs in a slot
     std::uint64_t launched = 0;
   };
 
   void start_of_simulation() override;
-  void on_tick();
+  Cycle tick(Cycle now) override;
   void collect(Cycle now);
   void dispatch(Cycle now);
   bool held_back(Cycle now);
   void finish(Cycle now);
 
-  ClockDomain& domain_;
-  Alarm alarm_;
   WorkDistributorConfig config_;
   GroupSource& source_;
   WarpObserver* observer_ = nullptr;

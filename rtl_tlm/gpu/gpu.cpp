@@ -86,13 +86,10 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order);
     });
   }
-  builders.push_back([&] {
-    const modules::DirectCalls direct(core_);
-    crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_);
-  });
+  builders.push_back(
+      [&] { crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_); });
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
-      const modules::DirectCalls direct(core_);
       slices_[i] = std::make_unique<modules::L2Slice>(fmt::format("l2_slice{}", i).c_str(), config.l2_slice(i), core_);
     });
   }

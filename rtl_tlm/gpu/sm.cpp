@@ -95,10 +95,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
     });
   }
   builders.push_back([&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); });
-  {
-    const modules::DirectCalls direct(clock);
-    construct(std::move(builders), order);
-  }
+  construct(std::move(builders), order);
 
   simt_->launch.bind(launch);
   simt_->ended.bind(ended);

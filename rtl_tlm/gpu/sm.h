@@ -45,10 +45,10 @@ class Sm final : public sc_core::sc_module {
      const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order);
 
   // To the GPU.
-  sc_core::sc_port<modules::Link<modules::LaunchWarp>> launch{"launch"};
-  sc_core::sc_port<modules::Link<modules::WarpEnded>> ended{"ended"};
-  sc_core::sc_port<modules::Link<modules::MemoryRequest>> to_memory{"to_memory"};
-  sc_core::sc_port<modules::Link<modules::MemoryResponse>> from_memory{"from_memory"};
+  modules::LinkIn<modules::LaunchWarp> launch{"launch"};
+  modules::LinkOut<modules::WarpEnded> ended{"ended"};
+  modules::LinkOut<modules::MemoryRequest> to_memory{"to_memory"};
+  modules::LinkIn<modules::MemoryResponse> from_memory{"from_memory"};
 
   modules::SimtCore& simt() { return *simt_; }
   modules::L1Cache& l1() { return *l1_; }

@@ -27,23 +27,19 @@ CycleWindow parse_window(const std::string& option, const std::string& text) {
 
 Observation::Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
                          CycleObserver& observer)
-    : sc_module(name), domain_(domain), window_(window), observer_(observer), alarm_(domain) {
-  SC_METHOD(on_tick);
-  sensitive << alarm_.event();
-  dont_initialize();
+    : ClockedModule(name, domain), window_(window), observer_(observer) {
   SC_METHOD(look);
   sensitive << settled_;
   dont_initialize();
   alarm_.request(window.first == 0 ? 0 : window.first - 1);
 }
 
-void Observation::on_tick() {
-  const Cycle now = domain_.cycle();
-  if (now > window_.last) return;
+Cycle Observation::tick(Cycle now) {
+  if (now > window_.last) return modules::kNever;
   settled_.notify(sc_core::SC_ZERO_TIME);
-  if (now < window_.last) alarm_.request(now + 1);
+  return now < window_.last ? now + 1 : modules::kNever;
 }
 
-void Observation::look() { observer_.sample(domain_.cycle()); }
+void Observation::look() { observer_.sample(clock_.cycle()); }
 
 }  // namespace grtx::sim

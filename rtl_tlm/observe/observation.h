@@ -5,7 +5,7 @@
 #include <string>
 #include <systemc>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
 
 namespace grtx::sim {
 
@@ -30,7 +30,7 @@ class CycleObserver {
 
 /// Wakes in each cycle of the window, and a delta cycle later, when all modules have done their cycle, calls the
 /// observer. Ticking a cycle that the clock would have skipped changes no result (ClockDomain).
-class Observation final : public sc_core::sc_module {
+class Observation final : public modules::ClockedModule {
  public:
   SC_HAS_PROCESS(Observation);
   /// observer must outlive it.
@@ -38,13 +38,11 @@ class Observation final : public sc_core::sc_module {
               CycleObserver& observer);
 
  private:
-  void on_tick();
+  Cycle tick(Cycle now) override;
   void look();
 
-  modules::ClockDomain& domain_;
   CycleWindow window_;
   CycleObserver& observer_;
-  modules::Alarm alarm_;
   sc_core::sc_event settled_;
 };
 

@@ -46,7 +46,9 @@ struct PortLinks {
 class MockClient {
  public:
   MockClient(const std::string& name, ClockDomain& clock, PortLinks& links)
-      : clock_(clock), links_(links), process_(name.c_str(), clock, [this](Cycle now) { tick(now); }) {}
+      : clock_(clock), links_(links), process_(name.c_str(), clock, [this](Cycle now) { tick(now); }) {
+    process_.watch(links.response);
+  }
 
   /// The consumer sees the request at `visible` when nothing is in the way. Tags are given in order, from 0.
   std::uint32_t at(Cycle visible, MemoryRequest request) {
@@ -127,7 +129,9 @@ class MockMemory {
         in_(in),
         out_(out),
         latency_(latency - out.latency()),
-        process_(name.c_str(), clock, [this](Cycle now) { tick(now); }) {}
+        process_(name.c_str(), clock, [this](Cycle now) { tick(now); }) {
+    process_.watch(in);
+  }
 
   struct Arrival {
     Cycle cycle = 0;

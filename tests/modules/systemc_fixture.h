@@ -9,7 +9,8 @@
 #include <systemc>
 #include <utility>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/modules/kernel/link_if.h"
 
 namespace grtx::modules {
 
@@ -53,21 +54,28 @@ class SystemCTest : public ::testing::Test {
   }
 };
 
-/// A clocked process made from a function: `body(now)` runs on every tick of the domain. Mocks are built from it.
-class TickProcess final : public sc_core::sc_module {
+/// A clocked process made from a function: `body(now)` runs on every tick of the domain. Mocks are built from it; they
+/// have the links that they read from watched.
+class TickProcess final : public ClockedModule {
  public:
   SC_HAS_PROCESS(TickProcess);
   TickProcess(const sc_core::sc_module_name& name, ClockDomain& clock, std::function<void(Cycle)> body)
-      : sc_module(name), clock_(clock), body_(std::move(body)) {
+      : ClockedModule(name, clock), body_(std::move(body)) {
     SC_METHOD(on_tick);
     sensitive << clock_.tick();
     dont_initialize();
   }
 
+  /// The domain ticks when something arrives on the link.
+  template <typename T>
+  void watch(link_in_if<T>& link) {
+    link.wake(&alarm_);
+  }
+
  private:
+  Cycle tick(Cycle) override { return kNever; }
   void on_tick() { body_(clock_.cycle()); }
 
-  ClockDomain& clock_;
   std::function<void(Cycle)> body_;
 };
 

@@ -93,16 +93,13 @@ TEST_F(ClockDomainTest, ACallFromOutsideIsVisibleStrictlyLater) {
 }
 
 // A module that the domain calls: the clock ticks when it is due, and in no cycle besides.
-struct Sleeper {
-  explicit Sleeper(ClockDomain& domain)
-      : clock(domain),
-        alarm(Alarm::without_process(domain, this, [](void* module) { static_cast<Sleeper*>(module)->tick(); })) {}
-  ClockDomain& clock;
+struct Sleeper final : Clocked {
+  explicit Sleeper(ClockDomain& domain) : alarm(domain, *this) {}
   Alarm alarm;
   std::vector<Cycle> wishes, seen;
-  void tick() {
-    seen.push_back(clock.cycle());
-    if (seen.size() < wishes.size()) alarm.request(wishes[seen.size()]);
+  Cycle tick(Cycle now) override {
+    seen.push_back(now);
+    return seen.size() < wishes.size() ? wishes[seen.size()] : kNever;
   }
 };
 
@@ -131,11 +128,16 @@ TEST_F(ClockDomainTest, AnAlarmThatWasMovedNearerDoesNotHideOthersBeyondTheWheel
 
 TEST_F(ClockDomainTest, ABookingOfTheNextCycleFromInsideATickIsKept) {
   ClockDomain clock("clock", 1365.0);
-  Alarm alarm = Alarm::without_process(clock, &clock, [](void* module) {
-    auto& domain = *static_cast<ClockDomain*>(module);
-    domain.request(domain.cycle() + 1);
-  });
-  alarm.request(7);
+  struct Booker final : Clocked {
+    explicit Booker(ClockDomain& domain) : clock(domain), alarm(domain, *this) {}
+    Cycle tick(Cycle now) override {
+      clock.request(now + 1);
+      return kNever;
+    }
+    ClockDomain& clock;
+    Alarm alarm;
+  } booker(clock);
+  booker.alarm.request(7);
   run(clock, 100);
   EXPECT_EQ(clock.ticks(), 2u);
   EXPECT_EQ(clock.cycle(), 8u);
@@ -157,12 +159,12 @@ TEST_F(ClockDomainTest, ManyAlarmsFireWhenAskedFor) {
   constexpr std::size_t kAlarms = 150;
   struct Model {
     ClockDomain clock{"clock", 1365.0};
-    struct Module {
-      Module(Model& all, std::size_t i)
-          : model(all), number(i), alarm(Alarm::without_process(all.clock, this, [](void* module) {
-              auto& self = *static_cast<Module*>(module);
-              self.model.run(self);
-            })) {}
+    struct Module final : Clocked {
+      Module(Model& all, std::size_t i) : model(all), number(i), alarm(all.clock, *this) {}
+      Cycle tick(Cycle) override {
+        model.run(*this);
+        return kNever;
+      }
       Model& model;
       std::size_t number;
       Cycle wanted = kNever;
@@ -230,20 +232,16 @@ struct TwoClocks {
     EXPECT_LE(a.furthest, cycles * core.period_fs());
     most_ahead = std::max(a.most_ahead, b.most_ahead);
   }
-  struct Side {
+  struct Side final : Clocked {
     Side(TwoClocks* owner_of, char letter, ClockDomain& own, ClockDomain& others)
-        : owner(owner_of),
-          name(letter),
-          clock(own),
-          other(others),
-          alarm(Alarm::without_process(own, this, [](void* side) { static_cast<Side*>(side)->tick(); })) {}
-    void tick() {
+        : owner(owner_of), name(letter), clock(own), other(others), alarm(own, *this) {}
+    Cycle tick(Cycle) override {
       owner->log.emplace_back(name, clock.cycle());
       furthest = std::max(furthest, clock.now_fs());
       EXPECT_EQ(clock.now_fs(), clock.cycle() * clock.period_fs());
       most_ahead = std::max<std::uint64_t>(most_ahead, clock.ahead_of_kernel().value());
       other_side->alarm.request(other.edge_after(clock.ahead_of_kernel().value()) + clock.cycle() % 3);
-      if (clock.cycle() % 5 == 0) alarm.request(clock.cycle() + 1);
+      return clock.cycle() % 5 == 0 ? clock.cycle() + 1 : kNever;
     }
     TwoClocks* owner;
     char name;

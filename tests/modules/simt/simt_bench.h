@@ -112,9 +112,13 @@ class SimtBench {
         memory_response("memory_response", o.response_latency, 4096) {
     std::vector<std::function<void()>> makers = {
         [&] { core = std::make_unique<SimtCore>("core", clock, o.config, o.header, map); },
-        [&] { add("memory", [this](Cycle now) { serve_memory(now); }); },
-        [&] { add("rt_unit", [this](Cycle now) { serve_traces(now); }); },
-        [&] { add("distributor", [this](Cycle now) { distribute(now); }); }};
+        [&] { add("memory", [this](Cycle now) { serve_memory(now); }).watch(memory_request); },
+        [&] {
+          TickProcess& rt_unit = add("rt_unit", [this](Cycle now) { serve_traces(now); });
+          rt_unit.watch(trace_call);
+          rt_unit.watch(any_hit_done);
+        },
+        [&] { add("distributor", [this](Cycle now) { distribute(now); }).watch(ended); }};
     for (unsigned i = 0; i < makers.size(); ++i) makers[(i + o.order) % makers.size()]();
     core->launch.bind(launch);
     core->ended.bind(ended);
@@ -172,8 +176,9 @@ class SimtBench {
     bool active = false;
   };
 
-  void add(const char* name, std::function<void(Cycle)> body) {
+  TickProcess& add(const char* name, std::function<void(Cycle)> body) {
     processes.push_back(std::make_unique<TickProcess>(name, clock, std::move(body)));
+    return *processes.back();
   }
   template <typename T>
   void push(Link<T>& link, Cycle now, const T& item) {

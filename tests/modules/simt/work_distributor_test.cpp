@@ -77,6 +77,7 @@ class WorkBench {
         running.erase(due);
       }
     });
+    for (const auto& launch : launches) process->watch(*launch);
   }
 
   ListSource source;

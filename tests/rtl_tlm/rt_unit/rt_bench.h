@@ -138,6 +138,9 @@ class RtBench {
       responses_.push_back(
           std::make_unique<Link<modules::MemoryResponse>>("responses", options_.memory_latency - 1, 4096));
     }
+    simt_->watch(dones_);
+    simt_->watch(batches_);
+    for (const auto& requests : requests_) memory_->watch(*requests);
     rt_->trace_call(calls_);
     rt_->trace_done(dones_);
     rt_->any_hit_batch(batches_);

@@ -1,0 +1,25 @@
+// A hardware unit with a clock: an sc_module that its clock domain calls in the cycles in which it has work.
+#pragma once
+
+#include <systemc>
+
+#include "grtx/modules/kernel/clock_domain.h"
+
+namespace grtx::modules {
+
+/// Derived units implement tick() (see Clocked) and give the alarm to their input links: LinkReader::wake(&alarm_).
+class ClockedModule : public sc_core::sc_module, public Clocked {
+ public:
+  /// The name of the unit in the hierarchy.
+  using sc_core::sc_module::name;
+
+ protected:
+  /// clock must outlive the module.
+  ClockedModule(const sc_core::sc_module_name& name, ClockDomain& clock)
+      : sc_module(name), clock_(clock), alarm_(clock, *this) {}
+
+  ClockDomain& clock_;
+  Alarm alarm_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,62 @@
+// How a module's hot loops use what its ports are bound to: our own Link without virtual calls, any other channel
+// through the interface. Made from a port once elaboration has ended.
+#pragma once
+
+#include <cstddef>
+
+#include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/link_if.h"
+
+namespace grtx::modules {
+
+/// The consumer's side of a bound port; link_in_if states what the calls mean.
+template <typename T>
+class LinkReader {
+ public:
+  LinkReader() = default;
+  explicit LinkReader(link_in_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
+  /// Whether there is a link.
+  explicit operator bool() const { return any_ != nullptr; }
+  /// The link, when it is of our own kind, else nullptr.
+  Link<T>* own() const { return own_; }
+
+  void wake(Alarm* consumer) { any_->wake(consumer); }
+  const T* front(Cycle now) const { return own_ != nullptr ? own_->front(now) : any_->front(now); }
+  void pop(Cycle now) { own_ != nullptr ? own_->pop(now) : any_->pop(now); }
+  Cycle next_visible() const { return own_ != nullptr ? own_->next_visible() : any_->next_visible(); }
+  std::size_t size() const { return own_ != nullptr ? own_->size() : any_->size(); }
+  bool empty() const { return size() == 0; }
+
+ private:
+  Link<T>* own_ = nullptr;
+  link_in_if<T>* any_ = nullptr;
+};
+
+/// The producer's side of a bound port; link_out_if states what the calls mean.
+template <typename T>
+class LinkWriter {
+ public:
+  LinkWriter() = default;
+  explicit LinkWriter(link_out_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
+  explicit operator bool() const { return any_ != nullptr; }
+
+  bool can_push(Cycle now) const { return own_ != nullptr ? own_->can_push(now) : any_->can_push(now); }
+  void push(Cycle now, const T& item) { own_ != nullptr ? own_->push(now, item) : any_->push(now, item); }
+  unsigned latency() const { return any_->latency(); }
+
+ private:
+  Link<T>* own_ = nullptr;
+  link_out_if<T>* any_ = nullptr;
+};
+
+/// Of a port, bound or not.
+template <typename T, int N, sc_core::sc_port_policy P>
+LinkReader<T> reader_of(sc_core::sc_port<link_in_if<T>, N, P>& port) {
+  return LinkReader<T>(port.size() > 0 ? port.operator->() : nullptr);
+}
+template <typename T, int N, sc_core::sc_port_policy P>
+LinkWriter<T> writer_of(sc_core::sc_port<link_out_if<T>, N, P>& port) {
+  return LinkWriter<T>(port.size() > 0 ? port.operator->() : nullptr);
+}
+
+}  // namespace grtx::modules
