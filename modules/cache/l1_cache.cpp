@@ -17,11 +17,7 @@ MemoryResponse answer(const MemoryRequest& r) {
 }  // namespace
 
 L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : ClockedModule(name, clock),
-      request("request", config.clients),
-      response("response", config.clients),
-      to_memory("to_memory"),
-      from_memory("from_memory"),
+    : L1CacheModule(name, clock, config.clients),
       config_(config),
       clients_(config.clients),
       waiting_(config.clients),

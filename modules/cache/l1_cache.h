@@ -11,9 +11,9 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
-#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
@@ -65,7 +65,7 @@ struct L1Counters {
   void describe(StatisticList& list, const std::string& prefix) const;
 };
 
-class L1Cache final : public ClockedModule {
+class L1Cache final : public L1CacheModule {
  public:
   struct Config {
     unsigned clients = 2;  ///< request/response port pairs; by the assembly
@@ -85,21 +85,16 @@ class L1Cache final : public ClockedModule {
   /// clock: core domain. Throws Error for an impossible configuration.
   L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  sc_core::sc_vector<LinkIn<MemoryRequest>> request;     ///< [client], consumed here
-  sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
-  LinkOut<MemoryRequest> to_memory;                      ///< misses and writes
-  LinkIn<MemoryResponse> from_memory;                    ///< fills and write acknowledgements
-
-  Inventory inventory() const;
+  Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
   /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
-  L1Counters counters() const;
-  bool idle() const;
+  L1Counters counters() const override;
+  bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
-  void dump_state(std::ostream& out) const;
+  void dump_state(std::ostream& out) const override;
   const Config& config() const { return config_; }
 
  private:

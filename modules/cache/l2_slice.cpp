@@ -9,9 +9,7 @@
 
 namespace grtx::modules {
 L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : ClockedModule(name, clock),
-      request("request"),
-      response("response"),
+    : L2SliceModule(name, clock),
       dram("dram", clock),
       config_(config),
       tags_(config.geometry),

@@ -9,9 +9,9 @@
 #include <string>
 #include <systemc>
 
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
-#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
@@ -56,7 +56,7 @@ struct L2Counters {
   void describe(StatisticList& list, const std::string& prefix) const;
 };
 
-class L2Slice final : public ClockedModule {
+class L2Slice final : public L2SliceModule {
  public:
   struct Config {
     unsigned slice = 0;  ///< number of this slice; by the assembly
@@ -76,21 +76,20 @@ class L2Slice final : public ClockedModule {
   /// clock: core domain. Throws Error for an impossible configuration.
   L2Slice(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  LinkIn<MemoryRequest> request;
-  LinkOut<MemoryResponse> response;
-  AtInitiator dram;  ///< bind `dram.socket`; addresses are global
+  AtInitiator dram;
+  ::tlm::tlm_initiator_socket<32>& memory_socket() override { return dram.socket; }
 
-  Inventory inventory() const;
+  Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
-  const L2Counters& counters() const { return counters_; }
+  const L2Counters& counters() const override { return counters_; }
   /// Dirty sectors may remain in the cache: they are written back on eviction only.
-  bool idle() const;
+  bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }         ///< entries occupied now
   std::size_t accesses_queued() const { return pipe_.size(); }    ///< on the way to the tags, or waiting there
   std::size_t replies_queued() const { return replies_.size(); }  ///< waiting for the crossbar
   std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
-  std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
-  void dump_state(std::ostream& out) const;
+  std::uint64_t dirty_sectors() const override { return tags_.count_dirty(); }
+  void dump_state(std::ostream& out) const override;
   const Config& config() const { return config_; }
 
  private:

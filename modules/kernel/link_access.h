@@ -15,15 +15,28 @@ class LinkReader {
  public:
   LinkReader() = default;
   explicit LinkReader(link_in_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
+  LinkReader(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: a link is what it reads
   /// Whether there is a link.
   explicit operator bool() const { return any_ != nullptr; }
   /// The link, when it is of our own kind, else nullptr.
   Link<T>* own() const { return own_; }
 
-  void wake(Alarm* consumer) { any_->wake(consumer); }
-  const T* front(Cycle now) const { return own_ != nullptr ? own_->front(now) : any_->front(now); }
-  void pop(Cycle now) { own_ != nullptr ? own_->pop(now) : any_->pop(now); }
-  Cycle next_visible() const { return own_ != nullptr ? own_->next_visible() : any_->next_visible(); }
+  void wake(Alarm* consumer) const { any_->wake(consumer); }
+  const T* front(Cycle now) const {
+    if (own_ != nullptr) [[likely]]
+      return own_->front(now);
+    return any_->front(now);
+  }
+  void pop(Cycle now) const {
+    if (own_ != nullptr) [[likely]]
+      return own_->pop(now);
+    any_->pop(now);
+  }
+  Cycle next_visible() const {
+    if (own_ != nullptr) [[likely]]
+      return own_->next_visible();
+    return any_->next_visible();
+  }
   std::size_t size() const { return own_ != nullptr ? own_->size() : any_->size(); }
   bool empty() const { return size() == 0; }
 
@@ -38,10 +51,19 @@ class LinkWriter {
  public:
   LinkWriter() = default;
   explicit LinkWriter(link_out_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
+  LinkWriter(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: a link is what it writes
   explicit operator bool() const { return any_ != nullptr; }
 
-  bool can_push(Cycle now) const { return own_ != nullptr ? own_->can_push(now) : any_->can_push(now); }
-  void push(Cycle now, const T& item) { own_ != nullptr ? own_->push(now, item) : any_->push(now, item); }
+  bool can_push(Cycle now) const {
+    if (own_ != nullptr) [[likely]]
+      return own_->can_push(now);
+    return any_->can_push(now);
+  }
+  void push(Cycle now, const T& item) const {
+    if (own_ != nullptr) [[likely]]
+      return own_->push(now, item);
+    any_->push(now, item);
+  }
   unsigned latency() const { return any_->latency(); }
 
  private:

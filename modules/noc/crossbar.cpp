@@ -104,11 +104,7 @@ void CrossbarNetwork<Packet>::dump_state(std::ostream& out) const {
 }
 
 Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
-    : sc_module(name),
-      request_in("request_in", config.sms),
-      request_out("request_out", config.interleave.slices),
-      response_in("response_in", config.interleave.slices),
-      response_out("response_out", config.sms),
+    : CrossbarModule(name, config.sms, config.interleave.slices),
       config_(config),
       requests_(clock, config.interleave, config.sms, config.interleave.slices, config.latency, config.output_buffer),
       replies_(clock, config.interleave, config.interleave.slices, config.sms, config.latency, config.output_buffer) {

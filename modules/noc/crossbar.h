@@ -18,6 +18,7 @@
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/noc/crossbar_if.h"
 
 namespace grtx::modules {
 
@@ -96,7 +97,7 @@ class CrossbarNetwork final : public Clocked {
   Alarm alarm_;
 };
 
-class Crossbar final : public sc_core::sc_module {
+class Crossbar final : public CrossbarModule {
  public:
   struct Config {
     unsigned sms = 8;  ///< paper Table I [A]
@@ -108,16 +109,11 @@ class Crossbar final : public sc_core::sc_module {
   /// clock: core domain. Throws Error for an impossible configuration.
   Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  sc_core::sc_vector<LinkIn<MemoryRequest>> request_in;      ///< [sm]
-  sc_core::sc_vector<LinkOut<MemoryRequest>> request_out;    ///< [slice]
-  sc_core::sc_vector<LinkIn<MemoryResponse>> response_in;    ///< [slice]
-  sc_core::sc_vector<LinkOut<MemoryResponse>> response_out;  ///< [sm]
-
-  Inventory inventory() const;
+  Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
-  CrossbarCounters counters() const { return {requests_.counters(), replies_.counters()}; }
-  bool idle() const;
-  void dump_state(std::ostream& out) const;
+  CrossbarCounters counters() const override { return {requests_.counters(), replies_.counters()}; }
+  bool idle() const override;
+  void dump_state(std::ostream& out) const override;
   const Config& config() const { return config_; }
 
  private:

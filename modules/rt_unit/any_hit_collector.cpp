@@ -6,6 +6,8 @@
 #include <ostream>
 #include <string>
 
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
+
 namespace grtx::modules {
 
 void AnyHitCollector::Counters::add(const Counters& other) {
@@ -24,17 +26,24 @@ void AnyHitCollector::Counters::describe(StatisticList& list, const std::string&
   list.add(prefix + ".wait_cycles", wait_cycles, "cycles", "first waiting lane to invocation, summed over batches");
 }
 
-AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer)
-    : sc_module(name), config_(config), buffer_(buffer) {}
+AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
+    : AnyHitModule(name), config_(config), entries_(entries) {}
+
+void AnyHitCollector::end_of_elaboration() {
+  buffer_ = &warp_buffer->warps();
+  client_ = client.operator->();
+  batches_ = writer_of(batch);
+  dones_ = reader_of(done);
+}
 
 void AnyHitCollector::arrive(Cycle now, LaneId id) {
   const unsigned entry = entry_of(id);
-  Warp& warp = buffer_.warp(entry);
+  Warp& warp = buffer_->warp(entry);
   if (warp.in_state(LaneState::waiting_any_hit) == 0) {
     warp.any_hit_since = now;
     if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
   }
-  buffer_.move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
+  buffer_->move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
 }
 
 AnyHitBatch batch_of(const Warp& warp) {
@@ -49,43 +58,56 @@ AnyHitBatch batch_of(const Warp& warp) {
   return batch;
 }
 
-bool AnyHitCollector::fire_oldest(Cycle now, LinkWriter<AnyHitBatch>& out) {
+void AnyHitCollector::finished(unsigned entry) {
+  if (buffer_->warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
+}
+
+void AnyHitCollector::invoke(Cycle now) {
+  if (const AnyHitDone* answer = dones_.front(now)) {
+    client_->any_hit_done(*answer);
+    dones_.pop(now);
+  }
+  if (candidates_ != 0) fire_oldest(now);
+}
+
+void AnyHitCollector::fire_oldest(Cycle now) {
   LaneMask eligible = 0;
   for_each_bit(candidates_, [&](unsigned e) {
-    if (due(buffer_.warp(e)) <= now) eligible |= bit(e);
+    if (due(buffer_->warp(e)) <= now) eligible |= bit(e);
   });
-  if (eligible == 0 || !out.can_push(now)) return false;
-  const unsigned entry = buffer_.oldest(eligible);
-  const Warp& warp = buffer_.warp(entry);
-  const AnyHitBatch batch = batch_of(warp);
+  if (eligible == 0 || !batches_.can_push(now)) return;
+  const unsigned entry = buffer_->oldest(eligible);
+  const Warp& warp = buffer_->warp(entry);
+  const AnyHitBatch message = batch_of(warp);
   ++counters_.batches;
-  counters_.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
-  if (batch.lanes != warp.active()) ++counters_.timeouts;
+  counters_.lanes += static_cast<unsigned>(std::popcount(message.lanes));
+  if (message.lanes != warp.active()) ++counters_.timeouts;
   counters_.wait_cycles += now - warp.any_hit_since;
-  out.push(now, batch);
-  buffer_.move(entry, batch.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
+  batches_.push(now, message);
+  buffer_->move(entry, message.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
   candidates_ &= ~bit(entry);
-  return true;
 }
 
 Cycle AnyHitCollector::earliest(Cycle now) const {
   Cycle next = kNever;
-  for_each_bit(candidates_, [&](unsigned e) { next = std::min(next, due(buffer_.warp(e))); });
+  for_each_bit(candidates_, [&](unsigned e) { next = std::min(next, due(buffer_->warp(e))); });
   return next == kNever ? kNever : std::max(next, now + 1);
 }
+
+void AnyHitCollector::count(RtUnitCounters& all) const { all.any_hit.add(counters_); }
 
 Inventory AnyHitCollector::inventory() const {
   Inventory inventory{name(), {}, {}};
   unsigned bits = 1;
   while (bits < 32 && (config_.timeout >> bits) != 0) ++bits;
-  inventory.storage.push_back({"timers", StorageKind::flip_flop, std::uint64_t{buffer_.entries()} * bits});
-  inventory.operators.push_back({"int_compare", bits, buffer_.entries()});
+  inventory.storage.push_back({"timers", StorageKind::flip_flop, std::uint64_t{entries_} * bits});
+  inventory.operators.push_back({"int_compare", bits, entries_});
   return inventory;
 }
 
 void AnyHitCollector::dump_state(std::ostream& out) const {
   for_each_bit(candidates_, [&](unsigned e) {
-    const Warp& warp = buffer_.warp(e);
+    const Warp& warp = buffer_->warp(e);
     out << name() << ": entry " << e << " has " << std::popcount(warp.in_state(LaneState::waiting_any_hit))
         << " lanes waiting since cycle " << warp.any_hit_since << '\n';
   });

@@ -7,19 +7,19 @@
 #include <iosfwd>
 #include <systemc>
 
-#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/any_hit_if.h"
+#include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
 
 /// What the any-hit shader is told of the lanes of a warp that wait for it.
 AnyHitBatch batch_of(const Warp& warp);
 
-class AnyHitCollector final : public sc_core::sc_module {
+class AnyHitCollector final : public AnyHitModule {
  public:
   struct Config {
     std::uint64_t timeout = 64;  ///< cycles after the first waiting lane; not in the paper
@@ -33,33 +33,37 @@ class AnyHitCollector final : public sc_core::sc_module {
     void describe(StatisticList& list, const std::string& prefix) const;
   };
 
-  AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer);
+  /// entries: warps of the warp buffer.
+  AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries);
 
-  /// The lane, now in an intersection unit, has a hit for the any-hit shader.
-  void arrive(Cycle now, LaneId id);
+  void arrive(Cycle now, LaneId id) override;
+  void finished(unsigned entry) override;
   /// Sends the batch of the oldest warp whose condition holds. A warp has at most one batch at the shader.
-  bool fire(Cycle now, LinkWriter<AnyHitBatch>& out) { return candidates_ != 0 && fire_oldest(now, out); }
-  /// The shader has finished these lanes; the warp may send its next batch.
-  void finished(unsigned entry) {
-    if (buffer_.warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
-  }
-  /// Earliest cycle after `now` in which fire() can send something if no lane changes its state.
-  Cycle next_due(Cycle now) const { return candidates_ == 0 ? kNever : earliest(now); }
+  void invoke(Cycle now) override;
+  Cycle next_due(Cycle now) const override { return candidates_ == 0 ? kNever : earliest(now); }
 
   LaneMask candidates() const { return candidates_; }  ///< entries whose lanes wait and may be sent
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  std::uint64_t progress() const override { return counters_.batches; }
+  void count(RtUnitCounters& all) const override;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
-  bool fire_oldest(Cycle now, LinkWriter<AnyHitBatch>& out);
+  void end_of_elaboration() override;
+  void fire_oldest(Cycle now);
   Cycle earliest(Cycle now) const;
   Cycle due(const Warp& warp) const {
     const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();
     return all ? 0 : warp.any_hit_since + config_.timeout;
   }
   Config config_;
-  WarpBuffer& buffer_;
+  unsigned entries_;
+  WarpTable* buffer_ = nullptr;
+  any_hit_client_if* client_ = nullptr;
+  LinkWriter<AnyHitBatch> batches_;
+  LinkReader<AnyHitDone> dones_;
   LaneMask candidates_ = 0;  ///< entries with a waiting lane and no batch at the shader
   Counters counters_;
 };

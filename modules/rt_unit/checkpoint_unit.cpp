@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
@@ -38,7 +39,7 @@ void CheckpointUnit::Counters::describe(StatisticList& list, const std::string& 
 
 CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
                                const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm)
-    : sc_module(name),
+    : CheckpointModule(name),
       config_(config),
       map_(map),
       lifo_(order == "lifo"),
@@ -50,6 +51,12 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       writes_(config.write_queue > 0 ? config.write_queue : 1) {
   if (config.lanes < 1) throw Error("configuration", "rt.checkpoint.lanes", "must be at least 1");
   if (config.write_queue < 2) throw Error("configuration", "rt.checkpoint.write_queue", "must hold 2 sectors");
+}
+
+void CheckpointUnit::end_of_elaboration() {
+  client_ = client.operator->();
+  requests_ = writer_of(request);
+  responses_ = reader_of(response);
 }
 
 void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) {
@@ -151,45 +158,61 @@ bool CheckpointUnit::write_waits(std::uint64_t sector) const {
   return false;
 }
 
-bool CheckpointUnit::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
-  if (!out.can_push(now)) return false;
-  MemoryRequest request;
-  request.region = Region::checkpoint;
+void CheckpointUnit::issue(Cycle now) {
+  if ((reads_.empty() && writes_.empty()) || !requests_.can_push(now)) return;
+  MemoryRequest message;
+  message.region = Region::checkpoint;
   if (!reads_.empty()) {
     LaneContext& lane = lanes_[reads_.front()];
     const std::uint64_t sector = lane.to_read[2 - lane.reads_to_send];
     if (!write_waits(sector)) {
-      request.address = sector * kSectorBytes;
-      request.tag = reads_.front();
-      out.push(now, request);
+      message.address = sector * kSectorBytes;
+      message.tag = reads_.front();
+      requests_.push(now, message);
       ++counters_.sectors_read;
       ++outstanding_;
       if (--lane.reads_to_send == 0) reads_.pop();
-      return true;
+      return;
     }
   }
-  request.address = writes_.front() * kSectorBytes;
-  request.write = true;
-  out.push(now, request);
+  message.address = writes_.front() * kSectorBytes;
+  message.write = true;
+  requests_.push(now, message);
   writes_.pop();
   ++counters_.sectors_written;
   ++outstanding_;
-  return true;
 }
 
-std::optional<LaneId> CheckpointUnit::receive(LaneId id, bool write) {
+void CheckpointUnit::respond(Cycle now) {
+  const MemoryResponse* arrived = responses_.front(now);
+  if (arrived == nullptr) return;
+  const bool write = arrived->write;
+  const auto id = static_cast<LaneId>(arrived->tag);
+  responses_.pop(now);
   assert(outstanding_ > 0);
   --outstanding_;
   if (write) {
     ++counters_.acknowledged;
-    return std::nullopt;
+    return;
   }
   ++counters_.returned;
   LaneContext& lane = lanes_[id];
   assert(lane.reads_missing > 0);
-  if (--lane.reads_missing > 0) return std::nullopt;
-  return id;
+  if (--lane.reads_missing == 0) client_->entry_read(id);
 }
+
+void CheckpointUnit::accept(Cycle) {
+  if (submitted_.empty()) return;
+  unsigned budget = config_.lanes;
+  while (!submitted_.empty() && take(submitted_.front(), budget)) {
+    const LaneId id = submitted_.front();
+    submitted_.pop();
+    client_->entries_taken(id);
+  }
+  if (!submitted_.empty()) ++counters_.blocked_cycles;
+}
+
+void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_); }
 
 Inventory CheckpointUnit::inventory() const {
   Inventory inventory{name(), {}, {}};

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -18,10 +17,11 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/checkpoint_if.h"
 
 namespace grtx::modules {
 
-class CheckpointUnit final : public sc_core::sc_module {
+class CheckpointUnit final : public CheckpointModule {
  public:
   struct Config {
     unsigned lanes = 4;         ///< entries (or last sectors) taken from lanes in a cycle, >= 1
@@ -49,46 +49,23 @@ class CheckpointUnit final : public sc_core::sc_module {
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
                  const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm);
 
-  /// A lane begins round `round` in resident slot `slot`. source_entries: entries it will replay (used by lifo order).
-  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries);
-  bool reads_backwards() const { return lifo_; }
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) override;
+  bool reads_backwards() const override { return lifo_; }
+  bool submit(LaneId id, unsigned entries, bool last) override;
+  bool read(LaneId id) override;
 
-  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether it must
-  /// wait; then accept() names the lane when all is taken.
-  bool submit(LaneId id, unsigned entries, bool last);
-  /// The lane needs its next source entry. Returns whether it is there already; else respond() names the lane later.
-  bool read(LaneId id);
+  void respond(Cycle now) override;
+  /// Reads go first, unless their sector still waits in the write queue.
+  void issue(Cycle now) override;
+  /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
+  void accept(Cycle now) override;
 
-  /// Takes at most one response. Names the lane whose entry is complete, if any.
-  std::optional<LaneId> respond(Cycle now, LinkReader<MemoryResponse>& in) {
-    const MemoryResponse* response = in.front(now);
-    if (response == nullptr) return std::nullopt;
-    const bool write = response->write;
-    const auto id = static_cast<LaneId>(response->tag);
-    in.pop(now);
-    return receive(id, write);
+  bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
+  bool idle() const override { return !busy() && outstanding_ == 0; }
+  std::uint64_t progress() const override {
+    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
-  /// Sends at most one request. Reads go first, unless their sector still waits in the write queue.
-  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) {
-    return (!reads_.empty() || !writes_.empty()) && issue_front(now, out);
-  }
-  /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room; f(lane) when a lane is
-  /// done.
-  template <typename F>
-  void accept(F&& f) {
-    if (submitted_.empty()) return;
-    unsigned budget = config_.lanes;
-    while (!submitted_.empty() && take(submitted_.front(), budget)) {
-      const LaneId id = submitted_.front();
-      submitted_.pop();
-      f(id);
-    }
-    if (!submitted_.empty()) ++counters_.blocked_cycles;
-  }
-
-  /// Work that needs a tick in the next cycle.
-  bool busy() const { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
-  bool idle() const { return !busy() && outstanding_ == 0; }
+  void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const { return submitted_.size(); }
   std::size_t lanes_reading() const { return reads_.size(); }                       ///< with sectors to request
   std::size_t writes_queued() const { return writes_.size(); }                      ///< sectors
@@ -96,8 +73,8 @@ class CheckpointUnit final : public sc_core::sc_module {
   std::uint32_t source_offset(LaneId id) const { return lanes_[id].read; }          ///< entries read in the round
   std::uint32_t destination_offset(LaneId id) const { return lanes_[id].written; }  ///< entries written in the round
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   static constexpr std::uint64_t kNoSector = ~std::uint64_t{0};
@@ -114,14 +91,16 @@ class CheckpointUnit final : public sc_core::sc_module {
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
   };
-  std::optional<LaneId> receive(LaneId id, bool write);
-  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
+  void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
   bool open_sector(const LaneContext& lane) const;
   bool write_waits(std::uint64_t sector) const;
 
   Config config_;
   const MemoryMap& map_;
+  checkpoint_client_if* client_ = nullptr;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
   bool lifo_;
   std::uint64_t capacity_;
   unsigned sm_;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -26,7 +27,7 @@ void IntersectionUnit::Counters::describe(StatisticList& list, const std::string
 
 IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
                                    DataPath path)
-    : sc_module(name),
+    : IntersectionModule(name),
       config_(config),
       path_(std::move(path)),
       free_from_(config.count),
@@ -34,6 +35,19 @@ IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Co
   if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
   if (config.latency < 1) throw Error("configuration", basename() + std::string(".latency"), "must be at least 1");
   if (config.interval < 1) throw Error("configuration", basename() + std::string(".interval"), "must be at least 1");
+}
+
+// Results of this cycle, in order of their due cycles; then queued operations start, in order, on the pipelines that
+// are free in this cycle.
+void IntersectionUnit::tick(Cycle now) {
+  while (!flights_.empty() && flights_.front().due <= now) {
+    const LaneId id = flights_.front().lane;
+    flights_.pop();
+    client_->unit_result(now, id);
+  }
+  if (!queue_.empty() && now >= next_free_) start_queued(now);
+  due_ = flights_.empty() ? kNever : flights_.front().due;
+  if (!queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
 }
 
 void IntersectionUnit::start_queued(Cycle now) {
@@ -62,6 +76,11 @@ void IntersectionUnit::start_queued(Cycle now) {
     earliest = std::min(earliest, free_from);
   }
   next_free_ = earliest;
+}
+
+// Which counts are its own, the unit knows by its name in the RT unit.
+void IntersectionUnit::count(RtUnitCounters& all) const {
+  if (Counters* own = all.of_unit(basename())) own->add(counters_);
 }
 
 Inventory IntersectionUnit::inventory() const {

@@ -9,11 +9,10 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/rt_unit/intersection_if.h"
 
 namespace grtx::modules {
 
@@ -23,7 +22,7 @@ struct DataPath {
   unsigned stage_bits = 0;           ///< register bits between two stages, mean
 };
 
-class IntersectionUnit final : public sc_core::sc_module {
+class IntersectionUnit final : public IntersectionModule {
  public:
   struct Config {
     unsigned count = 4;     ///< pipelines
@@ -43,30 +42,15 @@ class IntersectionUnit final : public sc_core::sc_module {
   /// entries: warps of the warp buffer. path: of one pipeline.
   IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, DataPath path);
 
-  /// Lane `id` asks for `tests` (>= 1) tests one after the other in one pipeline. At most one request a lane.
-  void enqueue(Cycle now, LaneId id, unsigned tests) {
+  /// The tests of one request run one after the other in one pipeline.
+  void enqueue(Cycle now, LaneId id, unsigned tests) override {
     if (queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
     queue_.push({now, id, static_cast<std::uint16_t>(tests)});
     if (queue_.size() > counters_.queue_max) counters_.queue_max = queue_.size();
   }
-  /// Starts queued operations, in order, on the pipelines free in this cycle.
-  void start(Cycle now) {
-    if (!queue_.empty() && now >= next_free_) start_queued(now);
-    due_ = flights_.empty() ? kNever : flights_.front().due;
-    if (!queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
-  }
-  /// Calls f(lane id) for each result due by now, in order of due cycle, then start.
-  template <typename F>
-  void collect(Cycle now, F&& f) {
-    while (!flights_.empty() && flights_.front().due <= now) {
-      const LaneId id = flights_.front().lane;
-      flights_.pop();
-      f(id);
-    }
-  }
-  /// First cycle in which collect() or start() can do something; from that cycle on call both, in this order.
-  Cycle due() const { return due_; }
-  bool idle() const { return queue_.empty() && flights_.empty(); }
+  void tick(Cycle now) override;
+
+  bool idle() const override { return queue_.empty() && flights_.empty(); }
   std::size_t queued() const { return queue_.size(); }       ///< lanes waiting for a pipeline
   std::size_t in_flight() const { return flights_.size(); }  ///< lanes whose result is not due yet
   /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
@@ -75,8 +59,10 @@ class IntersectionUnit final : public sc_core::sc_module {
         std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
   }
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  std::uint64_t progress() const override { return counters_.operations; }
+  void count(RtUnitCounters& all) const override;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   struct Request {
@@ -88,16 +74,17 @@ class IntersectionUnit final : public sc_core::sc_module {
     Cycle due = 0;
     LaneId lane = 0;
   };
+  void end_of_elaboration() override { client_ = client.operator->(); }
   void start_queued(Cycle now);
 
   Config config_;
   DataPath path_;
+  intersection_client_if* client_ = nullptr;
   RingQueue<Request> queue_;      ///< at most one a lane of the warp buffer
   RingQueue<Flight> flights_;     ///< ascending due cycle
   std::vector<Cycle> free_from_;  ///< by pipeline
   Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
-  Cycle due_ = kNever;
-  std::size_t lanes_;  ///< of the warp buffer
+  std::size_t lanes_;             ///< of the warp buffer
   Counters counters_;
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -50,7 +51,7 @@ void MemoryScheduler::Counters::describe(StatisticList& list, const std::string&
 
 MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
                                  const traces::Header& header, unsigned entries)
-    : sc_module(name),
+    : NodeFetchModule(name),
       config_(config),
       traffic_(header, config.traffic),
       fetches_(std::size_t{entries} * kMaxLanes),
@@ -61,6 +62,17 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
   if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
     throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
   }
+}
+
+void MemoryScheduler::end_of_elaboration() {
+  warps_ = &warp_buffer->warps();
+  fetched_node_ = fetched_node.operator->();
+  requests_ = writer_of(request);
+  responses_ = reader_of(response);
+  batches_ = writer_of(batch);
+  batches_done_ = reader_of(batch_done);
+  const bool bound = config_.by_shader ? batches_ && batches_done_ : requests_ && responses_;
+  if (!bound) throw Error("RT unit", name(), "needs its memory ports, or those of the SIMT core when by_shader");
 }
 
 // Nodes are 64 B aligned, so the bit of 32 tells a fetch with the header from one without.
@@ -109,58 +121,86 @@ SectorAccess MemoryScheduler::sector_of(const Fetch& f, unsigned index) const {
   return {f.address + (index < lead ? 0 : kSectorBytes * (index - lead)), traffic_.region(f.kind, f.address)};
 }
 
-bool MemoryScheduler::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
-  if (!out.can_push(now)) return false;
+void MemoryScheduler::issue(Cycle now) {
+  if (queue_.empty()) return;
+  config_.by_shader ? issue_batch(now) : issue_sector(now);
+}
+
+void MemoryScheduler::issue_sector(Cycle now) {
+  if (!requests_.can_push(now)) return;
   Pending& p = queue_.front();
   const Fetch& f = fetches_[p.fetch];
   const SectorAccess sector = sector_of(f, p.next);
-  MemoryRequest request;
-  request.address = sector.address;
-  request.tag = p.fetch;
-  request.region = sector.region;
-  out.push(now, request);
-  ++counters_.sectors[static_cast<std::size_t>(request.region)];
+  MemoryRequest message;
+  message.address = sector.address;
+  message.tag = p.fetch;
+  message.region = sector.region;
+  requests_.push(now, message);
+  ++counters_.sectors[static_cast<std::size_t>(message.region)];
   ++outstanding_;
   if (++p.next == f.sectors) queue_.pop();
-  return true;
+}
+
+void MemoryScheduler::issue_batch(Cycle now) {
+  if (!batches_.can_push(now)) return;
+  const unsigned entry = entry_of(queue_.front().fetch);
+  batches_.push(now, take_batch(entry, warps_->warp(entry).slot));
 }
 
 NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
-  NodeFetchBatch batch;
-  batch.slot = slot;
-  batch.entry = static_cast<std::uint16_t>(entry);
+  NodeFetchBatch message;
+  message.slot = slot;
+  message.entry = static_cast<std::uint16_t>(entry);
   for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
     const LaneId id = queue_.front().fetch;
     const Fetch& f = fetches_[id];
-    batch.fetches |= bit(lane_of(id));
+    message.fetches |= bit(lane_of(id));
     for (unsigned s = 0; s < f.sectors; ++s) {
-      batch.sectors.push_back(sector_of(f, s));
-      ++counters_.sectors[static_cast<std::size_t>(batch.sectors.back().region)];
+      message.sectors.push_back(sector_of(f, s));
+      ++counters_.sectors[static_cast<std::size_t>(message.sectors.back().region)];
     }
     outstanding_ += f.sectors;
     counters_.shader_sectors += f.sectors;
   }
   ++counters_.shader_batches;
-  return batch;
+  return message;
 }
 
-MemoryScheduler::Completed MemoryScheduler::receive(Cycle now, LaneId id) {
+void MemoryScheduler::respond(Cycle now) {
+  if (config_.by_shader) {
+    const NodeFetchDone* front = batches_done_.front(now);
+    if (front == nullptr) return;
+    const NodeFetchDone done = *front;
+    batches_done_.pop(now);
+    for_each_bit(done.fetches, [&](unsigned lane) {
+      const LaneId id = lane_id(done.entry, lane);
+      outstanding_ -= fetches_[id].missing;
+      fetches_[id].missing = 0;
+      complete(now, id);
+    });
+    return;
+  }
+  const MemoryResponse* arrived = responses_.front(now);
+  if (arrived == nullptr) return;
+  const auto id = static_cast<LaneId>(arrived->tag);
+  responses_.pop(now);
   Fetch& f = fetches_[id];
   assert(f.missing > 0 && outstanding_ > 0);
   --outstanding_;
-  if (--f.missing > 0) return {};
-  return complete(now, id);
+  if (--f.missing == 0) complete(now, id);
 }
 
-MemoryScheduler::Completed MemoryScheduler::complete(Cycle now, LaneId id) {
+void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
-  const Completed completed{entry_of(id), f.lanes, f.kind};
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
   if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.address, f.header));
+  const LaneMask lanes = f.lanes;
   f.lanes = 0;
-  return completed;
+  fetched_node_->fetched(now, entry_of(id), lanes, f.kind);
 }
+
+void MemoryScheduler::count(RtUnitCounters& all) const { all.memory.add(counters_); }
 
 Inventory MemoryScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};

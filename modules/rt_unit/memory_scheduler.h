@@ -18,11 +18,13 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/rt_unit/node_fetch_if.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
 
-class MemoryScheduler final : public sc_core::sc_module {
+class MemoryScheduler final : public NodeFetchModule {
  public:
   struct Config {
     unsigned queue = 64;          ///< fetches waiting for issue, >= 32; a warp is scheduled while 32 places are free
@@ -43,67 +45,29 @@ class MemoryScheduler final : public sc_core::sc_module {
     void add(const Counters& other);
     void describe(StatisticList& list, const std::string& prefix) const;
   };
-  /// A fetch whose sectors are all back.
-  struct Completed {
-    unsigned entry = 0;
-    LaneMask lanes = 0;  ///< 0: the response did not complete a fetch
-    traces::NodeKind kind = traces::NodeKind::internal;
-  };
-
   MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
                   unsigned entries);
 
-  const NodeTraffic& traffic() const { return traffic_; }
-  /// Whether any warp's visits are sure to fit.
-  bool has_room() const { return queue_.room() >= kMaxLanes; }
-  /// Starts the visits of one warp in one cycle: only visits between two calls merge (and those in flight, if asked).
-  void begin_warp(Cycle now, unsigned entry);
-  /// Lane `id` of the warp visits the node at `address` (bytes). header: the BLAS header is read as well.
-  void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header);
+  const NodeTraffic& traffic() const override { return traffic_; }
+  bool has_room() const override { return queue_.room() >= kMaxLanes; }
+  /// Only visits between two calls merge (and those in flight, if asked).
+  void begin_warp(Cycle now, unsigned entry) override;
+  void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
 
-  /// Sends at most one sector. Returns whether it did.
-  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
-  /// Takes at most one response.
-  Completed respond(Cycle now, LinkReader<MemoryResponse>& in) {
-    const MemoryResponse* response = in.front(now);
-    if (response == nullptr) return {};
-    const auto fetch = static_cast<LaneId>(response->tag);
-    in.pop(now);
-    return receive(now, fetch);
-  }
+  /// Takes at most one response, or one batch that the SIMT core has read.
+  void respond(Cycle now) override;
+  /// Sends at most one sector, or the fetches at the front of the queue that belong to one warp.
+  void issue(Cycle now) override;
+  bool busy() const override { return !queue_.empty(); }
 
-  /// by_shader, instead of issue(): sends the fetches at the front of the queue that belong to one warp. Returns
-  /// whether it did. slot_of(entry): resident slot of the warp in a buffer entry.
-  template <typename SlotOf>
-  bool issue_batch(Cycle now, LinkWriter<NodeFetchBatch>& out, SlotOf&& slot_of) {
-    if (queue_.empty() || !out.can_push(now)) return false;
-    const unsigned entry = entry_of(queue_.front().fetch);
-    out.push(now, take_batch(entry, slot_of(entry)));
-    return true;
-  }
-  /// by_shader, instead of respond(): takes at most one batch that the SIMT core has read; f(completed) for each fetch,
-  /// by the lane that opened it.
-  template <typename F>
-  void respond_batch(Cycle now, LinkReader<NodeFetchDone>& in, F&& f) {
-    const NodeFetchDone* front = in.front(now);
-    if (front == nullptr) return;
-    const NodeFetchDone done = *front;
-    in.pop(now);
-    for_each_bit(done.fetches, [&](unsigned lane) {
-      const LaneId id = lane_id(done.entry, lane);
-      outstanding_ -= fetches_[id].missing;
-      fetches_[id].missing = 0;
-      f(complete(now, id));
-    });
-  }
-
-  bool queue_empty() const { return queue_.empty(); }
   std::size_t queued() const { return queue_.size(); }        ///< fetches not fully issued
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
-  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  bool idle() const override { return queue_.empty() && outstanding_ == 0; }
+  std::uint64_t progress() const override { return counters_.node_sectors() + counters_.fetch_latency.count(); }
+  void count(RtUnitCounters& all) const override;
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   struct Fetch {
@@ -120,14 +84,21 @@ class MemoryScheduler final : public sc_core::sc_module {
     std::uint8_t next = 0;  ///< sector to send next
   };
   static std::uint64_t merge_key(std::uint64_t address, bool header);
-  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
-  Completed receive(Cycle now, LaneId fetch);
-  Completed complete(Cycle now, LaneId fetch);
+  void end_of_elaboration() override;
+  void issue_sector(Cycle now);
+  void issue_batch(Cycle now);
+  void complete(Cycle now, LaneId fetch);
   SectorAccess sector_of(const Fetch& fetch, unsigned index) const;
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
   NodeTraffic traffic_;
+  WarpTable* warps_ = nullptr;
+  fetched_node_if* fetched_node_ = nullptr;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
+  LinkWriter<NodeFetchBatch> batches_;
+  LinkReader<NodeFetchDone> batches_done_;
   std::vector<Fetch> fetches_;       ///< by the lane that asked first: a lane has at most one visit under way
   std::vector<LaneMask> under_way_;  ///< by entry: lanes that lead a fetch
   BoundedQueue<Pending> queue_;

@@ -1,8 +1,10 @@
 #include "grtx/modules/rt_unit/rt_scheduler.h"
 
 #include <bit>
+#include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -43,20 +45,21 @@ void RtScheduler::Counters::describe(StatisticList& list, const std::string& pre
   list.add(prefix + ".any_hit_calls", any_hit_calls, "calls", "any-hit shader calls of lanes");
 }
 
-RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer,
-                         MemoryScheduler& memory, AnyHitCollector& any_hit, CheckpointUnit* checkpoint,
-                         SiblingPrefetcher* prefetcher, StackUnit* stack)
-    : sc_module(name),
-      selection_(make_warp_selection(config.policy)),
-      buffer_(buffer),
-      memory_(memory),
-      any_hit_(any_hit),
-      checkpoint_(checkpoint),
-      prefetcher_(prefetcher),
-      stack_(stack) {}
+RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
+    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries) {}
+
+void RtScheduler::end_of_elaboration() {
+  buffer_ = &warp_buffer->warps();
+  memory_ = node_fetch.operator->();
+  traffic_ = &memory_->traffic();
+  any_hit_ = any_hit.operator->();
+  if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
+  if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
+  if (stack.size() > 0) stack_ = stack.operator->();
+}
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
-  const Warp& warp = buffer_.warp(entry_of(id));
+  const Warp& warp = buffer_->warp(entry_of(id));
   throw Error("trace",
               "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane_of(id)) + " round " +
                   std::to_string(warp.round),
@@ -64,7 +67,7 @@ void RtScheduler::refuse(LaneId id, const char* rule) const {
 }
 
 void RtScheduler::begin(unsigned entry) {
-  const Warp& warp = buffer_.warp(entry);
+  const Warp& warp = buffer_->warp(entry);
   for_each_bit(warp.lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
     if (checkpoint_ != nullptr) {
@@ -83,9 +86,9 @@ void RtScheduler::begin(unsigned entry) {
 }
 
 Stall RtScheduler::stall_reason() const {
-  if (buffer_.empty()) return Stall::empty;
-  if (buffer_.ready_entries() != 0) return Stall::queue_full;
-  switch (buffer_.oldest_warp().wait()) {
+  if (buffer_->empty()) return Stall::empty;
+  if (buffer_->ready_entries() != 0) return Stall::queue_full;
+  switch (buffer_->oldest_warp().wait()) {
     case WarpWait::memory:
       return Stall::memory;
     case WarpWait::checkpoint:
@@ -102,18 +105,18 @@ Stall RtScheduler::stall_reason() const {
 }
 
 void RtScheduler::schedule(Cycle now) {
-  const LaneMask candidates = buffer_.ready_entries();
-  if (candidates == 0 || !memory_.has_room()) {
+  const LaneMask candidates = buffer_->ready_entries();
+  if (candidates == 0 || !memory_->has_room()) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selection_->select(candidates, buffer_.ages());
-  const Warp& warp = buffer_.warp(entry);
+  const unsigned entry = selection_->select(candidates, buffer_->ages());
+  const Warp& warp = buffer_->warp(entry);
   const LaneMask lanes = warp.in_state(LaneState::ready);
   ++counters_.selections;
   counters_.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
   counters_.lanes_active += static_cast<unsigned>(std::popcount(warp.active()));
-  memory_.begin_warp(now, entry);
+  memory_->begin_warp(now, entry);
   if (prefetcher_ != nullptr) prefetcher_->begin_warp();
   LaneMask fetching = 0;
   for_each_bit(lanes, [&](unsigned i) {
@@ -137,14 +140,14 @@ void RtScheduler::schedule(Cycle now) {
         if (checkpoint_->read(id)) {
           replay(id, LaneState::ready);
         } else {
-          buffer_.move(entry, bit(i), LaneState::ready, LaneState::waiting_checkpoint_read);
+          buffer_->move(entry, bit(i), LaneState::ready, LaneState::waiting_checkpoint_read);
         }
         break;
       default:
         refuse(id, "has an event of unknown kind");
     }
   });
-  if (fetching != 0) buffer_.move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
+  if (fetching != 0) buffer_->move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
 }
 
 void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
@@ -152,42 +155,42 @@ void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
     case EventKind::visit_internal: {
       if (event.node >= warp.group->nodes.size()) refuse(id, "visits an internal node that the group does not define");
       ++counters_.visits_internal;
-      memory_.visit(id, NodeKind::internal, std::uint64_t{warp.group->nodes[event.node].address} * traces::kNodeUnit,
-                    false);
+      memory_->visit(id, NodeKind::internal, std::uint64_t{warp.group->nodes[event.node].address} * traces::kNodeUnit,
+                     false);
       return;
     }
     case EventKind::visit_instance: {
-      if (!memory_.traffic().two_level()) refuse(id, "visits an instance leaf of a monolithic structure");
+      if (!traffic_->two_level()) refuse(id, "visits an instance leaf of a monolithic structure");
       ++counters_.visits_instance;
-      const bool header = event.detail == 0 && memory_.traffic().header_read();
-      memory_.visit(id, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit, header);
+      const bool header = event.detail == 0 && traffic_->header_read();
+      memory_->visit(id, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit, header);
       if (prefetcher_ != nullptr) prefetcher_->note_leaf(id, *warp.group, event.node);
       return;
     }
     default: {
       ++counters_.visits_leaf;
-      memory_.visit(id, memory_.traffic().leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
+      memory_->visit(id, traffic_->leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
       if (prefetcher_ != nullptr) prefetcher_->note_leaf(id, *warp.group, event.node);
     }
   }
 }
 
 void RtScheduler::pop(LaneId id) {
-  Lane& lane = buffer_.lane(id);
+  Lane& lane = buffer_->lane(id);
   if (lane.stack_depth == 0) refuse(id, "takes a node from an empty stack");
   --lane.stack_depth;
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
-  Lane& lane = buffer_.lane(id);
+  Lane& lane = buffer_->lane(id);
   const Event event = lane.event;
   switch (event.kind()) {
     case EventKind::visit_internal:
       pop(id);
       lane.stack_depth += static_cast<unsigned>(std::popcount(event.pushed()));
-      buffer_.note_stack_depth(lane.stack_depth);
+      buffer_->note_stack_depth(lane.stack_depth);
       if (prefetcher_ != nullptr) {
-        prefetcher_->note_internal(id, *buffer_.warp(entry_of(id)).group, event.node, event.pushed());
+        prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed());
       }
       complete(id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::in_unit);
       return;
@@ -200,7 +203,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
       pop(id);
       if (calls_any_hit(event.outcome())) {
         ++counters_.any_hit_calls;
-        any_hit_.arrive(now, id);
+        any_hit_->arrive(now, id);
       } else {
         complete(id, event.checkpoints, LaneState::in_unit);
       }
@@ -208,11 +211,11 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
 }
 
 void RtScheduler::replay(LaneId id, LaneState from) {
-  Lane& lane = buffer_.lane(id);
+  Lane& lane = buffer_->lane(id);
   const Event event = lane.event;
   if (event.kind() == EventKind::replay_take) {
     ++counters_.replay_takes;
-    buffer_.note_stack_depth(++lane.stack_depth);
+    buffer_->note_stack_depth(++lane.stack_depth);
     complete(id, 0, from);
   } else {
     ++counters_.replay_forwards;
@@ -229,26 +232,26 @@ constexpr bool takes_top(EventKind kind) { return kind != EventKind::replay_take
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
-  Lane& lane = buffer_.lane(id);
+  Lane& lane = buffer_->lane(id);
   const bool last = !lane.advance();
   if (!last && lane.event.kind() == EventKind::visit_internal) {
-    const auto& nodes = buffer_.warp(entry_of(id)).group->nodes;
+    const auto& nodes = buffer_->warp(entry_of(id)).group->nodes;
     if (lane.event.node < nodes.size()) prefetch_for_read(&nodes[lane.event.node]);
   }
   if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && takes_top(lane.event.kind()))) {
-    buffer_.warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
-    buffer_.move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
+    buffer_->warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
+    buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
   }
   hand_over(id, checkpoints, from);
 }
 
 void RtScheduler::stack_settled(LaneId id) {
-  hand_over(id, buffer_.warp(entry_of(id)).checkpoints[lane_of(id)], LaneState::waiting_stack);
+  hand_over(id, buffer_->warp(entry_of(id)).checkpoints[lane_of(id)], LaneState::waiting_stack);
 }
 
 void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
-  const Lane& lane = buffer_.lane(id);
+  const Lane& lane = buffer_->lane(id);
   const bool last = lane.left == 0;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
@@ -256,27 +259,33 @@ void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   } else if (checkpoints != 0) {
     refuse(id, "writes checkpoint entries although checkpointing is off");
   }
-  if (to != from) buffer_.move(entry_of(id), bit(lane_of(id)), from, to);
+  if (to != from) buffer_->move(entry_of(id), bit(lane_of(id)), from, to);
 }
 
 void RtScheduler::entries_taken(LaneId id) {
-  const Lane& lane = buffer_.lane(id);
+  const Lane& lane = buffer_->lane(id);
   const LaneState to = lane.left == 0 ? LaneState::finished : LaneState::ready;
-  buffer_.move(entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write, to);
+  buffer_->move(entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write, to);
 }
 
 void RtScheduler::any_hit_done(const AnyHitDone& done) {
-  const unsigned entry = buffer_.find_slot(done.slot);
-  if (entry == buffer_.entries() || (done.lanes & ~buffer_.warp(entry).in_state(LaneState::in_any_hit)) != 0) {
+  const unsigned entry = buffer_->find_slot(done.slot);
+  if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
     throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
   }
   for_each_bit(done.lanes, [&](unsigned i) { complete(lane_id(entry, i), 0, LaneState::in_any_hit); });
-  if (buffer_.warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_.finished(entry);
+  if (buffer_->warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_->finished(entry);
+}
+
+void RtScheduler::count(RtUnitCounters& all) const { all.scheduler.add(counters_); }
+
+void RtScheduler::dump_state(std::ostream& out) const {
+  out << name() << ": " << counters_.selections << " warps selected\n";
 }
 
 Inventory RtScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
-  const std::uint64_t n = buffer_.entries();
+  const std::uint64_t n = entries_;
   inventory.storage.push_back({"age_matrix", StorageKind::flip_flop, n * n});
   inventory.operators.push_back({"arbiter", static_cast<unsigned>(n), n});
   // t-value validation of the nearest stack entry against t_min and t_max, one a lane of the scheduled warp.

@@ -12,13 +12,9 @@
 
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/memory_scheduler.h"
-#include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/stack_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
+#include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
 
@@ -38,7 +34,7 @@ inline constexpr std::size_t kStalls = static_cast<std::size_t>(Stall::count);
 inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "queue_full", "memory",  "checkpoint",
                                                                       "stack", "unit",       "any_hit", "retire"};
 
-class RtScheduler final : public sc_core::sc_module {
+class RtScheduler final : public RtSchedulerModule {
  public:
   struct Config {
     std::string policy = "oldest_first";  ///< oldest_first (Vulkan-Sim), round_robin, greedy_then_oldest
@@ -66,33 +62,30 @@ class RtScheduler final : public sc_core::sc_module {
     void describe(StatisticList& list, const std::string& prefix) const;
   };
 
-  /// checkpoint, prefetcher, stack: may be null when not elaborated.
-  RtScheduler(const sc_core::sc_module_name& name, const Config& config, WarpBuffer& buffer, MemoryScheduler& memory,
-              AnyHitCollector& any_hit, CheckpointUnit* checkpoint, SiblingPrefetcher* prefetcher, StackUnit* stack);
+  /// entries: warps of the warp buffer.
+  RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries);
 
-  /// A call has entered the buffer: prepares the checkpoint unit and the prefetcher for its lanes.
-  void begin(unsigned entry);
-  /// Handles the next event of all ready lanes of the selected warp, if any can be selected.
-  void schedule(Cycle now);
-  /// The lane's intersection result is there.
-  void unit_result(Cycle now, LaneId id);
-  /// The lane's source entry is there.
-  void entry_read(LaneId id);
-  /// The lane's checkpoint entries (and last sector) are handed over.
-  void entries_taken(LaneId id);
-  /// The lane's stack entries have been spilled, or filled.
-  void stack_settled(LaneId id);
-  /// The any-hit shader has finished these lanes of a warp.
-  void any_hit_done(const AnyHitDone& done);
+  void begin(unsigned entry) override;
+  void schedule(Cycle now) override;
+  void unit_result(Cycle now, LaneId id) override;
+  void entry_read(LaneId id) override;
+  void entries_taken(LaneId id) override;
+  void stack_settled(LaneId id) override;
+  void any_hit_done(const AnyHitDone& done) override;
+  std::uint64_t selections() const override { return counters_.selections; }
+  void count_idle(Cycle cycles) override { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
 
-  /// Adds `cycles` in which nothing happened to the stall reason of the present state.
-  void count_idle(Cycle cycles) { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
   /// Reason of the present state: what a cycle counts in which nothing happens.
   Stall stall_reason() const;
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
+  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  std::uint64_t progress() const override { return counters_.selections; }
+  void count(RtUnitCounters& all) const override;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
+  void end_of_elaboration() override;
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.
@@ -103,12 +96,15 @@ class RtScheduler final : public sc_core::sc_module {
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
   std::unique_ptr<WarpSelection> selection_;
-  WarpBuffer& buffer_;
-  MemoryScheduler& memory_;
-  AnyHitCollector& any_hit_;
-  CheckpointUnit* checkpoint_;
-  SiblingPrefetcher* prefetcher_;
-  StackUnit* stack_;
+  unsigned entries_;
+  // The neighbours, looked up once; the last three are null where the configuration has none.
+  WarpTable* buffer_ = nullptr;
+  node_fetch_if* memory_ = nullptr;
+  const NodeTraffic* traffic_ = nullptr;
+  any_hit_if* any_hit_ = nullptr;
+  checkpoint_if* checkpoint_ = nullptr;
+  prefetch_if* prefetcher_ = nullptr;
+  stack_if* stack_ = nullptr;
   Counters counters_;
 };
 

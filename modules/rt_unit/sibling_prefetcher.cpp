@@ -5,6 +5,7 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -29,7 +30,7 @@ void SiblingPrefetcher::Counters::describe(StatisticList& list, const std::strin
 
 SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config,
                                      const NodeTraffic& traffic, unsigned entries)
-    : sc_module(name),
+    : PrefetchModule(name),
       config_(config),
       traffic_(traffic),
       records_(std::size_t{entries} * kMaxLanes * config.records),
@@ -107,19 +108,33 @@ void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
   ++counters_.nodes;
 }
 
-bool SiblingPrefetcher::issue_front(Cycle now, LinkWriter<MemoryRequest>& out) {
-  if (!out.can_push(now)) return false;
+void SiblingPrefetcher::end_of_elaboration() {
+  requests_ = writer_of(request);
+  responses_ = reader_of(response);
+}
+
+void SiblingPrefetcher::respond(Cycle now) {
+  if (responses_.front(now) == nullptr) return;
+  responses_.pop(now);
+  assert(outstanding_ > 0);
+  --outstanding_;
+  ++counters_.responses;
+}
+
+void SiblingPrefetcher::issue(Cycle now) {
+  if (queue_.empty() || !requests_.can_push(now)) return;
   Pending& p = queue_.front();
-  MemoryRequest request;
-  request.address = p.address + kSectorBytes * p.next;
-  request.region = traffic_.region(p.kind, p.address);
-  request.prefetch = true;
+  MemoryRequest message;
+  message.address = p.address + kSectorBytes * p.next;
+  message.region = traffic_.region(p.kind, p.address);
+  message.prefetch = true;
   ++counters_.sectors;
   if (++p.next == traffic_.sectors(p.kind)) queue_.pop();
-  out.push(now, request);
+  requests_.push(now, message);
   ++outstanding_;
-  return true;
 }
+
+void SiblingPrefetcher::count(RtUnitCounters& all) const { all.prefetch.add(counters_); }
 
 Inventory SiblingPrefetcher::inventory() const {
   Inventory inventory{name(), {}, {}};

@@ -17,11 +17,12 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/prefetch_if.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
 
-class SiblingPrefetcher final : public sc_core::sc_module {
+class SiblingPrefetcher final : public PrefetchModule {
  public:
   struct Config {
     unsigned records = 4;  ///< internal visits remembered a lane, 1..8; a new one replaces the oldest
@@ -42,35 +43,28 @@ class SiblingPrefetcher final : public sc_core::sc_module {
                     unsigned entries);
 
   /// A lane begins a round: what it remembers is void.
-  void begin_lane(LaneId id) {
+  void begin_lane(LaneId id) override {
     newest_[id] = 0;
     for (unsigned i = 0; i < config_.records; ++i) records_of(id)[i].hit = 0;
   }
   /// The lane's visit of group.nodes[definition] found the children in `hit`.
-  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
+  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) override;
   /// Starts the visits of one warp in one cycle.
-  void begin_warp() { triggered_count_ = 0; }
+  void begin_warp() override { triggered_count_ = 0; }
   /// The lane asks for the leaf at `address` (in units of kNodeUnit).
-  void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address);
+  void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
 
-  /// Sends at most one sector.
-  bool issue(Cycle now, LinkWriter<MemoryRequest>& out) { return !queue_.empty() && issue_front(now, out); }
-  /// Takes at most one response.
-  void respond(Cycle now, LinkReader<MemoryResponse>& in) {
-    if (in.front(now) == nullptr) return;
-    in.pop(now);
-    assert(outstanding_ > 0);
-    --outstanding_;
-    ++counters_.responses;
-  }
-
-  bool busy() const { return !queue_.empty(); }
-  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  void respond(Cycle now) override;
+  void issue(Cycle now) override;
+  bool busy() const override { return !queue_.empty(); }
+  bool idle() const override { return queue_.empty() && outstanding_ == 0; }
+  std::uint64_t progress() const override { return 0; }
+  void count(RtUnitCounters& all) const override;
   std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   static constexpr unsigned kMaxRecords = 8;
@@ -90,12 +84,14 @@ class SiblingPrefetcher final : public sc_core::sc_module {
     traces::NodeKind kind = traces::NodeKind::internal;
     std::uint8_t next = 0;
   };
-  bool issue_front(Cycle now, LinkWriter<MemoryRequest>& out);
+  void end_of_elaboration() override;
   Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
   void push(traces::NodeKind kind, std::uint64_t address);
 
   Config config_;
   const NodeTraffic& traffic_;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
   std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
   std::vector<Record> records_;           ///< config.records a lane
   std::vector<std::uint8_t> newest_;      ///< of a lane's records

@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -25,7 +26,7 @@ void StackUnit::Counters::describe(StatisticList& list, const std::string& prefi
 
 StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps,
                      unsigned sm)
-    : sc_module(name),
+    : StackModule(name),
       on_chip_(on_chip),
       map_(map),
       sm_(sm),
@@ -34,6 +35,12 @@ StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, cons
   if (on_chip < kEntriesOfSector) {
     throw Error("configuration", "rt.warp_buffer.stack_entries", "must be at least 2 when the stack spills");
   }
+}
+
+void StackUnit::end_of_elaboration() {
+  client_ = client.operator->();
+  requests_ = writer_of(request);
+  responses_ = reader_of(response);
 }
 
 void StackUnit::begin_lane(LaneId id, std::uint16_t slot) {
@@ -61,17 +68,17 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   return true;
 }
 
-bool StackUnit::send(Cycle now, LaneId id, LinkWriter<MemoryRequest>& out) {
+bool StackUnit::send(Cycle now, LaneId id) {
   LaneContext& lane = lanes_[id];
-  MemoryRequest request;
-  request.tag = id;
-  request.region = Region::stack;
-  request.write = lane.to_spill > 0;
-  const std::uint32_t sector = request.write ? lane.first_spill++ : lane.in_memory / kEntriesOfSector;
-  request.address = map_.stack_sector(lane.ray, sector);
-  out.push(now, request);
+  MemoryRequest message;
+  message.tag = id;
+  message.region = Region::stack;
+  message.write = lane.to_spill > 0;
+  const std::uint32_t sector = message.write ? lane.first_spill++ : lane.in_memory / kEntriesOfSector;
+  message.address = map_.stack_sector(lane.ray, sector);
+  requests_.push(now, message);
   ++outstanding_;
-  if (!request.write) {
+  if (!message.write) {
     ++counters_.fills;
     queue_.pop();
     return false;  // waits for the response
@@ -82,21 +89,29 @@ bool StackUnit::send(Cycle now, LaneId id, LinkWriter<MemoryRequest>& out) {
   return true;
 }
 
-std::optional<LaneId> StackUnit::respond(Cycle now, LinkReader<MemoryResponse>& in) {
-  const MemoryResponse* response = in.front(now);
-  if (response == nullptr) return std::nullopt;
-  const bool write = response->write;
-  const auto id = static_cast<LaneId>(response->tag);
-  in.pop(now);
+void StackUnit::issue(Cycle now) {
+  if (queue_.empty() || !requests_.can_push(now)) return;
+  const LaneId id = queue_.front();
+  if (send(now, id)) client_->stack_settled(id);
+}
+
+void StackUnit::respond(Cycle now) {
+  const MemoryResponse* arrived = responses_.front(now);
+  if (arrived == nullptr) return;
+  const bool write = arrived->write;
+  const auto id = static_cast<LaneId>(arrived->tag);
+  responses_.pop(now);
   assert(outstanding_ > 0);
   --outstanding_;
   if (write) {
     ++counters_.acknowledged;
-    return std::nullopt;
+    return;
   }
   ++counters_.returned;
-  return id;
+  client_->stack_settled(id);
 }
+
+void StackUnit::count(RtUnitCounters& all) const { all.stack.add(counters_); }
 
 Inventory StackUnit::inventory() const {
   Inventory inventory{name(), {}, {}};

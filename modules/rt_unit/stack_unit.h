@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -17,10 +16,11 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/stack_if.h"
 
 namespace grtx::modules {
 
-class StackUnit final : public sc_core::sc_module {
+class StackUnit final : public StackModule {
  public:
   /// Entries of 16 B (8 B address, 4 B t, padded) that move together: one sector.
   static constexpr unsigned kEntriesOfSector = 2;
@@ -38,29 +38,20 @@ class StackUnit final : public sc_core::sc_module {
   /// on_chip: entries of a lane in the warp buffer, >= 2. warps: of the warp buffer. sm: whose stack areas are used.
   StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps, unsigned sm);
 
-  /// A lane begins a round in resident slot `slot` with nothing spilled.
-  void begin_lane(LaneId id, std::uint16_t slot);
-  /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Returns whether the lane
-  /// must wait for a spill or a fill; then issue() or respond() names it.
-  bool settle(LaneId id, std::uint32_t depth, bool takes_top);
+  void begin_lane(LaneId id, std::uint16_t slot) override;
+  bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;
 
-  /// Sends at most one sector, lanes in order of settle(); f(lane) when it was the lane's last spill.
-  template <typename F>
-  bool issue(Cycle now, LinkWriter<MemoryRequest>& out, F&& f) {
-    if (queue_.empty() || !out.can_push(now)) return false;
-    const LaneId id = queue_.front();
-    if (send(now, id, out)) f(id);
-    return true;
-  }
-  /// Takes at most one response. Names the lane whose fill is there, if any.
-  std::optional<LaneId> respond(Cycle now, LinkReader<MemoryResponse>& in);
+  void respond(Cycle now) override;
+  /// Sectors go in the order of settle().
+  void issue(Cycle now) override;
 
-  /// Work that needs a tick in the next cycle.
-  bool busy() const { return !queue_.empty(); }
-  bool idle() const { return queue_.empty() && outstanding_ == 0; }
+  bool busy() const override { return !queue_.empty(); }
+  bool idle() const override { return queue_.empty() && outstanding_ == 0; }
+  std::uint64_t progress() const override { return counters_.spills + counters_.fills + counters_.returned; }
+  void count(RtUnitCounters& all) const override;
   const Counters& counters() const { return counters_; }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   struct LaneContext {
@@ -69,11 +60,15 @@ class StackUnit final : public sc_core::sc_module {
     std::uint32_t first_spill = 0;  ///< sector of the area to write next
     std::uint8_t to_spill = 0;      ///< sectors
   };
+  void end_of_elaboration() override;
   /// Sends the lane's next sector; true when it was its last spill.
-  bool send(Cycle now, LaneId id, LinkWriter<MemoryRequest>& out);
+  bool send(Cycle now, LaneId id);
 
   unsigned on_chip_;
   const MemoryMap& map_;
+  stack_client_if* client_ = nullptr;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;
   BoundedQueue<LaneId> queue_;  ///< a lane waits for one thing at a time, so it is never full

@@ -45,7 +45,7 @@ void LoadStoreUnit::enqueue(unsigned slot, const std::vector<SectorAccess>& sect
   counters_.deepest_queue = std::max<std::uint64_t>(counters_.deepest_queue, size_);
 }
 
-bool LoadStoreUnit::send(Cycle now, LinkWriter<MemoryRequest>& requests) {
+bool LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& requests) {
   if (size_ == 0) return false;
   if (!requests.can_push(now)) {
     ++counters_.blocked_cycles;

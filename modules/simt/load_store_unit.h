@@ -31,7 +31,7 @@ class LoadStoreUnit {
   /// Queues sectors of the warp in `slot` behind all that wait already.
   void enqueue(unsigned slot, const std::vector<SectorAccess>& sectors, bool write);
   /// Sends the oldest request if `requests` takes one in cycle `now`; true when it did.
-  bool send(Cycle now, LinkWriter<MemoryRequest>& requests);
+  bool send(Cycle now, const LinkWriter<MemoryRequest>& requests);
   /// Accounts a response; returns its warp slot.
   unsigned receive(const MemoryResponse& response);
 

@@ -37,7 +37,7 @@ constexpr WarpActivity executing(PhaseKind kind) {
 
 SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
                    const traces::Header& header, const MemoryMap& map)
-    : ClockedModule(name, domain),
+    : SimtCoreModule(name, domain),
       config_(checked(config)),
       program_(header, map, config.costs, config.sm, config.resident_warps),
       issue_slots_(config.schedulers, config.instruction_latency),

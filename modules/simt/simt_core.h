@@ -9,7 +9,6 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
@@ -18,6 +17,7 @@
 #include "grtx/modules/simt/issue_slots.h"
 #include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
@@ -32,29 +32,14 @@ struct SimtCoreConfig {
   ShaderCosts costs;
 };
 
-class SimtCore final : public ClockedModule {
+class SimtCore final : public SimtCoreModule {
  public:
   /// `map` must outlive the module. Throws Error if the header or the configuration is outside what the core can run.
   SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
            const traces::Header& header, const MemoryMap& map);
 
-  // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
-  LinkIn<LaunchWarp> launch{"launch"};
-  LinkOut<WarpEnded> ended{"ended"};
-  // One binding an RT unit, the same number and order for all; the warp in slot s belongs to RT unit s mod their
-  // number.
-  sc_core::sc_port<link_out_if<TraceCall>, 0> trace_call{"trace_call"};
-  sc_core::sc_port<link_in_if<TraceDone>, 0> trace_done{"trace_done"};
-  sc_core::sc_port<link_in_if<AnyHitBatch>, 0> any_hit_batch{"any_hit_batch"};
-  sc_core::sc_port<link_out_if<AnyHitDone>, 0> any_hit_done{"any_hit_done"};
-  /// Bound when the shaders fetch the nodes for the RT units.
-  sc_core::sc_port<link_in_if<NodeFetchBatch>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch{"node_fetch"};
-  sc_core::sc_port<link_out_if<NodeFetchDone>, 0, sc_core::SC_ZERO_OR_MORE_BOUND> node_fetch_done{"node_fetch_done"};
-  LinkOut<MemoryRequest> memory_request{"memory_request"};
-  LinkIn<MemoryResponse> memory_response{"memory_response"};
-
   /// No warp is resident and nothing waits in any queue.
-  bool idle() const;
+  bool idle() const override;
   unsigned resident() const;
   unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
   bool occupied(unsigned slot) const { return slots_[slot].step != Step::free; }
@@ -66,10 +51,10 @@ class SimtCore final : public ClockedModule {
   /// Last cycle in which it did anything: until then nothing that can be seen from outside has changed.
   Cycle last_active() const { return last_active_; }
   /// Counters up to the domain's present cycle.
-  SimtCounters counters() const;
+  SimtCounters counters() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   /// Where the ray generation shader of a warp stands.

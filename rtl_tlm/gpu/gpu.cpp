@@ -75,6 +75,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
   add_links(slice_responses_, "slice_response", slices, config.links.latency, config.links.capacity);
 
+  const GpuParts& parts = build.parts;
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
@@ -83,14 +84,17 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {
       const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
-      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order);
+      sms_[i] =
+          std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order, parts.sm);
     });
   }
   builders.push_back(
       [&] { crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_); });
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
-      slices_[i] = std::make_unique<modules::L2Slice>(fmt::format("l2_slice{}", i).c_str(), config.l2_slice(i), core_);
+      const std::string name_of = fmt::format("l2_slice{}", i);
+      slices_[i] = parts.l2_slice ? parts.l2_slice(name_of.c_str(), config.l2_slice(i), core_)
+                                  : std::make_unique<modules::L2Slice>(name_of.c_str(), config.l2_slice(i), core_);
     });
   }
   construct(std::move(builders), build.construction_order);
@@ -114,7 +118,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     crossbar_->response_in[i].bind(*slice_responses_[i]);
     slices_[i]->request.bind(*slice_requests_[i]);
     slices_[i]->response.bind(*slice_responses_[i]);
-    slices_[i]->dram.socket.bind(dram[i]);
+    slices_[i]->memory_socket().bind(dram[i]);
   }
 }
 

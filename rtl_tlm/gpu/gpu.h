@@ -17,16 +17,18 @@
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/gpu_parts.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
 
-/// How the model is built and stepped. None of these may change a result.
+/// How the model is built and stepped. None of these may change a result, parts of others aside.
 struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
+  GpuParts parts;                        ///< who makes the units; units of others may change results
 };
 
 /// The address map of a run. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
@@ -48,8 +50,8 @@ class Gpu final : public sc_core::sc_module {
   const modules::MemoryMap& map() const { return map_; }
   const GpuConfig& config() const { return config_; }
   const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
-  const std::vector<std::unique_ptr<modules::L2Slice>>& slices() const { return slices_; }
-  const modules::Crossbar& crossbar() const { return *crossbar_; }
+  const std::vector<std::unique_ptr<modules::L2SliceModule>>& slices() const { return slices_; }
+  const modules::CrossbarModule& crossbar() const { return *crossbar_; }
   const modules::WorkDistributor& distributor() const { return *distributor_; }
   modules::WorkDistributor& distributor() { return *distributor_; }
   /// Calls f(link) for each link outside the SMs.
@@ -93,8 +95,8 @@ class Gpu final : public sc_core::sc_module {
   std::vector<LinkPointer<modules::MemoryResponse>> slice_responses_;  ///< by slice
   std::unique_ptr<modules::WorkDistributor> distributor_;
   std::vector<std::unique_ptr<Sm>> sms_;
-  std::unique_ptr<modules::Crossbar> crossbar_;
-  std::vector<std::unique_ptr<modules::L2Slice>> slices_;
+  std::unique_ptr<modules::CrossbarModule> crossbar_;
+  std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
 };
 
 /// The built-in DRAM with its memory clock.

@@ -37,7 +37,7 @@ struct GpuConfig {
   unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
-  RtUnitConfig rt;
+  modules::RtUnitConfig rt;
   modules::SimtCoreConfig simt;
   modules::L1Cache::Config l1;
   SmLinks sm_links;

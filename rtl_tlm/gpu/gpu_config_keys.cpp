@@ -29,7 +29,7 @@ void add_gpu(std::vector<ConfigKey>& keys, GpuConfig& c) {
        {"gpu.rt_units", &c.rt_units, 1, 16, "units", "RT units of an SM; its warp slots take turns", kTable1, kPaper}});
 }
 
-void add_rt(std::vector<ConfigKey>& keys, RtUnitConfig& c) {
+void add_rt(std::vector<ConfigKey>& keys, modules::RtUnitConfig& c) {
   keys.insert(
       keys.end(),
       {{"rt.warp_buffer.entries", &c.warp_buffer.entries, 1, 64, "warps", "warp buffer of the RT unit", kTable1,

@@ -47,7 +47,7 @@ GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const En
   c.cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
-      const RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];
+      const modules::RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];
       c.rt_of.push_back(rt->counters());
       c.rt_of.back().scheduler = at_end.scheduler;
       c.rt_of.back().warp_buffer = at_end.warp_buffer;
@@ -70,7 +70,7 @@ GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const En
 }
 
 void add_up(GpuCounters& c) {
-  for (const RtUnitCounters& rt : c.rt_of) c.rt.add(rt);
+  for (const modules::RtUnitCounters& rt : c.rt_of) c.rt.add(rt);
   for (const modules::SimtCounters& simt : c.simt_of) c.simt.add(simt);
   for (const modules::L1Counters& l1 : c.l1_of) c.l1 += l1;
   for (const modules::L2Counters& l2 : c.l2_of) c.l2 += l2;

@@ -14,13 +14,13 @@
 namespace grtx::sim {
 
 struct GpuCounters {
-  Cycle cycles = 0;                   ///< core cycles until the last warp had ended
-  std::vector<RtUnitCounters> rt_of;  ///< by RT unit, those of an SM one after the other
+  Cycle cycles = 0;                            ///< core cycles until the last warp had ended
+  std::vector<modules::RtUnitCounters> rt_of;  ///< by RT unit, those of an SM one after the other
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;
   std::vector<modules::DramChannelCounters> dram_of;  ///< at the end of the run, not drained
-  RtUnitCounters rt;
+  modules::RtUnitCounters rt;
   modules::SimtCounters simt;
   modules::L1Counters l1;
   modules::L2Counters l2;
@@ -35,7 +35,7 @@ struct GpuCounters {
 
 /// What must be read when the last warp has ended, before prefetches and write-backs drain.
 struct EndOfRun {
-  std::vector<RtUnitCounters> rt_of;
+  std::vector<modules::RtUnitCounters> rt_of;
   std::vector<modules::DramChannelCounters> dram_of;
 };
 /// Closes the per-cycle counts of the RT units and reads them.

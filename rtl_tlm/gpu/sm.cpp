@@ -40,7 +40,7 @@ std::string numbered(const std::string& name, unsigned unit) { return unit == 0 
 }  // namespace
 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
-       const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order)
+       const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts)
     : sc_module(name) {
   const std::string prefix = std::string(this->name()) + '.';
   const SmLinks& links = config.links;
@@ -88,13 +88,21 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   l1.clients = static_cast<unsigned>(clients.size());
   rt_.resize(units);
   std::vector<std::function<void()>> builders;
-  builders.push_back([&] { simt_ = std::make_unique<modules::SimtCore>("simt", clock, simt, header, map); });
+  builders.push_back([&] {
+    simt_ = parts.simt_core ? parts.simt_core("simt", clock, simt, header, map)
+                            : std::make_unique<modules::SimtCore>("simt", clock, simt, header, map);
+  });
   for (unsigned u = 0; u < units; ++u) {
     builders.push_back([&, u] {
-      rt_[u] = std::make_unique<RtUnit>(numbered("rt", u).c_str(), config.rt, header, map, clock, config.index);
+      const std::string unit = numbered("rt", u);
+      rt_[u] = parts.rt_unit ? parts.rt_unit(unit.c_str(), config.rt, header, map, clock, config.index)
+                             : std::make_unique<modules::RtUnit>(unit.c_str(), config.rt, header, map, clock,
+                                                                 config.index, parts.rt_parts);
     });
   }
-  builders.push_back([&] { l1_ = std::make_unique<modules::L1Cache>("l1d", l1, clock); });
+  builders.push_back([&] {
+    l1_ = parts.l1_cache ? parts.l1_cache("l1d", l1, clock) : std::make_unique<modules::L1Cache>("l1d", l1, clock);
+  });
   construct(std::move(builders), order);
 
   simt_->launch.bind(launch);
@@ -111,7 +119,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
 }
 
 void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
-  RtUnit& rt = *rt_[u];
+  modules::RtUnitModule& rt = *rt_[u];
   RtLinks& links = rt_links_[u];
   simt_->trace_call.bind(*links.trace_call);
   rt.trace_call.bind(*links.trace_call);

@@ -16,6 +16,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
+#include "grtx/rtl_tlm/gpu/gpu_parts.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
@@ -33,7 +34,7 @@ struct SmConfig {
   unsigned rt_units = 1;
   unsigned resident_warps = 32;
   modules::SimtCoreConfig simt;  ///< sm, resident_warps and l1_client are set here
-  RtUnitConfig rt;
+  modules::RtUnitConfig rt;
   modules::L1Cache::Config l1;  ///< sm and clients are set here
   SmLinks links;
 };
@@ -42,7 +43,7 @@ class Sm final : public sc_core::sc_module {
  public:
   /// header, map and clock must outlive the SM. order: see construct().
   Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
-     const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order);
+     const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts = {});
 
   // To the GPU.
   modules::LinkIn<modules::LaunchWarp> launch{"launch"};
@@ -50,12 +51,9 @@ class Sm final : public sc_core::sc_module {
   modules::LinkOut<modules::MemoryRequest> to_memory{"to_memory"};
   modules::LinkIn<modules::MemoryResponse> from_memory{"from_memory"};
 
-  modules::SimtCore& simt() { return *simt_; }
-  modules::L1Cache& l1() { return *l1_; }
-  const modules::SimtCore& simt() const { return *simt_; }
-  const RtUnit& rt() const { return *rt_.front(); }  ///< the first
-  const std::vector<std::unique_ptr<RtUnit>>& rt_units() const { return rt_; }
-  const modules::L1Cache& l1() const { return *l1_; }
+  const modules::SimtCoreModule& simt() const { return *simt_; }
+  const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
+  const modules::L1CacheModule& l1() const { return *l1_; }
 
   /// Calls f(link) for each link inside the SM, whatever it carries.
   template <typename F>
@@ -98,9 +96,9 @@ class Sm final : public sc_core::sc_module {
   std::vector<RtLinks> rt_links_;                                ///< by RT unit
   std::vector<LinkPointer<modules::MemoryRequest>> requests_;    ///< by client of the L1
   std::vector<LinkPointer<modules::MemoryResponse>> responses_;  ///< by client of the L1
-  std::unique_ptr<modules::SimtCore> simt_;
-  std::vector<std::unique_ptr<RtUnit>> rt_;
-  std::unique_ptr<modules::L1Cache> l1_;
+  std::unique_ptr<modules::SimtCoreModule> simt_;
+  std::vector<std::unique_ptr<modules::RtUnitModule>> rt_;
+  std::unique_ptr<modules::L1CacheModule> l1_;
 };
 
 }  // namespace grtx::sim

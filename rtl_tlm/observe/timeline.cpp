@@ -11,7 +11,7 @@ namespace grtx::sim {
 namespace {
 
 template <typename T>
-const T* part(const RtUnit& rt, const char* name) {
+const T* part(const modules::RtUnitModule& rt, const char* name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
 }
 
@@ -50,7 +50,9 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram
       }
     }
     tracks.l1.track = writer_.track(tracks.process, "l1d");
-    for (unsigned i = 0; i < sm->simt().slots(); ++i) {
+    tracks.l1_cache = dynamic_cast<const modules::L1Cache*>(&sm->l1());
+    tracks.simt = dynamic_cast<const modules::SimtCore*>(&sm->simt());
+    for (unsigned i = 0; tracks.simt != nullptr && i < tracks.simt->slots(); ++i) {
       tracks.slots.push_back({writer_.track(tracks.process, fmt::format("warp slot {}", i)), false, 0, 0, kNothing});
     }
   }
@@ -102,6 +104,7 @@ void Timeline::sample(Cycle now) {
     SmTracks& tracks = sms_[i];
     const Sm& sm = *gpu_.sms()[i];
     for (RtTracks& rt : tracks.rt_units) {
+      if (rt.scheduler == nullptr) continue;
       const unsigned stall = rt.stalls.look(now, rt.rt->accounted(), *rt.scheduler);
       if (!shown) continue;
       // Cycles in which a warp is scheduled are one slice; an empty unit is a gap.
@@ -112,12 +115,14 @@ void Timeline::sample(Cycle now) {
         const bool busy = !rt.units[u]->idle() || rt.units[u]->busy_pipelines(now) != 0;
         show(rt.unit_tracks[u], busy ? 0 : kNothing, "busy", now);
       }
-      tracks.occupancy += static_cast<unsigned>(std::popcount(rt.buffer->occupied()));
+      if (rt.buffer != nullptr) {
+        tracks.occupancy += static_cast<unsigned>(std::popcount(rt.buffer->warps().occupied()));
+      }
     }
     if (!shown) continue;
-    const bool misses = sm.l1().mshr_used() != 0;
+    const bool misses = tracks.l1_cache != nullptr && tracks.l1_cache->mshr_used() != 0;
     show(tracks.l1, misses ? 1 : sm.l1().idle() ? kNothing : 0, misses ? "misses" : "busy", now);
-    for (unsigned s = 0; s < tracks.slots.size(); ++s) show_slot(tracks.slots[s], sm.simt(), s, now);
+    for (unsigned s = 0; s < tracks.slots.size(); ++s) show_slot(tracks.slots[s], *tracks.simt, s, now);
   }
   last_ = now;
   if (!shown) {
@@ -125,8 +130,9 @@ void Timeline::sample(Cycle now) {
     return;
   }
   for (std::size_t i = 0; i < slices_.size(); ++i) {
-    const modules::L2Slice& slice = *gpu_.slices()[i];
-    const bool misses = slice.mshr_used() != 0;
+    const modules::L2SliceModule& slice = *gpu_.slices()[i];
+    const auto* own = dynamic_cast<const modules::L2Slice*>(&slice);
+    const bool misses = own != nullptr && own->mshr_used() != 0;
     show(slices_[i], misses ? 1 : slice.idle() ? kNothing : 0, misses ? "misses" : "busy", now);
   }
   for (unsigned i = 0; i < channels_.size(); ++i) {
@@ -141,7 +147,7 @@ void Timeline::count(Cycle end, bool write) {
   const Cycle cycles = end - counted_;
   for (std::size_t i = 0; i < sms_.size(); ++i) {
     SmTracks& tracks = sms_[i];
-    const modules::L1Counters::ByRegion nodes = gpu_.sms()[i]->l1().raw_counters().nodes();
+    const modules::L1Counters::ByRegion nodes = gpu_.sms()[i]->l1().counters().nodes();
     if (write) {
       writer_.counter(tracks.process, counted_, "RT occupancy", {{"warps", rate(tracks.occupancy, cycles)}});
       writer_.counter(tracks.process, counted_, "L1 node hit rate",

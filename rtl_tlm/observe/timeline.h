@@ -45,7 +45,7 @@ class Timeline final : private CycleObserver {
     std::string name;
   };
   struct RtTracks {
-    const RtUnit* rt = nullptr;
+    const modules::RtUnitModule* rt = nullptr;
     StallFollower stalls;
     const modules::RtScheduler* scheduler = nullptr;
     const modules::WarpBuffer* buffer = nullptr;
@@ -57,6 +57,8 @@ class Timeline final : private CycleObserver {
     unsigned process = 0;
     std::vector<Slot> slots;
     std::vector<RtTracks> rt_units;
+    const modules::SimtCore* simt = nullptr;  ///< null: not the project's own, like the next
+    const modules::L1Cache* l1_cache = nullptr;
     Unit l1;
     modules::L1Counters::ByRegion nodes;  ///< at the last value of the counters
     std::uint64_t occupancy = 0;          ///< warps x cycles since then

@@ -15,15 +15,8 @@ constexpr unsigned kLevelBits = 16;
 
 /// A part of the RT unit by its name, or nullptr when this configuration does not elaborate it.
 template <typename T>
-const T* elaborated_part(const RtUnit& rt, const char* name) {
+const T* elaborated_part(const modules::RtUnitModule& rt, const char* name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
-}
-
-template <typename T>
-const T& needed(const RtUnit& rt, const char* name) {
-  const T* found = elaborated_part<T>(rt, name);
-  if (found == nullptr) throw std::logic_error(std::string("the RT unit has no ") + name);
-  return *found;
 }
 
 std::uint64_t state_of(bool waiting, bool busy) {
@@ -32,27 +25,35 @@ std::uint64_t state_of(bool waiting, bool busy) {
 
 }  // namespace
 
-RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& rt, const traces::Header& header)
+RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::RtUnitModule& rt,
+                         const traces::Header& header)
     : rt_(rt),
-      buffer_(needed<modules::WarpBuffer>(rt, "warp_buffer")),
-      scheduler_(needed<modules::RtScheduler>(rt, "rt_scheduler")),
-      memory_(needed<modules::MemoryScheduler>(rt, "memory_scheduler")),
-      any_hit_(needed<modules::AnyHitCollector>(rt, "any_hit_collector")),
+      buffer_(elaborated_part<modules::WarpBuffer>(rt, "warp_buffer")),
+      scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
+      memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
+      any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
       checkpoint_(elaborated_part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
       prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
   const std::size_t before = wires.selected();
-  const unsigned warps = buffer_.entries();
+  if (buffer_ != nullptr) warps_of_ = &buffer_->warps();
+  const unsigned warps = warps_of_ != nullptr ? warps_of_->entries() : 64;
   const unsigned lanes = width_for(std::uint64_t{warps} * modules::kMaxLanes);
   const auto add = [&](const char* name, unsigned width, const Enumeration* enumeration = nullptr) {
     return wires.add(scope + "." + name, width, WaveLevel::units, enumeration);
   };
-  issue_ = add("rt_scheduler.issue", 1);
-  stall_ = add("rt_scheduler.stall_reason", width_for(modules::kStalls), &stall_reasons());
-  occupancy_ = add("warp_buffer.occupancy", width_for(warps));
-  ready_ = add("warp_buffer.ready_warps", warps);
-  memory_queue_ = add("memory_scheduler.queued", kLevelBits);
-  memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
-  fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
+  if (scheduler_ != nullptr) {
+    issue_ = add("rt_scheduler.issue", 1);
+    stall_ = add("rt_scheduler.stall_reason", width_for(modules::kStalls), &stall_reasons());
+  }
+  if (warps_of_ != nullptr) {
+    occupancy_ = add("warp_buffer.occupancy", width_for(warps));
+    ready_ = add("warp_buffer.ready_warps", warps);
+  }
+  if (memory_ != nullptr) {
+    memory_queue_ = add("memory_scheduler.queued", kLevelBits);
+    memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
+    fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
+  }
   for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
     Unit unit;
     unit.unit = elaborated_part<modules::IntersectionUnit>(rt, name);
@@ -64,11 +65,13 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& r
     unit.in_flight = add((prefix + "in_flight").c_str(), lanes);
     units_.push_back(unit);
   }
-  any_hit_waiting_ = add("any_hit_collector.lanes_waiting", lanes);
-  any_hit_at_shader_ = add("any_hit_collector.lanes_at_shader", lanes);
-  any_hit_timer_ = add("any_hit_collector.timer", kLevelBits);
-  any_hit_batches_ = add("any_hit_collector.batches", kCounterBits);
-  any_hit_timeouts_ = add("any_hit_collector.timeouts", kCounterBits);
+  if (any_hit_ != nullptr) {
+    any_hit_waiting_ = add("any_hit_collector.lanes_waiting", lanes);
+    any_hit_at_shader_ = add("any_hit_collector.lanes_at_shader", lanes);
+    any_hit_timer_ = add("any_hit_collector.timer", kLevelBits);
+    any_hit_batches_ = add("any_hit_collector.batches", kCounterBits);
+    any_hit_timeouts_ = add("any_hit_collector.timeouts", kCounterBits);
+  }
   if (checkpoint_ != nullptr) {
     ckpt_submitting_ = add("checkpoint_unit.lanes_submitting", lanes);
     ckpt_reading_ = add("checkpoint_unit.lanes_reading", lanes);
@@ -81,22 +84,30 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& r
     prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
     prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
   }
-  for (unsigned entry = 0; entry < warps; ++entry) {
-    warps_.emplace_back(wires, scope + ".warp_buffer", buffer_, entry, checkpoint_, header);
+  if (warps_of_ != nullptr) {
+    for (unsigned entry = 0; entry < warps; ++entry) {
+      warps_.emplace_back(wires, scope + ".warp_buffer", *warps_of_, entry, checkpoint_, header);
+    }
   }
   selected_ = wires.selected() != before;
 }
 
 void RtUnitProbe::sample(Cycle now) {
   if (!selected_) return;
-  const unsigned stall = stalls_.look(now, rt_.accounted(), scheduler_);
-  issue_.set(stall == 0);
-  stall_.set(stall);
-  occupancy_.set(static_cast<unsigned>(std::popcount(buffer_.occupied())));
-  ready_.set(buffer_.ready_entries());
-  memory_queue_.set(memory_.queued());
-  memory_outstanding_.set(memory_.outstanding());
-  fetches_.set(memory_.counters().node_sectors());
+  if (scheduler_ != nullptr) {
+    const unsigned stall = stalls_.look(now, rt_.accounted(), *scheduler_);
+    issue_.set(stall == 0);
+    stall_.set(stall);
+  }
+  if (warps_of_ != nullptr) {
+    occupancy_.set(static_cast<unsigned>(std::popcount(warps_of_->occupied())));
+    ready_.set(warps_of_->ready_entries());
+  }
+  if (memory_ != nullptr) {
+    memory_queue_.set(memory_->queued());
+    memory_outstanding_.set(memory_->outstanding());
+    fetches_.set(memory_->counters().node_sectors());
+  }
   for (Unit& unit : units_) {
     const unsigned busy = unit.unit->busy_pipelines(now);
     unit.state.set(state_of(unit.unit->queued() != 0, !unit.unit->idle() || busy != 0));
@@ -104,21 +115,11 @@ void RtUnitProbe::sample(Cycle now) {
     unit.queued.set(unit.unit->queued());
     unit.in_flight.set(unit.unit->in_flight());
   }
-  unsigned waiting = 0;
-  unsigned at_shader = 0;
-  Cycle timer = 0;
-  modules::for_each_bit(buffer_.occupied(), [&](unsigned entry) {
-    const modules::Warp& warp = buffer_.warp(entry);
-    const LaneMask lanes = warp.in_state(LaneState::waiting_any_hit);
-    waiting += static_cast<unsigned>(std::popcount(lanes));
-    at_shader += static_cast<unsigned>(std::popcount(warp.in_state(LaneState::in_any_hit)));
-    if (lanes != 0) timer = std::max(timer, now - warp.any_hit_since);
-  });
-  any_hit_waiting_.set(waiting);
-  any_hit_at_shader_.set(at_shader);
-  any_hit_timer_.set(std::min<Cycle>(timer, (1u << kLevelBits) - 1));
-  any_hit_batches_.set(any_hit_.counters().batches);
-  any_hit_timeouts_.set(any_hit_.counters().timeouts);
+  if (any_hit_ != nullptr) {
+    if (warps_of_ != nullptr) sample_any_hit(now);
+    any_hit_batches_.set(any_hit_->counters().batches);
+    any_hit_timeouts_.set(any_hit_->counters().timeouts);
+  }
   if (checkpoint_ != nullptr) {
     ckpt_submitting_.set(checkpoint_->lanes_submitting());
     ckpt_reading_.set(checkpoint_->lanes_reading());
@@ -132,6 +133,22 @@ void RtUnitProbe::sample(Cycle now) {
     prefetch_outstanding_.set(prefetcher_->outstanding());
   }
   for (WarpProbe& warp : warps_) warp.sample();
+}
+
+void RtUnitProbe::sample_any_hit(Cycle now) {
+  unsigned waiting = 0;
+  unsigned at_shader = 0;
+  Cycle timer = 0;
+  modules::for_each_bit(warps_of_->occupied(), [&](unsigned entry) {
+    const modules::Warp& warp = warps_of_->warp(entry);
+    const LaneMask lanes = warp.in_state(LaneState::waiting_any_hit);
+    waiting += static_cast<unsigned>(std::popcount(lanes));
+    at_shader += static_cast<unsigned>(std::popcount(warp.in_state(LaneState::in_any_hit)));
+    if (lanes != 0) timer = std::max(timer, now - warp.any_hit_since);
+  });
+  any_hit_waiting_.set(waiting);
+  any_hit_at_shader_.set(at_shader);
+  any_hit_timer_.set(std::min<Cycle>(timer, (1u << kLevelBits) - 1));
 }
 
 SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::SimtCore& simt) : simt_(simt) {

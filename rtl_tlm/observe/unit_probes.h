@@ -17,21 +17,25 @@ namespace grtx::sim {
 
 class RtUnitProbe {
  public:
-  RtUnitProbe(Wires& wires, const std::string& scope, const RtUnit& rt, const traces::Header& header);
+  /// Parts of the unit that are not the project's own have no signals.
+  RtUnitProbe(Wires& wires, const std::string& scope, const modules::RtUnitModule& rt, const traces::Header& header);
   void sample(Cycle now);
 
  private:
+  void sample_any_hit(Cycle now);
+
   struct Unit {
     const modules::IntersectionUnit* unit = nullptr;
     Wire state, busy, queued, in_flight;
   };
-  const RtUnit& rt_;
-  const modules::WarpBuffer& buffer_;
-  const modules::RtScheduler& scheduler_;
-  const modules::MemoryScheduler& memory_;
-  const modules::AnyHitCollector& any_hit_;
+  const modules::RtUnitModule& rt_;
+  const modules::WarpBuffer* buffer_;
+  const modules::RtScheduler* scheduler_;
+  const modules::MemoryScheduler* memory_;
+  const modules::AnyHitCollector* any_hit_;
   const modules::CheckpointUnit* checkpoint_;
   const modules::SiblingPrefetcher* prefetcher_;
+  const modules::WarpTable* warps_of_ = nullptr;
   StallFollower stalls_;
   bool selected_ = false;
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,

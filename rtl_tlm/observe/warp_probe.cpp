@@ -40,7 +40,7 @@ Node node_of(const traces::RayGroup& group, const Event& event, traces::NodeKind
 
 }  // namespace
 
-WarpProbe::WarpProbe(Wires& wires, const std::string& scope, const modules::WarpBuffer& buffer, unsigned entry,
+WarpProbe::WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
                      const modules::CheckpointUnit* checkpoint, const traces::Header& header)
     : buffer_(buffer),
       checkpoint_(checkpoint),

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/warp_table.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 #include "grtx/traces/header.h"
 
@@ -14,7 +14,7 @@ namespace grtx::sim {
 class WarpProbe {
  public:
   /// scope: of the warp buffer. checkpoint: null when not elaborated. All must outlive the probe.
-  WarpProbe(Wires& wires, const std::string& scope, const modules::WarpBuffer& buffer, unsigned entry,
+  WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
             const modules::CheckpointUnit* checkpoint, const traces::Header& header);
 
   void sample();
@@ -26,7 +26,7 @@ class WarpProbe {
   void show_offsets();
   void clear();
 
-  const modules::WarpBuffer& buffer_;
+  const modules::WarpTable& buffer_;
   const modules::CheckpointUnit* checkpoint_;
   unsigned entry_;
   unsigned k_;

@@ -34,14 +34,23 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram
   for (const auto& sm : gpu.sms()) {
     const std::string scope = sm->name();
     for (const auto& rt : sm->rt_units()) rt_units_.emplace_back(wires_, rt->name(), *rt, header);
-    simt_cores_.emplace_back(wires_, scope + ".simt", sm->simt());
-    l1_caches_.emplace_back(wires_, scope + ".l1d", sm->l1());
+    // Units that are not the project's own have no signals beside those of their links.
+    if (const auto* simt = dynamic_cast<const modules::SimtCore*>(&sm->simt())) {
+      simt_cores_.emplace_back(wires_, scope + ".simt", *simt);
+    }
+    if (const auto* l1 = dynamic_cast<const modules::L1Cache*>(&sm->l1())) {
+      l1_caches_.emplace_back(wires_, scope + ".l1d", *l1);
+    }
     sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });
   }
   gpu.for_each_link([&](const auto& link) { add_link("gpu." + link.name(), link); });
   crossbar_requests_ = wires_.add("gpu.crossbar.requests", 48, WaveLevel::signals);
   crossbar_replies_ = wires_.add("gpu.crossbar.replies", 48, WaveLevel::signals);
-  for (const auto& slice : gpu.slices()) l2_slices_.emplace_back(wires_, slice->name(), *slice);
+  for (const auto& slice : gpu.slices()) {
+    if (const auto* own = dynamic_cast<const modules::L2Slice*>(slice.get())) {
+      l2_slices_.emplace_back(wires_, slice->name(), *own);
+    }
+  }
   for (unsigned i = 0; i < dram.channels(); ++i) {
     dram_outstanding_.push_back(wires_.add(fmt::format("gpu.dram.channel{}.outstanding", i), 16));
   }

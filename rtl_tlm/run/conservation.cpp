@@ -73,7 +73,8 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dra
   if (!gpu.idle()) violations.push_back("the GPU is not empty at the end");
   if (!dram.idle()) violations.push_back("the DRAM is not empty at the end");
   for (const auto& slice : gpu.slices()) {
-    if (slice->dram.pool().live() != 0)
+    const auto* own = dynamic_cast<const modules::L2Slice*>(slice.get());
+    if (own != nullptr && own->dram.pool().live() != 0)
       violations.push_back(std::string(slice->name()) + ": DRAM payloads are still held");
   }
   return violations;

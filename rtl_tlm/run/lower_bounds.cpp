@@ -12,7 +12,7 @@ Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 
 
 std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
   Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, transform = 0, rt_port = 0, l1_port = 0;
-  for (const RtUnitCounters& rt : c.rt_of) {
+  for (const modules::RtUnitCounters& rt : c.rt_of) {
     issue = std::max(issue, rt.scheduler.selections);
     box = std::max(box, divide_up(rt.ray_box.busy_cycles, config.rt.ray_box.count));
     triangle = std::max(triangle, divide_up(rt.ray_triangle.busy_cycles, config.rt.ray_triangle.count));

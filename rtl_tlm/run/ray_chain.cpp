@@ -7,7 +7,7 @@
 namespace grtx::sim {
 
 ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
-  const RtUnitConfig& rt = config.rt;
+  const modules::RtUnitConfig& rt = config.rt;
   const bool procedural = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
   // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
   // scheduled warp to its request, one from the response to the unit's start.

@@ -191,7 +191,7 @@ GpuCounters Machine::counters() const {
   for (const Sm& sm : sms_) {
     c.distributor.most_on_one_sm = std::max(c.distributor.most_on_one_sm, sm.launched);
     c.distributor.fewest_on_one_sm = std::min(c.distributor.fewest_on_one_sm, sm.launched);
-    RtUnitCounters rt = sm.rt;
+    modules::RtUnitCounters rt = sm.rt;
     rt.ray_box = sm.box.counters;
     (traffic_.leaf_kind() == NodeKind::triangle ? rt.ray_triangle : rt.ray_sphere) = sm.leaf.counters;
     rt.ray_transform = sm.transform.counters;

@@ -221,7 +221,7 @@ struct Sm {
   SlotCalendar hand_over;  ///< of checkpoint entries
   Cycle accounted = 0;     ///< cycles before it are counted as selections or stalls
   modules::Stall last_stall{};
-  RtUnitCounters rt;
+  modules::RtUnitCounters rt;
   // ---- L1
   modules::SectorCacheTags tags;
   unsigned sectors;  ///< of a line

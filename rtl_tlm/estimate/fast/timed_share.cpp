@@ -14,8 +14,8 @@ void add_up(C& c, unsigned doublings) {
 
 }  // namespace
 
-void scale_up(RtUnitCounters& c, unsigned doublings) {
-  const RtUnitCounters exact = c;
+void scale_up(modules::RtUnitCounters& c, unsigned doublings) {
+  const modules::RtUnitCounters exact = c;
   double_up(c, doublings);
   c.units = exact.units;
   c.warp_buffer.calls = exact.warp_buffer.calls;

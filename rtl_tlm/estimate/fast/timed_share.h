@@ -18,7 +18,7 @@ struct AnyHitWork {
 
 // Each makes 2^doublings times as much of what only timed events count. What is counted of all events (what the trace
 // gives) stays as it is, and so does what is a maximum.
-void scale_up(RtUnitCounters& c, unsigned doublings);
+void scale_up(modules::RtUnitCounters& c, unsigned doublings);
 /// timed, warming: the any-hit shaders of timed events and of others; c has both.
 void scale_up(modules::SimtCounters& c, unsigned doublings, const AnyHitWork& timed, const AnyHitWork& warming);
 void scale_up(modules::L1Counters& c, unsigned doublings);

@@ -59,7 +59,7 @@ TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
   std::vector<std::unique_ptr<Link<int>>> links;
   for (unsigned i = 0; i < kLinks; ++i) {
     links.push_back(std::make_unique<Link<int>>("link", 1, 4));
-    waiting.watch(i, *links[i]);
+    waiting.watch(i, LinkReader<int>(*links[i]));
   }
   for (const unsigned i : {129u, 0u, 63u, 64u, 70u}) links[i]->push(0, 1);
   links[70]->push(1, 2);
@@ -73,7 +73,7 @@ TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
   EXPECT_EQ(from(71), (std::vector<unsigned>{129, 0, 63, 64, 70}));
   for (const unsigned i : {64u, 70u}) {
     links[i]->pop(2);
-    waiting.popped(i, *links[i]);
+    waiting.popped(i, LinkReader<int>(*links[i]));
   }
   EXPECT_EQ(from(1), (std::vector<unsigned>{63, 70, 129, 0})) << "link 70 held two";
   std::vector<unsigned> ascending;

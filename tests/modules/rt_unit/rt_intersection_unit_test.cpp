@@ -12,6 +12,12 @@ namespace {
 
 class RtIntersectionUnitTest : public SystemCTest {};
 
+/// Stands for the RT scheduler.
+struct Results final : intersection_client_if {
+  std::vector<std::pair<Cycle, LaneId>> seen;
+  void unit_result(Cycle now, LaneId id) override { seen.emplace_back(now, id); }
+};
+
 struct Case {
   const char* what;
   IntersectionUnit::Config config;
@@ -29,20 +35,21 @@ TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
       // Lane 0 holds its pipeline for six starts; lanes 2 and 3 follow lane 1 and overtake it.
       {"several tests", {2, 4, 1}, {6, 1, 1, 2}, {{5, 1}, {6, 2}, {8, 3}, {10, 0}}},
   };
-  unsigned number = 0;
   for (const auto& c : cases) {
     SCOPED_TRACE(c.what);
-    IntersectionUnit unit(("unit" + std::to_string(number++)).c_str(), c.config, 1, ray_triangle_path());
+    fresh_context();
+    IntersectionUnit unit("unit", c.config, 1, ray_triangle_path());
+    Results results;
+    unit.client.bind(results);
+    sc_core::sc_start(sc_core::SC_ZERO_TIME);
     for (std::size_t i = 0; i < c.tests.size(); ++i) unit.enqueue(0, static_cast<LaneId>(i), c.tests[i]);
-    std::vector<std::pair<Cycle, LaneId>> results;
     for (Cycle now = 1; !unit.idle() && now < 100;) {
-      unit.collect(now, [&](LaneId id) { results.emplace_back(now, id); });
-      unit.start(now);
+      unit.tick(now);
       const Cycle next = unit.due();
       EXPECT_GT(next, now);
       now = next;  // nothing may be missed by jumping
     }
-    EXPECT_EQ(results, c.results);
+    EXPECT_EQ(results.seen, c.results);
     std::uint64_t tests = 0;
     for (const unsigned t : c.tests) tests += t;
     EXPECT_EQ(unit.counters().operations, c.tests.size());

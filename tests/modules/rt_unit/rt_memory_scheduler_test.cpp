@@ -28,10 +28,32 @@ class RtMemorySchedulerTest : public SystemCTest {
   }
 };
 
+/// A memory scheduler among mocks: a warp buffer without warps, links, and somebody who takes the nodes.
+struct Bench final : warp_buffer_if, fetched_node_if {
+  Bench(const MemoryScheduler::Config& config, const traces::Header& header, unsigned entries,
+        std::size_t capacity = 64)
+      : table(entries), memory("memory", config, header, entries), requests("requests", 1, capacity) {
+    memory.warp_buffer.bind(*this);
+    memory.fetched_node.bind(*this);
+    memory.request.bind(requests);
+    memory.response.bind(responses);
+    sc_core::sc_start(sc_core::SC_ZERO_TIME);
+  }
+  WarpTable& warps() override { return table; }
+  void fetched(Cycle, unsigned entry, LaneMask lanes, traces::NodeKind) override {
+    completed.push_back(lanes << (32 * entry));
+  }
+  WarpTable table;
+  MemoryScheduler memory;
+  Link<MemoryRequest> requests;
+  Link<MemoryResponse> responses{"responses", 1, 64};
+  std::vector<LaneMask> completed;
+};
+
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  MemoryScheduler memory("memory", {64, false, false, {}}, header(), 2);
-  Link<MemoryRequest> requests("requests", 1, 64);
-  Link<MemoryResponse> responses("responses", 1, 64);
+  Bench bench({64, false, false, {}}, header(), 2, 64);
+  MemoryScheduler& memory = bench.memory;
+  auto& requests = bench.requests;
   memory.begin_warp(5, 0);
   memory.visit(lane_id(0, 3), NodeKind::internal, 128, false);
   memory.visit(lane_id(0, 4), NodeKind::internal, 256, false);
@@ -41,48 +63,46 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
   EXPECT_EQ(memory.counters().node_visits(), 4u);
   EXPECT_EQ(memory.counters().node_fetches(), 3u);
   Cycle now = 7;
-  for (; memory.issue(now, requests); ++now) {
-  }
+  for (; memory.busy(); ++now) memory.issue(now);
   std::vector<std::uint64_t> addresses;
-  std::vector<LaneMask> completed;
   while (const auto* r = requests.front(100)) {
     addresses.push_back(r->address);
-    answer(responses, 100, *r);
+    answer(bench.responses, 100, *r);
     requests.pop(100);
   }
   EXPECT_EQ(addresses, (std::vector<std::uint64_t>{128, 160, 256, 288, 128, 160}));
-  for (Cycle c = 101; c < 107; ++c) {
-    const auto done = memory.respond(c, responses);
-    if (done.lanes != 0) completed.push_back(done.lanes << (32 * done.entry));
-  }
-  EXPECT_EQ(completed, (std::vector<LaneMask>{0b1000001000, 0b10000, LaneMask{1} << 32}));
+  for (Cycle c = 101; c < 107; ++c) memory.respond(c);
+  EXPECT_EQ(bench.completed, (std::vector<LaneMask>{0b1000001000, 0b10000, LaneMask{1} << 32}));
   EXPECT_TRUE(memory.idle());
   // Asked in 5, 5 and 6; the second sectors come back in 102, 104 and 106.
   EXPECT_EQ(memory.counters().fetch_latency.sum(), 97u + 99u + 100u);
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  MemoryScheduler memory("memory", {64, true, false, {}}, header(), 1);
-  Link<MemoryRequest> requests("requests", 1, 64);
-  Link<MemoryResponse> responses("responses", 1, 64);
+  Bench bench({64, true, false, {}}, header(), 1, 64);
+  MemoryScheduler& memory = bench.memory;
+  auto& requests = bench.requests;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::internal, 128, false);
-  memory.issue(1, requests);
-  memory.issue(2, requests);
-  answer(responses, 3, *requests.front(3));
-  EXPECT_EQ(memory.respond(4, responses).lanes, 0u);
+  memory.issue(1);
+  memory.issue(2);
+  answer(bench.responses, 3, *requests.front(3));
+  memory.respond(4);
+  EXPECT_TRUE(bench.completed.empty());
   memory.begin_warp(5, 0);
   memory.visit(1, NodeKind::internal, 128, false);  // one sector still missing: joins
   EXPECT_EQ(memory.counters().node_fetches(), 1u);
-  answer(responses, 6, *requests.front(6));
-  EXPECT_EQ(memory.respond(7, responses).lanes, 0b11u);
+  answer(bench.responses, 6, *requests.front(6));
+  memory.respond(7);
+  EXPECT_EQ(bench.completed, (std::vector<LaneMask>{0b11}));
   memory.begin_warp(8, 0);
   memory.visit(2, NodeKind::internal, 128, false);
   EXPECT_EQ(memory.counters().node_fetches(), 2u);
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  MemoryScheduler memory("memory", {64, false, false, {128, true, false}}, header(), 1);
+  Bench bench({64, false, false, {128, true, false}}, header(), 1);
+  MemoryScheduler& memory = bench.memory;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
   memory.visit(1, NodeKind::instance, 1024, false);
@@ -105,15 +125,21 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  MemoryScheduler memory("memory", {64, false, false, {}}, header(), 1);
-  Link<MemoryRequest> requests("requests", 1, 1);
+  Bench bench({64, false, false, {}}, header(), 1, 1);
+  MemoryScheduler& memory = bench.memory;
+  auto& requests = bench.requests;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::internal, 128, false);
-  EXPECT_TRUE(memory.issue(1, requests));
-  EXPECT_FALSE(memory.issue(2, requests));
+  const auto sends = [&](Cycle now) {
+    const std::uint64_t before = memory.outstanding();
+    memory.issue(now);
+    return memory.outstanding() != before;
+  };
+  EXPECT_TRUE(sends(1));
+  EXPECT_FALSE(sends(2));
   requests.pop(2);
-  EXPECT_FALSE(memory.issue(2, requests));  // the slot is known to be free from the next cycle on
-  EXPECT_TRUE(memory.issue(3, requests));
+  EXPECT_FALSE(sends(2));  // the slot is known to be free from the next cycle on
+  EXPECT_TRUE(sends(3));
 }
 
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {

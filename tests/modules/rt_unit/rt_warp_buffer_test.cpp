@@ -34,7 +34,7 @@ traces::RayGroup two_rays() {
 
 TEST_F(RtWarpBufferTest, LanesFindTheEventsOfTheirRound) {
   const auto group = two_rays();
-  WarpBuffer buffer("buffer", {2, 8}, true);
+  WarpTable buffer(2);
   unsigned e = buffer.accept(0, {&group, 0, 7, 0b11});
   EXPECT_EQ(e, 0u);
   EXPECT_EQ(buffer.warp(e).in_state(LaneState::ready), 0b11u);
@@ -72,13 +72,13 @@ TEST_F(RtWarpBufferTest, LanesFindTheEventsOfTheirRound) {
 
 TEST_F(RtWarpBufferTest, ACallOfARoundThatDoesNotExistIsRefused) {
   const auto group = two_rays();
-  WarpBuffer buffer("buffer", {2, 8}, true);
+  WarpTable buffer(2);
   EXPECT_THROW(buffer.accept(0, {&group, 1, 0, 0b10}), Error);
 }
 
 TEST_F(RtWarpBufferTest, OldestIsByAcceptanceNotByEntry) {
   const auto group = two_rays();
-  WarpBuffer buffer("buffer", {2, 8}, false);
+  WarpTable buffer(2);
   buffer.accept(0, {&group, 0, 0, 0b10});
   buffer.accept(1, {&group, 0, 1, 0b10});
   buffer.move(0, 0b10, LaneState::ready, LaneState::finished);

@@ -50,9 +50,8 @@ class WorkBench {
     friend bool operator==(const Seen&, const Seen&) = default;
   };
 
-  WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration,
-            bool stop = false)
-      : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots, stop}, source) {
+  WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration)
+      : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots}, source) {
     for (unsigned sm = 0; sm < sms; ++sm) {
       launches.emplace_back(std::make_unique<Link<LaunchWarp>>("launch", 1, slots));
       ends.emplace_back(std::make_unique<Link<WarpEnded>>("ended", 1, slots));
@@ -162,19 +161,6 @@ TEST_F(WorkDistributorTest, FiresDoneOnceWhenTheLastGroupEnded) {
   EXPECT_EQ(fired, 1u);
   EXPECT_EQ(bench.distributor.end_cycle(), 54u);
   EXPECT_TRUE(bench.distributor.idle());
-}
-
-TEST_F(WorkDistributorTest, StopsTheSimulationOnlyIfAsked) {
-  for (const bool stop : {false, true}) {
-    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-    set_time_resolution_to_fs();
-    WorkBench bench(
-        1, 1, 1, [](std::uint32_t) { return 5; }, stop);
-    run(bench.clock, 100);
-    EXPECT_EQ(sc_core::sc_get_status() == sc_core::SC_STOPPED, stop);
-    EXPECT_TRUE(bench.distributor.finished());
-  }
 }
 
 TEST_F(WorkDistributorTest, ATraceWithoutGroupsEndsAtOnce) {

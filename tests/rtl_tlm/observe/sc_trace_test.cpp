@@ -27,7 +27,7 @@ class WarpCounter final : public sc_core::sc_module {
 
  private:
   void look() {
-    const unsigned warps = gpu_.sms()[0]->simt().resident();
+    const unsigned warps = dynamic_cast<const modules::SimtCore&>(gpu_.sms()[0]->simt()).resident();
     most = std::max(most, warps);
     resident.write(warps);
   }

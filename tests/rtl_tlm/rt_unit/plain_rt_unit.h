@@ -47,7 +47,7 @@ class PlainRtUnit {
   std::vector<Batch> batches;
   std::vector<Request> requests[4];  ///< node, checkpoint, prefetch, stack
 
-  PlainRtUnit(const RtUnitConfig& config, const traces::Header& header, const modules::MemoryMap& map,
+  PlainRtUnit(const modules::RtUnitConfig& config, const traces::Header& header, const modules::MemoryMap& map,
               unsigned memory_latency, unsigned any_hit_cycles)
       : config_(config), header_(header), map_(map), memory_latency_(memory_latency), any_hit_cycles_(any_hit_cycles) {
     warps_.resize(config.warp_buffer.entries);
@@ -638,7 +638,7 @@ class PlainRtUnit {
            prefetch_responses_.empty() && stack_queue_.empty() && stack_responses_.empty() && done_messages_.empty();
   }
 
-  RtUnitConfig config_;
+  modules::RtUnitConfig config_;
   traces::Header header_;
   const modules::MemoryMap& map_;
   unsigned memory_latency_, any_hit_cycles_;

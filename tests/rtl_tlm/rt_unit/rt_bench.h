@@ -93,7 +93,7 @@ inline traces::Header small_header(const std::string& accel = "tri20", std::uint
 }
 
 struct BenchOptions {
-  RtUnitConfig rt;
+  modules::RtUnitConfig rt;
   unsigned memory_latency = 20;  ///< cycles from a request's issue to the response being visible, >= 2
   unsigned any_hit_cycles = 10;  ///< from a batch being visible to AnyHitDone being sent
   std::size_t resident_warps = 16;
@@ -121,7 +121,7 @@ class RtBench {
       : options_(std::move(options)),
         map_(header, {1, static_cast<unsigned>(options_.resident_warps), 0, options_.rt.warp_buffer.spill ? 128u : 0u}),
         clock_("clock", 1000.0, options_.idle_skip) {
-    const auto make_rt = [&] { rt_ = std::make_unique<RtUnit>("rt", options_.rt, header, map_, clock_, 0u); };
+    const auto make_rt = [&] { rt_ = std::make_unique<modules::RtUnit>("rt", options_.rt, header, map_, clock_, 0u); };
     const auto make_simt = [&] {
       simt_ = std::make_unique<modules::TickProcess>("simt", clock_, [this](Cycle now) { simt(now); });
     };
@@ -189,7 +189,7 @@ class RtBench {
     sc_core::sc_start();
   }
   /// Counters up to the cycle in which the last warp retired.
-  RtUnitCounters counters() {
+  modules::RtUnitCounters counters() {
     rt_->settle(dones.empty() ? 0 : dones.back().cycle + 1);
     return rt_->counters();
   }
@@ -205,7 +205,7 @@ class RtBench {
     }
     return out.str();
   }
-  RtUnit& rt() { return *rt_; }
+  modules::RtUnit& rt() { return *rt_; }
   const modules::MemoryMap& map() const { return map_; }
 
   std::vector<Done> dones;
@@ -277,7 +277,7 @@ class RtBench {
   std::vector<std::unique_ptr<Link<modules::MemoryResponse>>> responses_;
   std::unique_ptr<modules::TickProcess> simt_;
   std::unique_ptr<modules::TickProcess> memory_;
-  std::unique_ptr<RtUnit> rt_;
+  std::unique_ptr<modules::RtUnit> rt_;
   std::deque<modules::TraceCall> to_call_;
   std::deque<std::pair<Cycle, modules::AnyHitDone>> shaders_;
   std::vector<const traces::RayGroup*> groups_;

@@ -75,7 +75,7 @@ BenchOptions random_configuration(std::mt19937& random) {
   BenchOptions options;
   options.memory_latency = one_of({2, 3, 20, 117});
   options.any_hit_cycles = one_of({1, 10, 60});
-  RtUnitConfig& rt = options.rt;
+  modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 4, 8});
   const char* policies[] = {"oldest_first", "round_robin", "greedy_then_oldest"};
   rt.scheduler.policy = policies[one_of({0, 1, 2})];

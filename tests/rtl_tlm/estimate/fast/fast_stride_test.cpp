@@ -177,7 +177,7 @@ TEST(FastStrideChoice, IsAPowerOfTwo) {
 }
 
 TEST(TimedShare, KeepsWhatTheTraceGivesAndMultipliesTheRest) {
-  RtUnitCounters rt;
+  modules::RtUnitCounters rt;
   rt.units = 1;
   rt.warp_buffer.calls = 3;
   rt.warp_buffer.occupancy_integral = 10;

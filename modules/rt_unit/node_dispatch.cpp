@@ -1,0 +1,43 @@
+#include "grtx/modules/rt_unit/node_dispatch.h"
+
+#include <algorithm>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+using traces::NodeKind;
+
+NodeDispatch::NodeDispatch(const sc_core::sc_module_name& name, const Config& config)
+    : sc_module(name), config_(config) {}
+
+void NodeDispatch::end_of_elaboration() {
+  warps_ = &warp_buffer->warps();
+  const auto attach = [this](NodeKind kind, Optional<intersection_if>& unit) {
+    if (unit.size() > 0) by_kind_[static_cast<std::size_t>(kind)] = unit.operator->();
+  };
+  attach(NodeKind::internal, ray_box);
+  attach(NodeKind::triangle, ray_triangle);
+  attach(NodeKind::procedural, ray_sphere);
+  attach(NodeKind::instance, ray_transform);
+}
+
+void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
+  intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
+  if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
+  warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
+  const Warp& warp = warps_->warp(entry);
+  for_each_bit(lanes, [&](unsigned i) {
+    const Lane& lane = warp.lane[i];
+    prefetch_for_read(lane.next + 2);  // needed after the test
+    unsigned tests = 1;
+    if (kind == NodeKind::internal) {
+      const traces::NodeDefinition& node = warp.group->nodes[lane.event.node];
+      prefetch_for_read(&node);
+      if (config_.box_op_per_child) tests = std::max(1u, unsigned{node.child_count});
+    }
+    unit->enqueue(now, lane_id(entry, i), tests);
+  });
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,38 @@
+// Between the RT scheduler, whose visits a prefetcher watches, and the prefetcher. Nobody waits for it.
+#pragma once
+
+#include <cstdint>
+#include <systemc>
+
+#include "grtx/modules/kernel/link_if.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/rt_part.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::modules {
+
+/// The RT scheduler's view of a prefetcher.
+class prefetch_if : public virtual sc_core::sc_interface {
+ public:
+  /// A lane begins a round.
+  virtual void begin_lane(LaneId id) = 0;
+  /// Starts the visits of one warp in one cycle.
+  virtual void begin_warp() = 0;
+  /// The lane's visit of group.nodes[definition] found the children in `hit`.
+  virtual void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) = 0;
+  /// The lane asks for the leaf at `address` (in units of kNodeUnit).
+  virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
+};
+
+/// A prefetcher of nodes.
+class PrefetchModule : public RtMemoryPart, public prefetch_if {
+ public:
+  LinkOut<MemoryRequest> request{"request"};
+  LinkIn<MemoryResponse> response{"response"};
+
+ protected:
+  using RtMemoryPart::RtMemoryPart;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,46 @@
+// What the RT unit's netlist asks of each of its parts, whoever made it.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <systemc>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/kernel/inventory.h"
+
+namespace grtx::modules {
+
+struct RtUnitCounters;
+
+/// A part does its work when the netlist calls its stages, in the order that RtUnit::run_stages states; it reaches its
+/// neighbours through ports.
+class RtPart : public sc_core::sc_module {
+ public:
+  /// Nothing inside: no request and no response under way. Links are not looked at.
+  virtual bool idle() const = 0;
+  /// Grows with all that the part does; for a watchdog.
+  virtual std::uint64_t progress() const = 0;
+  /// Adds the part's own counts to those of its RT unit.
+  virtual void count(RtUnitCounters& all) const = 0;
+  virtual Inventory inventory() const = 0;
+  virtual void dump_state(std::ostream& out) const = 0;
+
+ protected:
+  explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}
+};
+
+/// A part with a port of the memory system: a client of the L1.
+class RtMemoryPart : public RtPart {
+ public:
+  /// Takes at most one response.
+  virtual void respond(Cycle now) = 0;
+  /// Sends at most one request.
+  virtual void issue(Cycle now) = 0;
+  /// Has work in the next cycle, whatever arrives.
+  virtual bool busy() const = 0;
+
+ protected:
+  using RtPart::RtPart;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,41 @@
+// Raw counts of one RT unit, or of several added up.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/memory_scheduler.h"
+#include "grtx/modules/rt_unit/rt_scheduler.h"
+#include "grtx/modules/rt_unit/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/stack_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
+
+namespace grtx::modules {
+
+/// Counters of parts that were not elaborated stay 0.
+struct RtUnitCounters {
+  std::uint64_t units = 0;  ///< RT units added up
+  WarpBuffer::Counters warp_buffer;
+  RtScheduler::Counters scheduler;
+  MemoryScheduler::Counters memory;
+  IntersectionUnit::Counters ray_box;
+  IntersectionUnit::Counters ray_triangle;
+  IntersectionUnit::Counters ray_sphere;
+  IntersectionUnit::Counters ray_transform;
+  AnyHitCollector::Counters any_hit;
+  CheckpointUnit::Counters checkpoint;
+  SiblingPrefetcher::Counters prefetch;
+  StackUnit::Counters stack;
+
+  void add(const RtUnitCounters& other);
+  /// Of the intersection unit with this name (ray_box, ...); nullptr when there is no such unit.
+  IntersectionUnit::Counters* of_unit(std::string_view name);
+  /// cycles: length of the run, for the mean occupancy of a warp buffer.
+  void describe(StatisticList& list, const std::string& prefix, Cycle cycles) const;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,50 @@
+// Who makes the parts of an RT unit: the project's own classes, unless a factory is set here. This is how a unit of
+// yours takes the place of one of ours; no file of the project needs an edit.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/rt_unit/any_hit_if.h"
+#include "grtx/modules/rt_unit/checkpoint_if.h"
+#include "grtx/modules/rt_unit/intersection_if.h"
+#include "grtx/modules/rt_unit/node_fetch_if.h"
+#include "grtx/modules/rt_unit/prefetch_if.h"
+#include "grtx/modules/rt_unit/scheduler_if.h"
+#include "grtx/modules/rt_unit/stack_if.h"
+#include "grtx/modules/rt_unit/warp_buffer_if.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::modules {
+
+struct RtUnitConfig;
+
+/// What a part may want to know when it is made. All of it outlives the part.
+struct RtUnitContext {
+  const RtUnitConfig& config;
+  const traces::Header& header;
+  const MemoryMap& map;
+  const NodeTraffic& traffic;  ///< what a node visit reads
+  unsigned sm;                 ///< number of the SM: selects its per-ray buffers in the map
+};
+
+struct RtUnitParts {
+  template <typename Part>
+  using Factory = std::function<std::unique_ptr<Part>(const char* name, const RtUnitContext& rt)>;
+
+  Factory<WarpBufferModule> warp_buffer;
+  Factory<RtSchedulerModule> rt_scheduler;
+  Factory<NodeFetchModule> memory_scheduler;
+  Factory<IntersectionModule> ray_box;
+  Factory<IntersectionModule> ray_triangle;
+  Factory<IntersectionModule> ray_sphere;
+  Factory<IntersectionModule> ray_transform;
+  Factory<AnyHitModule> any_hit_collector;
+  // Asked for only where the configuration has the part.
+  Factory<CheckpointModule> checkpoint_unit;
+  Factory<PrefetchModule> sibling_prefetcher;
+  Factory<StackModule> stack_unit;
+};
+
+}  // namespace grtx::modules

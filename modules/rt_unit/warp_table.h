@@ -1,0 +1,205 @@
+// The state of all warps in the warp buffer, as every part of the RT unit sees it: which lane stands where. Plain C++.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cstdint>
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/round_cursor.h"
+#include "grtx/modules/messages/warp_messages.h"
+
+namespace grtx::modules {
+
+/// Where a lane stands. A lane is in exactly one state.
+enum class LaneState : std::uint8_t {
+  idle,                      ///< not part of the call
+  ready,                     ///< its next event can be handled when its warp is selected
+  waiting_memory,            ///< node fetch under way
+  in_unit,                   ///< queued at or inside an intersection unit
+  waiting_any_hit,           ///< hit found, waits for the warp's any-hit batch
+  in_any_hit,                ///< batch sent, waits for AnyHitDone
+  waiting_checkpoint_read,   ///< source entry on its way
+  waiting_checkpoint_write,  ///< entries or the last sector not yet taken by the checkpoint unit
+  waiting_stack,             ///< stack entries on their way to or from memory
+  finished,
+  count
+};
+inline constexpr std::size_t kLaneStates = static_cast<std::size_t>(LaneState::count);
+inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
+    "idle",       "ready",           "waiting_memory",   "in_unit", "waiting_any_hit",
+    "in_any_hit", "checkpoint_read", "checkpoint_write", "stack",   "finished"};
+
+/// What a warp of the buffer waits for, judged by the most advanced thing that one of its lanes can do; first that
+/// applies in this order.
+enum class WarpWait : std::uint8_t {
+  ready,       ///< a lane is ready: to be selected by the scheduler
+  memory,      ///< a lane waits for a node
+  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
+  unit,        ///< a lane is queued at or inside an intersection unit
+  any_hit,     ///< all unfinished lanes wait for the any-hit shader
+  retire,      ///< all lanes have finished
+  count
+};
+inline constexpr std::size_t kWarpWaits = static_cast<std::size_t>(WarpWait::count);
+inline constexpr std::array<std::string_view, kWarpWaits> kWarpWaitNames = {"ready", "memory",  "checkpoint", "stack",
+                                                                            "unit",  "any_hit", "retire"};
+
+struct Lane {
+  const traces::Event* next = nullptr;  ///< event to handle, or being handled
+  // Copies of next[0] and next[1], as far as there are any. The host has long dropped that line of the trace when a
+  // fetch returns; what it reads now is not needed before the next return.
+  traces::Event event;
+  traces::Event following;
+  std::uint32_t left = 0;  ///< events of the round from next[0] on
+  std::uint32_t stack_depth = 0;
+
+  void begin(std::span<const traces::Event> events) {
+    next = events.data();
+    left = static_cast<std::uint32_t>(events.size());
+    if (left > 0) event = next[0];
+    if (left > 1) following = next[1];
+  }
+  /// Moves to the next event; false when there is none.
+  bool advance() {
+    ++next;
+    event = following;
+    if (--left > 1) following = next[1];
+    return left != 0;
+  }
+};
+
+struct Warp {
+  const traces::RayGroup* group = nullptr;
+  std::uint64_t age = 0;  ///< sequence number of acceptance; smaller is older
+  std::uint32_t round = 0;
+  std::uint16_t slot = 0;
+  LaneMask lanes = 0;  ///< of the call
+  std::array<LaneMask, kLaneStates> in{};
+  Cycle accepted = 0;
+  Cycle counted = 0;        ///< cycles before it are counted by what the warp waited for
+  Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
+  LaneMask replaying = 0;   ///< lanes whose round began with a replay
+  std::array<Lane, kMaxLanes> lane{};
+  std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< entries of a lane to hand over once its stack is settled
+
+  LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
+  LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
+  WarpWait wait() const {
+    if (in_state(LaneState::ready) != 0) return WarpWait::ready;
+    if (in_state(LaneState::waiting_memory) != 0) return WarpWait::memory;
+    if ((in_state(LaneState::waiting_checkpoint_read) | in_state(LaneState::waiting_checkpoint_write)) != 0) {
+      return WarpWait::checkpoint;
+    }
+    if (in_state(LaneState::waiting_stack) != 0) return WarpWait::stack;
+    if (in_state(LaneState::in_unit) != 0) return WarpWait::unit;
+    if ((in_state(LaneState::waiting_any_hit) | in_state(LaneState::in_any_hit)) != 0) return WarpWait::any_hit;
+    return WarpWait::retire;
+  }
+};
+
+/// Puts a call into a warp: its lanes at the first event of the round that `cursor` has been moved to, lanes without
+/// events finished. Group, lanes and states are those of the call; the age is the caller's.
+void begin_call(Warp& warp, const TraceCall& call, const RoundCursor& cursor, Cycle now);
+
+/// Counts of a warp buffer.
+struct WarpBufferCounters {
+  std::uint64_t calls = 0;               ///< traceRay calls accepted
+  std::uint64_t occupancy_integral = 0;  ///< warps x cycles
+  std::uint64_t max_stack_depth = 0;
+  std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< warps x cycles by what they waited for
+  Distribution warp_latency;                            ///< cycles from acceptance to retirement
+  void add(const WarpBufferCounters& other);
+  void describe(StatisticList& list, const std::string& prefix) const;
+};
+
+class WarpTable {
+ public:
+  /// entries: warps, 1..64; anything else is an Error.
+  explicit WarpTable(unsigned entries);
+
+  unsigned entries() const { return static_cast<unsigned>(warps_.size()); }
+  bool has_room() const { return occupied_ != all_; }
+  bool empty() const { return occupied_ == 0; }
+  /// Puts the call into the lowest free entry; lanes without events are finished at once. Returns the entry.
+  unsigned accept(Cycle now, const TraceCall& call);
+  /// Frees an entry whose lanes have all finished.
+  void release(Cycle now, unsigned entry);
+
+  Warp& warp(unsigned entry) { return warps_[entry]; }
+  const Warp& warp(unsigned entry) const { return warps_[entry]; }
+  Lane& lane(LaneId id) { return warps_[entry_of(id)].lane[lane_of(id)]; }
+  LaneMask occupied() const { return occupied_; }      ///< one bit an entry
+  LaneMask ready_entries() const { return ready_; }    ///< entries with a ready lane
+  LaneMask finished_entries() const { return done_; }  ///< entries whose lanes have all finished
+  const std::vector<std::uint64_t>& ages() const { return ages_; }
+  /// Oldest of `entries` (not empty).
+  unsigned oldest(LaneMask entries) const;
+  /// Oldest warp in the buffer (not empty).
+  const Warp& oldest_warp() const { return warps_[oldest_]; }
+  /// Entry that holds the warp of `slot`; entries() when none does.
+  unsigned find_slot(std::uint16_t slot) const;
+
+  /// Moves lanes from one state to another; all of them must be in `from`.
+  void move(unsigned entry, LaneMask lanes, LaneState from, LaneState to) {
+    Warp& w = warps_[entry];
+    LaneMask& source = w.in[static_cast<std::size_t>(from)];
+    assert((source & lanes) == lanes);
+    count_wait(w);
+    source &= ~lanes;
+    w.in[static_cast<std::size_t>(to)] |= lanes;
+    const LaneMask b = bit(entry);
+    ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
+    if (w.in_state(LaneState::finished) == w.lanes) done_ |= b;
+  }
+  void note_stack_depth(std::uint32_t depth) {
+    if (depth > counters_.max_stack_depth) counters_.max_stack_depth = depth;
+  }
+
+  /// Closes the occupancy integral at `end` (first cycle that does not count).
+  void settle(Cycle end);
+  /// The occupancy integral up to `end` without closing it.
+  std::uint64_t occupancy_until(Cycle end) const {
+    const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
+    return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
+  }
+  /// What each warp waits for at present, it does in the cycles before `end`: call before states change. A warp's
+  /// cycles are added up when its own change.
+  void account(Cycle end) { waits_until_ = std::max(waits_until_, end); }
+  /// Adds up the cycles of all warps: call before counters are read.
+  void count_waits();
+  const WarpBufferCounters& counters() const { return counters_; }
+  /// One line a warp, indented.
+  void dump_state(std::ostream& out) const;
+
+ private:
+  void count_wait(Warp& w) {
+    if (w.counted == waits_until_) return;
+    counters_.warp_cycles[static_cast<std::size_t>(w.wait())] += waits_until_ - w.counted;
+    w.counted = waits_until_;
+  }
+
+  std::vector<Warp> warps_;
+  std::vector<std::uint64_t> ages_;
+  std::vector<RoundCursor> cursors_;  ///< by resident slot
+  LaneMask all_ = 0;
+  LaneMask occupied_ = 0;
+  LaneMask ready_ = 0;
+  LaneMask done_ = 0;
+  unsigned oldest_ = 0;  ///< entry of the oldest warp, while there is one
+  std::uint64_t next_age_ = 0;
+  Cycle occupancy_from_ = 0;
+  Cycle waits_until_ = 0;
+  WarpBufferCounters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,45 @@
+// Who makes the units of a GPU: the project's own classes, unless a factory is set here. No file of the project needs
+// an edit for a unit of yours to take the place of one of ours.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_core.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::sim {
+
+/// References that a factory gets outlive what it makes.
+struct SmParts {
+  std::function<std::unique_ptr<modules::SimtCoreModule>(const char* name, modules::ClockDomain& clock,
+                                                         const modules::SimtCoreConfig& config,
+                                                         const traces::Header& header, const modules::MemoryMap& map)>
+      simt_core;
+  /// sm: number of the SM.
+  std::function<std::unique_ptr<modules::RtUnitModule>(const char* name, const modules::RtUnitConfig& config,
+                                                       const traces::Header& header, const modules::MemoryMap& map,
+                                                       modules::ClockDomain& clock, unsigned sm)>
+      rt_unit;
+  modules::RtUnitParts rt_parts;  ///< of our own RT unit
+  std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1Cache::Config& config,
+                                                        modules::ClockDomain& clock)>
+      l1_cache;
+};
+
+struct GpuParts {
+  SmParts sm;
+  std::function<std::unique_ptr<modules::CrossbarModule>(const char* name, const modules::Crossbar::Config& config,
+                                                         modules::ClockDomain& clock)>
+      crossbar;
+  std::function<std::unique_ptr<modules::L2SliceModule>(const char* name, const modules::L2Slice::Config& config,
+                                                        modules::ClockDomain& clock)>
+      l2_slice;
+};
+
+}  // namespace grtx::sim
