@@ -54,6 +54,13 @@ class SystemCTest : public ::testing::Test {
   }
 };
 
+/// Ends elaboration: ports know what they are bound to. No time passes.
+inline void elaborate() {
+  auto* const begun = new sc_core::sc_event;  // so that the kernel has something to do; leaked with its context
+  begun->notify(sc_core::SC_ZERO_TIME);
+  sc_core::sc_start(sc_core::SC_ZERO_TIME);
+}
+
 /// A clocked process made from a function: `body(now)` runs on every tick of the domain. Mocks are built from it; they
 /// have the links that they read from watched.
 class TickProcess final : public ClockedModule {

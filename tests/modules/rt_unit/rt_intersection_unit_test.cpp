@@ -41,7 +41,7 @@ TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
     IntersectionUnit unit("unit", c.config, 1, ray_triangle_path());
     Results results;
     unit.client.bind(results);
-    sc_core::sc_start(sc_core::SC_ZERO_TIME);
+    elaborate();
     for (std::size_t i = 0; i < c.tests.size(); ++i) unit.enqueue(0, static_cast<LaneId>(i), c.tests[i]);
     for (Cycle now = 1; !unit.idle() && now < 100;) {
       unit.tick(now);

@@ -37,7 +37,7 @@ struct Bench final : warp_buffer_if, fetched_node_if {
     memory.fetched_node.bind(*this);
     memory.request.bind(requests);
     memory.response.bind(responses);
-    sc_core::sc_start(sc_core::SC_ZERO_TIME);
+    elaborate();
   }
   WarpTable& warps() override { return table; }
   void fetched(Cycle, unsigned entry, LaneMask lanes, traces::NodeKind) override {

@@ -140,7 +140,7 @@ class RtBench {
     }
     simt_->watch(dones_);
     simt_->watch(batches_);
-    for (const auto& requests : requests_) memory_->watch(*requests);
+    for (const auto& link : requests_) memory_->watch(*link);
     rt_->trace_call(calls_);
     rt_->trace_done(dones_);
     rt_->any_hit_batch(batches_);
