@@ -20,7 +20,7 @@ TEST(ConfigFiles, EachResolvesAndVariantsDifferFromThePaperInWhatTheySay) {
   const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "paper.toml", {}));
   std::size_t variants = 0;
   for (const auto& file : std::filesystem::directory_iterator(kConfigs)) {
-    if (!file.is_regular_file()) continue;  // plans of sweeps have a folder of their own
+    if (file.path().extension() != ".toml") continue;  // plans of sweeps have a folder of their own
     const nlohmann::ordered_json found = config_json(load_config(file.path().string(), {}));
     const auto variant = only.find(file.path().filename().string());
     if (variant == only.end()) continue;
