@@ -98,7 +98,8 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 }
 
 // One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
-void L1Cache::take_requests(Cycle now) {
+// Flattened: nothing in the model is called as often.
+[[gnu::flatten]] void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;

@@ -99,6 +99,7 @@ struct BenchOptions {
   std::size_t resident_warps = 16;
   bool idle_skip = true;
   unsigned construction_order = 0;  ///< 0: SIMT, memory, RT unit; 1: RT unit first; 2: RT unit between
+  modules::RtUnitParts parts;       ///< who makes the unit's parts
 };
 
 class RtBench {
@@ -121,7 +122,9 @@ class RtBench {
       : options_(std::move(options)),
         map_(header, {1, static_cast<unsigned>(options_.resident_warps), 0, options_.rt.warp_buffer.spill ? 128u : 0u}),
         clock_("clock", 1000.0, options_.idle_skip) {
-    const auto make_rt = [&] { rt_ = std::make_unique<modules::RtUnit>("rt", options_.rt, header, map_, clock_, 0u); };
+    const auto make_rt = [&] {
+      rt_ = std::make_unique<modules::RtUnit>("rt", options_.rt, header, map_, clock_, 0u, options_.parts);
+    };
     const auto make_simt = [&] {
       simt_ = std::make_unique<modules::TickProcess>("simt", clock_, [this](Cycle now) { simt(now); });
     };

@@ -1,0 +1,133 @@
+// Units of a user's own in the whole GPU: simulate() takes their factories, conservation and waveforms go on working.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <ostream>
+#include <utility>
+
+#include "grtx/modules/kernel/link_access.h"
+#include "rtl_tlm/observe/observed_run.h"
+
+namespace grtx::sim {
+namespace {
+
+/// An L1 without storage: every request goes to the memory, one a cycle, and every answer comes back.
+class NoCache final : public modules::L1CacheModule {
+ public:
+  NoCache(const char* name, const modules::L1Cache::Config& config, modules::ClockDomain& clock)
+      : L1CacheModule(name, clock, config.clients), sm_(config.sm), answers_(config.clients) {}
+
+  modules::L1Counters counters() const override { return counters_; }
+  bool idle() const override { return outstanding_ == 0; }
+  modules::Inventory inventory() const override { return {name(), {}, {}}; }
+  void dump_state(std::ostream& out) const override { out << name() << ": " << outstanding_ << " outstanding\n"; }
+
+ private:
+  void end_of_elaboration() override {
+    for (std::size_t c = 0; c < answers_.size(); ++c) {
+      requests_.push_back(modules::reader_of(request[c]));
+      requests_.back().wake(&alarm_);
+      responses_.push_back(modules::writer_of(response[c]));
+    }
+    down_ = modules::writer_of(to_memory);
+    up_ = modules::reader_of(from_memory);
+    up_.wake(&alarm_);
+  }
+  Cycle tick(Cycle now) override {
+    if (const modules::MemoryResponse* r = up_.front(now)) {
+      answers_[r->client].push_back(*r);
+      up_.pop(now);
+    }
+    for (std::size_t c = 0; c < answers_.size(); ++c) {
+      if (answers_[c].empty() || !responses_[c].can_push(now)) continue;
+      responses_[c].push(now, answers_[c].front());
+      answers_[c].pop_front();
+      --outstanding_;
+      ++counters_.responses;
+    }
+    for (std::size_t i = 0; i < requests_.size(); ++i, turn_ = (turn_ + 1) % requests_.size()) {
+      const modules::MemoryRequest* head = requests_[turn_].front(now);
+      if (head == nullptr || !down_.can_push(now)) continue;
+      modules::MemoryRequest down = *head;
+      down.client = static_cast<std::uint8_t>(turn_);
+      down.sm = sm_;
+      down_.push(now, down);
+      requests_[turn_].pop(now);
+      ++outstanding_;
+      auto& region = counters_.region[static_cast<std::size_t>(down.region)];
+      if (down.prefetch) {
+        ++counters_.prefetches;
+        ++counters_.prefetches_fetched;
+      } else {
+        ++(down.write ? region.writes : region.reads);
+        if (!down.write) ++region.misses;
+      }
+      ++(down.write ? counters_.sent_writes : counters_.sent_reads);
+      if (!down.write) ++counters_.fills;
+      break;
+    }
+    return outstanding_ > 0 || waiting(now) ? now + 1 : modules::kNever;
+  }
+  bool waiting(Cycle now) const {
+    return std::any_of(requests_.begin(), requests_.end(), [&](const auto& r) { return r.front(now) != nullptr; });
+  }
+
+  std::uint8_t sm_;
+  std::vector<modules::LinkReader<modules::MemoryRequest>> requests_;
+  std::vector<modules::LinkWriter<modules::MemoryResponse>> responses_;
+  modules::LinkWriter<modules::MemoryRequest> down_;
+  modules::LinkReader<modules::MemoryResponse> up_;
+  std::vector<std::deque<modules::MemoryResponse>> answers_;
+  std::size_t turn_ = 0;
+  std::uint64_t outstanding_ = 0;
+  modules::L1Counters counters_;
+};
+
+TEST(OwnParts, AnL1OfTheUsersRunsTheWholeGpuAndConserves) {
+  const test::ObservedRun run(true, true);
+  const auto ours = run.run({});
+  SimulationOptions options;
+  options.build.parts.sm.l1_cache = [](const char* name, const modules::L1Cache::Config& config,
+                                       modules::ClockDomain& clock) {
+    return std::make_unique<NoCache>(name, config, clock);
+  };
+  options.waveform.path = run.path("own.vcd");
+  options.timeline.path = run.path("own.json");
+  const auto own = run.run(options);  // fails when a conservation law does not hold
+  EXPECT_EQ(test::statistic(own, "gpu.rt.node_visits"), test::statistic(ours, "gpu.rt.node_visits"));
+  EXPECT_GT(test::statistic(own, "gpu.l2.accesses"), test::statistic(ours, "gpu.l2.accesses")) << "nothing is cached";
+  EXPECT_GT(test::statistic(own, "gpu.cycles"), test::statistic(ours, "gpu.cycles"));
+}
+
+TEST(OwnParts, OurOwnUnitsFromFactoriesGiveTheSameStatistics) {
+  const test::ObservedRun run(true, true);
+  SimulationOptions options;
+  auto& parts = options.build.parts;
+  parts.sm.l1_cache = [](const char* name, const modules::L1Cache::Config& config, modules::ClockDomain& clock) {
+    return std::make_unique<modules::L1Cache>(name, config, clock);
+  };
+  parts.sm.simt_core = [](const char* name, modules::ClockDomain& clock, const modules::SimtCoreConfig& config,
+                          const traces::Header& header, const modules::MemoryMap& map) {
+    return std::make_unique<modules::SimtCore>(name, clock, config, header, map);
+  };
+  parts.sm.rt_unit = [](const char* name, const modules::RtUnitConfig& config, const traces::Header& header,
+                        const modules::MemoryMap& map, modules::ClockDomain& clock, unsigned sm) {
+    return std::make_unique<modules::RtUnit>(name, config, header, map, clock, sm);
+  };
+  parts.crossbar = [](const char* name, const modules::Crossbar::Config& config, modules::ClockDomain& clock) {
+    return std::make_unique<modules::Crossbar>(name, config, clock);
+  };
+  parts.l2_slice = [](const char* name, const modules::L2Slice::Config& config, modules::ClockDomain& clock) {
+    return std::make_unique<modules::L2Slice>(name, config, clock);
+  };
+  auto ours = run.run({});
+  auto own = run.run(options);
+  for (auto* stats : {&ours, &own}) {
+    for (auto it = stats->begin(); it != stats->end();)
+      it = it.key().starts_with("host.") ? stats->erase(it) : std::next(it);
+  }
+  EXPECT_EQ(own, ours);
+}
+
+}  // namespace
+}  // namespace grtx::sim
