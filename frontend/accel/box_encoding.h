@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::frontend {

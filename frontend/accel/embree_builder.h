@@ -7,7 +7,7 @@
 
 #include "grtx/frontend/accel/tree_memory.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::frontend {

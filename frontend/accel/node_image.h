@@ -10,7 +10,7 @@
 
 #include "grtx/base/huge_pages.h"
 #include "grtx/frontend/accel/box_encoding.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::frontend {

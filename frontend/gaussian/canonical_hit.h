@@ -14,7 +14,7 @@
 
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 
 namespace grtx::frontend {
 

@@ -9,7 +9,7 @@
 #include "grtx/frontend/gaussian/float4.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/frontend/scene/scene.h"
 
 namespace grtx::frontend {

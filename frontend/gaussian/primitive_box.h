@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 
 namespace grtx::frontend {
 

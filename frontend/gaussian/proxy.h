@@ -6,8 +6,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "grtx/frontend/gaussian/face_test.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/face_intersection.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 
 namespace grtx::frontend {
 

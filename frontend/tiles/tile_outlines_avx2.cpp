@@ -1,4 +1,4 @@
-#include "grtx/frontend/tiles/tile_tests_avx2.h"
+#include "grtx/frontend/tiles/tile_intersection_avx2.h"
 
 #if defined(__x86_64__)
 
@@ -15,7 +15,7 @@
 namespace grtx::frontend {
 namespace {
 
-/// Coefficients as in frontend/tiles/tile_tests.cpp.
+/// Coefficients as in frontend/tiles/tile_intersection.cpp.
 struct ConicCoefficients {
   float one, u, v, uu, uv, vv, slack;
 };

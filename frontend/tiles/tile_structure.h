@@ -8,7 +8,7 @@
 #include "grtx/base/huge_pages.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/frontend/scene/scene.h"
 
 namespace grtx::frontend {

@@ -8,9 +8,9 @@
 
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tiles/tile_intersection.h"
 #include "grtx/frontend/tiles/tile_rays.h"
 #include "grtx/frontend/tiles/tile_structure.h"
-#include "grtx/frontend/tiles/tile_tests.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 

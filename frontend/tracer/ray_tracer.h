@@ -18,7 +18,7 @@
 #include "grtx/frontend/gaussian/world_triangle.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/k_buffer.h"
-#include "grtx/frontend/tracer/node_test.h"
+#include "grtx/frontend/tracer/node_intersection.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_walk.h"
 #include "grtx/frontend/tracer/tracer_counters.h"

@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-#include "grtx/frontend/tracer/node_test.h"
+#include "grtx/frontend/tracer/node_intersection.h"
 #include "grtx/frontend/tracer/walk_kernels_avx2.h"
 
 namespace grtx::frontend {

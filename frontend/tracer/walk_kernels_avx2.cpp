@@ -8,7 +8,7 @@
 
 #include <array>
 
-#include "grtx/frontend/tracer/node_test.h"
+#include "grtx/frontend/tracer/node_intersection.h"
 
 namespace grtx::frontend {
 namespace {

@@ -8,9 +8,9 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
-#include "grtx/frontend/gaussian/face_test.h"
+#include "grtx/frontend/gaussian/face_intersection.h"
 #include "grtx/frontend/gaussian/proxy.h"
-#include "grtx/frontend/tracer/node_test.h"
+#include "grtx/frontend/tracer/node_intersection.h"
 
 namespace grtx::frontend {
 namespace {

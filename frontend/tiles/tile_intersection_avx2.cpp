@@ -1,4 +1,4 @@
-#include "grtx/frontend/tiles/tile_tests_avx2.h"
+#include "grtx/frontend/tiles/tile_intersection_avx2.h"
 
 #if defined(__x86_64__)
 

@@ -1,4 +1,4 @@
-#include "grtx/frontend/gaussian/face_test.h"
+#include "grtx/frontend/gaussian/face_intersection.h"
 
 #include <cmath>
 #include <limits>

@@ -7,7 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "grtx/frontend/gaussian/simd_path.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 
 namespace grtx::frontend {
 

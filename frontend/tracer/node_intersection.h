@@ -9,7 +9,7 @@
 
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/gaussian/simd_path.h"
-#include "grtx/frontend/gaussian/slab_test.h"
+#include "grtx/frontend/gaussian/slab_intersection.h"
 
 namespace grtx::frontend {
 

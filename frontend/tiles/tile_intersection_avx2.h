@@ -1,7 +1,7 @@
 // The tests of tile tracing on AVX2 instructions; on other machines than x86 there are none.
 #pragma once
 
-#include "grtx/frontend/tiles/tile_tests.h"
+#include "grtx/frontend/tiles/tile_intersection.h"
 
 namespace grtx::frontend {
 

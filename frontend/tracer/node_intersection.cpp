@@ -1,4 +1,4 @@
-#include "grtx/frontend/tracer/node_test.h"
+#include "grtx/frontend/tracer/node_intersection.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

@@ -1,4 +1,4 @@
-#include "grtx/frontend/tiles/tile_tests.h"
+#include "grtx/frontend/tiles/tile_intersection.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/tiles/tile_intersection_avx2.h"
 #include "grtx/frontend/tiles/tile_margins.h"
-#include "grtx/frontend/tiles/tile_tests_avx2.h"
 
 namespace grtx::frontend {
 namespace {
