@@ -20,6 +20,7 @@ class KBuffer {
   explicit KBuffer(unsigned k) : k_(k) { entries_.reserve(k); }
 
   unsigned size() const { return static_cast<unsigned>(entries_.size()); }
+  unsigned capacity() const { return k_; }
   bool full() const { return size() == k_; }
   void clear() { entries_.clear(); }
   const KEntry& back() const { return entries_.back(); }

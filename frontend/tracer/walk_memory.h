@@ -66,7 +66,7 @@ class WalkMemory {
   }
   /// Room for `count` (at most nine) nodes in a row; their first index.
   std::uint32_t reserve(std::uint32_t count) {
-    if (used_ + 9 > nodes_.size()) nodes_.resize(2 * nodes_.size());
+    if (used_ + 9 > nodes_.size()) grow();
     const std::uint32_t first = used_;
     used_ += count;
     return first;
@@ -86,6 +86,9 @@ class WalkMemory {
   const KEntry& hit(std::uint32_t link) const { return hits_[link - kFirstHit]; }
 
  private:
+  /// Apart, so that reserve() is small enough to be inlined.
+  [[gnu::noinline]] void grow() { nodes_.resize(2 * nodes_.size()); }
+
   std::vector<ReachedNode> nodes_ = std::vector<ReachedNode>(1024);
   std::uint32_t used_ = 0;
   std::vector<EnteredInstance> instances_;

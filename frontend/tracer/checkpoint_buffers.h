@@ -1,0 +1,62 @@
+// A ray's two checkpoint buffers: a round resumes from the source, and leaves to the next what it wrote into the
+// destination.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/frontend/tracer/traversal_stack.h"
+
+namespace grtx::frontend {
+
+class CheckpointBuffers {
+ public:
+  explicit CheckpointBuffers(const TracerOptions& options)
+      : enabled_(options.checkpoint), capacity_(options.checkpoint_capacity), order_(options.checkpoint_order) {}
+
+  bool enabled() const { return enabled_; }
+  void begin_ray() { source_.clear(); }
+  void begin_round() {
+    destination_.clear();
+    overflow_ = false;
+  }
+
+  /// false: the entry is dropped, because checkpointing is off or the destination is full.
+  bool write(const StackEntry& entry) {
+    if (!enabled_ || overflow_) return false;
+    if (destination_.size() == capacity_) {
+      overflow_ = true;
+      return false;
+    }
+    destination_.push_back(entry);
+    return true;
+  }
+  bool overflow() const { return overflow_; }  ///< the destination ran full in this round
+  std::size_t written() const { return destination_.size(); }
+  void drop_written() { destination_.clear(); }
+
+  /// What was written last becomes what is read next.
+  void swap() { source_.swap(destination_); }
+  /// The source in the order in which a round reads it.
+  const std::vector<StackEntry>& to_read() {
+    if (order_ == CheckpointOrder::lifo) {
+      std::reverse(source_.begin(), source_.end());
+    } else if (order_ == CheckpointOrder::nearest) {
+      std::stable_sort(source_.begin(), source_.end(),
+                       [](const StackEntry& a, const StackEntry& b) { return a.t < b.t; });
+    }
+    return source_;
+  }
+
+ private:
+  const bool enabled_;
+  const std::size_t capacity_;
+  const CheckpointOrder order_;
+  bool overflow_ = false;
+  std::vector<StackEntry> source_;
+  std::vector<StackEntry> destination_;
+};
+
+}  // namespace grtx::frontend

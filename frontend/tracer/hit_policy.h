@@ -1,0 +1,139 @@
+// What becomes of a hit: the resume rule, and how a round of each kind of tracing collects hits. Paper, Listing 1 (any
+// hit) and docs/model/tracer.md.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+
+#include "grtx/frontend/tracer/ray_state.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::frontend {
+
+class HitPolicy {
+ public:
+  explicit HitPolicy(const TracerOptions& options)
+      : tracing_(options.tracing),
+        resume_(options.resume),
+        kth_(options.tmax_update == TmaxUpdate::kth),
+        keep_evicted_(options.checkpoint) {}
+
+  struct Taken {
+    traces::LeafOutcome outcome;
+    unsigned shifts = 0;  ///< entries of the k-buffer that moved
+  };
+
+  /// The resume rule: the outcome of a hit that is not behind the last one blended.
+  std::optional<traces::LeafOutcome> blended_before(const KEntry& hit, RayState& ray) const;
+  /// A hit up to t_max that blended_before() lets pass.
+  Taken take(const KEntry& hit, RayState& ray) const {
+    if (tracing_ == Tracing::single) return collect_unsorted(hit, ray);
+    if (tracing_ == Tracing::closest) return commit_nearest(hit, ray);
+    return any_hit(hit, ray);
+  }
+  /// The any-hit shader of multi-round tracing.
+  Taken any_hit(const KEntry& hit, RayState& ray) const;
+  /// Begins a round with the nearest of what fell out of the last one; returns how many.
+  std::size_t refill_from_evictions(RayState& ray) const;
+  /// Brings the hits of a round into the order (t, id).
+  void finish(RayState& ray) const {
+    if (tracing_ == Tracing::single) ray.k_buffer.sort();
+  }
+
+ private:
+  Taken collect_unsorted(const KEntry& hit, RayState& ray) const;
+  Taken commit_nearest(const KEntry& hit, RayState& ray) const;
+
+  const Tracing tracing_;
+  const Resume resume_;
+  const bool kth_;           ///< t_max follows the last entry of a full k-buffer
+  const bool keep_evicted_;  ///< in the eviction buffer
+};
+
+inline std::optional<traces::LeafOutcome> HitPolicy::blended_before(const KEntry& hit, RayState& ray) const {
+  using traces::LeafOutcome;
+  if (hit.t < ray.t_last) return LeafOutcome::behind;
+  if (hit.t > ray.t_last) return std::nullopt;
+  if (resume_ == Resume::strict) {  // t_min < t fails: it never reaches the any-hit shader
+    if (hit.id > ray.id_last) ++ray.counters.ties_lost;
+    return LeafOutcome::behind;
+  }
+  if (hit.id > ray.id_last) return std::nullopt;
+  if (tracing_ == Tracing::closest) return LeafOutcome::behind;
+  ++ray.counters.any_hit_ignored;
+  return LeafOutcome::ignored;
+}
+
+inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) const {
+  using traces::LeafOutcome;
+  KBuffer& buffer = ray.k_buffer;
+  if (!buffer.full()) {
+    const unsigned shifts = buffer.insert(hit);
+    ++ray.counters.any_hit_inserted;
+    if (kth_ && buffer.full()) ray.t_max = std::min(ray.t_max, buffer.back().t);
+    return {LeafOutcome::inserted, shifts};
+  }
+  ++ray.counters.any_hit_evicted;
+  if (hit < buffer.back()) {
+    if (keep_evicted_) ray.evictions.push_back(buffer.back());
+    const unsigned shifts = buffer.displace(hit);
+    ++ray.counters.any_hit_inserted;
+    if (kth_) ray.t_max = std::min(ray.t_max, buffer.back().t);
+    return {LeafOutcome::displaced, shifts};
+  }
+  if (keep_evicted_) ray.evictions.push_back(hit);
+  ++ray.counters.any_hit_rejected;
+  ray.t_max = kth_ ? std::min(ray.t_max, buffer.back().t) : hit.t;
+  return {LeafOutcome::rejected, 0};
+}
+
+/// Single-round: appended as it comes. Once the buffer is full it keeps the k nearest, and t_max shrinks as in
+/// multi-round tracing, so that the next round finds what was turned away behind the last one kept.
+inline HitPolicy::Taken HitPolicy::collect_unsorted(const KEntry& hit, RayState& ray) const {
+  using traces::LeafOutcome;
+  KBuffer& buffer = ray.k_buffer;
+  if (!buffer.full()) {
+    const unsigned moved = buffer.append(hit);
+    ++ray.counters.any_hit_inserted;
+    if (kth_ && buffer.full()) ray.t_max = std::min(ray.t_max, buffer.largest().t);
+    return {LeafOutcome::inserted, moved};
+  }
+  ray.turned_away = true;
+  ++ray.counters.any_hit_evicted;
+  if (hit < buffer.largest()) {
+    const unsigned moved = buffer.replace_largest(hit);
+    ++ray.counters.any_hit_inserted;
+    if (kth_) ray.t_max = std::min(ray.t_max, buffer.largest().t);
+    return {LeafOutcome::displaced, moved};
+  }
+  ++ray.counters.any_hit_rejected;
+  ray.t_max = kth_ ? std::min(ray.t_max, buffer.largest().t) : hit.t;
+  return {LeafOutcome::rejected, 0};
+}
+
+/// Closest-hit: only the nearest hit behind the last round's is kept.
+inline HitPolicy::Taken HitPolicy::commit_nearest(const KEntry& hit, RayState& ray) const {
+  using traces::LeafOutcome;
+  KBuffer& buffer = ray.k_buffer;
+  if (buffer.full()) {
+    if (!(hit < buffer.back())) return {LeafOutcome::beyond, 0};  // a tie with a smaller id
+    buffer.displace(hit);
+  } else {
+    buffer.insert(hit);
+  }
+  ray.t_max = hit.t;
+  ++ray.counters.nearest_commits;
+  return {LeafOutcome::nearest, 0};
+}
+
+inline std::size_t HitPolicy::refill_from_evictions(RayState& ray) const {
+  if (ray.evictions.empty()) return 0;
+  std::sort(ray.evictions.begin(), ray.evictions.end());
+  const std::size_t moved = std::min<std::size_t>(ray.k_buffer.capacity(), ray.evictions.size());
+  for (std::size_t i = 0; i < moved; ++i) ray.k_buffer.append_sorted(ray.evictions[i]);
+  ray.evictions.erase(ray.evictions.begin(), ray.evictions.begin() + static_cast<std::ptrdiff_t>(moved));
+  return moved;
+}
+
+}  // namespace grtx::frontend

@@ -1,0 +1,57 @@
+// What a ray carries from node to node and from round to round.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "grtx/frontend/tracer/checkpoint_buffers.h"
+#include "grtx/frontend/tracer/k_buffer.h"
+#include "grtx/frontend/tracer/tracer_counters.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+
+namespace grtx::frontend {
+
+/// One a tracer, for one ray after the other.
+struct RayState {
+  explicit RayState(const TracerOptions& options) : k_buffer(options.k), checkpoints(options) {}
+
+  /// transmittance: what lies before the origin left. limit: nothing beyond it counts.
+  void begin_ray(float before, float limit) {
+    t_last = -1.0f;
+    id_last = 0;
+    replay = false;
+    transmittance = before;
+    t_limit = limit;
+    colour = glm::vec3(0.0f);
+    evictions.clear();
+    checkpoints.begin_ray();
+    ++stamp;
+    ++counters.rays;
+  }
+
+  /// Keeps an entry for the next round; false when it is dropped (checkpointing off, overflow, or beyond the end of the
+  /// ray).
+  bool checkpoint(const StackEntry& entry) {
+    if (entry.t > t_limit || !checkpoints.write(entry)) return false;
+    ++counters.checkpoints_written;
+    return true;
+  }
+
+  float t_last = -1.0f;  ///< the last hit blended; -1 before the first
+  std::uint32_t id_last = 0;
+  float t_min_cull = 0.0f;  ///< boxes that end before this hold nothing new
+  float t_max = 0.0f;
+  float t_limit = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
+  bool replay = false;
+  bool turned_away = false;  ///< single-round: a hit of this round met a full buffer
+  float transmittance = 1.0f;
+  glm::vec3 colour{0.0f};
+  KBuffer k_buffer;
+  std::vector<KEntry> evictions;
+  CheckpointBuffers checkpoints;
+  std::uint64_t stamp = 0;  ///< number of the ray
+  TracerCounters counters;  ///< of all rays so far
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,87 @@
+#include "grtx/frontend/tracer/ray_tracer.h"
+
+#include <algorithm>
+
+#include "grtx/frontend/tracer/encoding_recorder.h"
+
+namespace grtx::frontend {
+
+RayTracer::RayTracer(const TracedStructure& structure, const TracerOptions& options)
+    : checkpoint_(options.checkpoint),
+      skip_scene_misses_(options.skips.has(Skip::scene_miss)),
+      // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
+      cull_before_(options.sort_key == SortKey::entry),
+      replay_below_kth_(options.replay_tmax == ReplayTmax::kth),
+      state_(options),
+      policy_(options),
+      traversal_(structure, options),
+      shading_(structure, options) {}
+
+template <typename Recorder>
+RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transmittance, float t_limit) {
+  state_.begin_ray(transmittance, t_limit);
+  shading_.begin_ray(ray);
+  traversal_.begin_ray(ray);
+  if (skip_scene_misses_ && traversal_.misses_scene(ray)) {
+    traversal_.miss_scene(state_, recorder);
+    return {state_.colour, state_.transmittance};
+  }
+  const std::uint64_t visits_before = state_.counters.visits();
+  traces::Round round;
+  do {
+    round = begin_round(recorder);
+    traversal_.round(ray, state_, recorder);
+  } while (end_round(ray, round, recorder));
+  if (!Recorder::kEnabled) state_.counters.skipped_events += state_.counters.visits() - visits_before;
+  return {state_.colour, state_.transmittance};
+}
+
+template <typename Recorder>
+traces::Round RayTracer::begin_round(Recorder& recorder) {
+  traces::Round round;
+  round.replay = state_.replay;
+  ++state_.counters.rounds;
+  state_.k_buffer.clear();
+  state_.checkpoints.begin_round();
+  state_.turned_away = false;
+  recorder.begin_round(state_.replay);
+  round.preloaded = static_cast<std::uint16_t>(policy_.refill_from_evictions(state_));
+  state_.t_max = state_.t_limit;
+  if (replay_below_kth_ && state_.k_buffer.full()) state_.t_max = state_.k_buffer.back().t;
+  state_.t_min_cull = cull_before_ ? std::max(state_.t_last, 0.0f) : 0.0f;
+  return round;
+}
+
+/// Blends what the round has found. False: it was the ray's last.
+template <typename Recorder>
+bool RayTracer::end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
+  TracerCounters& counters = state_.counters;
+  counters.evictions_max_per_ray = std::max<std::uint64_t>(counters.evictions_max_per_ray, state_.evictions.size());
+  round.overflow = state_.checkpoints.overflow();
+  round.k_count = static_cast<std::uint16_t>(state_.k_buffer.size());
+  policy_.finish(state_);
+  if (state_.turned_away) ++counters.single_overflows;
+  shading_.blend(ray, state_, round, recorder);
+  counters.checkpoints_max_per_ray =
+      std::max<std::uint64_t>(counters.checkpoints_max_per_ray, state_.checkpoints.written());
+  if (round.overflow) {
+    ++counters.checkpoint_overflows;
+    round.eviction_dropped = static_cast<std::uint32_t>(state_.evictions.size());
+    state_.evictions.clear();
+    state_.checkpoints.drop_written();
+  }
+  recorder.end_round(round);
+  if (round.terminated) ++counters.terminated;
+  if (round.terminated || !state_.k_buffer.full()) return false;
+  state_.t_last = state_.k_buffer.back().t;
+  state_.id_last = state_.k_buffer.back().id;
+  state_.checkpoints.swap();
+  state_.replay = checkpoint_ && !round.overflow;
+  return true;
+}
+
+template RayResult RayTracer::trace(const TraceRay&, NullRecorder&, float, float);
+template RayResult RayTracer::trace(const TraceRay&, GroupRecorder&, float, float);
+template RayResult RayTracer::trace(const TraceRay&, EncodingRecorder&, float, float);
+
+}  // namespace grtx::frontend

@@ -1,0 +1,123 @@
+#include "grtx/frontend/tracer/shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "grtx/frontend/gaussian/response_precision.h"
+#include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/ray_recorder.h"
+
+namespace grtx::frontend {
+
+Shading::Shading(const TracedStructure& structure, const TracerOptions& options)
+    : scene_(structure.scene),
+      gaussians_(structure.gaussians),
+      world_(structure.world),
+      options_(options),
+      sh_degree_(options.skips.has(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree)) {
+  if (world_ == nullptr && options.triangle_test == TriangleTest::world) processed_by_.resize(scene_.size());
+}
+
+void Shading::begin_ray(const TraceRay& ray) {
+  if (options_.sh_direction == ShDirection::ray) basis_ = sh_basis(ray.direction, sh_degree_);
+}
+
+template <typename Recorder>
+void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder) {
+  if (world_ == nullptr) prefetch_colours(state.k_buffer);
+  for (const KEntry& entry : state.k_buffer.entries()) {
+    const GaussianRecord& g = record(entry.id);
+    const float alpha = alpha_of(entry, g);
+    recorder.processed(entry.id, alpha > 0.0f);
+    ++round.processed_count;
+    ++state.counters.processed;
+    if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id, state);
+    if (!(alpha > 0.0f)) continue;
+    const glm::vec3 colour = colour_of(entry, g, ray, state.counters);
+    const float weight = alpha * state.transmittance;
+    state.colour += weight * colour;
+    state.transmittance *= 1.0f - alpha;
+    ++state.counters.blended;
+    if (blended_ids_ != nullptr) blended_ids_->push_back(entry.id);
+    if (state.transmittance < options_.ert) {
+      round.terminated = true;
+      break;
+    }
+  }
+  if (round.terminated) skip_or_shade_rest(ray, state, round.processed_count);
+}
+
+template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRecorder&);
+template void Shading::blend(const TraceRay&, RayState&, traces::Round&, GroupRecorder&);
+template void Shading::blend(const TraceRay&, RayState&, traces::Round&, EncodingRecorder&);
+
+void Shading::prefetch_colours(const KBuffer& hits) const {
+  const unsigned coefficients = scene_.sh_coefficients();
+  for (const KEntry& entry : hits.entries()) {
+    const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+    __builtin_prefetch(sh);
+    if (coefficients > 4) {
+      __builtin_prefetch(sh + 16);
+      __builtin_prefetch(sh + 32);
+    }
+  }
+}
+
+float Shading::alpha_of(const KEntry& entry, const GaussianRecord& g) const {
+  return options_.response_precision == ResponsePrecision::fp32
+             ? hit_alpha(g.opacity, g.kappa2, entry.d2)
+             : hit_alpha_16(g.opacity, g.kappa2, entry.d2, options_.response_precision);
+}
+
+/// Entries behind the one that ended the ray.
+void Shading::skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first) {
+  for (std::size_t i = first; i < state.k_buffer.size(); ++i) {
+    if (options_.skips.has(Skip::dead_colours)) {
+      ++state.counters.skipped_dead_colours;
+      continue;
+    }
+    const KEntry& entry = state.k_buffer.entries()[i];
+    unused_colour_ = colour_of(entry, record(entry.id), ray, state.counters);
+  }
+}
+
+glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray,
+                             TracerCounters& counters) {
+  if (world_ != nullptr) return colour_in_world(entry, ray);
+  if (options_.sh_direction == ShDirection::centre) {
+    const glm::vec3 to_centre = g.mean - ray.origin;
+    basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), sh_degree_);
+  }
+  const unsigned coefficients = scene_.sh_coefficients();
+  const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
+  if (coefficients >= kShFunctions) return sh_colour(sh, basis_, coefficients);
+  if (options_.skips.has(Skip::sh_bands)) {
+    counters.skipped_sh_bands += 3 * (kShFunctions - coefficients);
+    return sh_colour(sh, basis_, coefficients);
+  }
+  std::array<float, 3 * kShFunctions> padded{};  // the bands that the scene lacks, as zeros
+  std::copy(sh, sh + 3 * coefficients, padded.begin());
+  return sh_colour(padded.data(), basis_, kShFunctions);
+}
+
+// Spherical harmonics are the object's: they turn with it because the direction is taken to its space.
+glm::vec3 Shading::colour_in_world(const KEntry& entry, const TraceRay& ray) const {
+  const PlacedObject& placed = world_->owner(entry.id);
+  const std::uint32_t local = entry.id - placed.first_gaussian;
+  const Scene& scene = placed.object->scene;
+  const TraceRay object_ray = placed.to_object_ray(ray);
+  const glm::vec3 d = options_.sh_direction == ShDirection::centre
+                          ? placed.object->gaussians.record(local).mean - object_ray.origin
+                          : object_ray.direction;
+  const unsigned coefficients = scene.sh_coefficients();
+  return sh_colour(&scene.sh[static_cast<std::size_t>(local) * coefficients * 3],
+                   sh_basis(d / std::sqrt(glm::dot(d, d)), scene.sh_degree), coefficients);
+}
+
+void Shading::count_doubled(std::uint32_t gaussian, RayState& state) {
+  if (processed_by_[gaussian] == state.stamp) ++state.counters.doubled;
+  processed_by_[gaussian] = state.stamp;
+}
+
+}  // namespace grtx::frontend

@@ -1,0 +1,54 @@
+// Blends what a round found: response, colour and transmittance, front to back, up to early ray termination.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/tracer/ray_state.h"
+#include "grtx/frontend/tracer/traced_structure.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::frontend {
+
+/// One a tracer.
+class Shading {
+ public:
+  Shading(const TracedStructure& structure, const TracerOptions& options);
+
+  /// When set, receives the ids blended by the rays traced from now on.
+  void collect_blended(std::vector<std::uint32_t>* ids) { blended_ids_ = ids; }
+
+  void begin_ray(const TraceRay& ray);
+  /// The entries of the k-buffer, which are in order. Recorder: frontend/tracer/ray_recorder.h.
+  template <typename Recorder>
+  void blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder);
+
+ private:
+  void prefetch_colours(const KBuffer& hits) const;
+  const GaussianRecord& record(std::uint32_t id) const {
+    return world_ != nullptr ? world_->record(id) : gaussians_.record(id);
+  }
+  float alpha_of(const KEntry& entry, const GaussianRecord& g) const;
+  glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray, TracerCounters& counters);
+  glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
+  void skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first);
+  void count_doubled(std::uint32_t gaussian, RayState& state);
+
+  const Scene& scene_;
+  const PreparedGaussians& gaussians_;
+  const MultiObjectWorld* const world_;
+  const TracerOptions options_;
+  /// Of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
+  const unsigned sh_degree_;
+  std::array<float, kShFunctions> basis_{};
+  glm::vec3 unused_colour_{0.0f};            ///< of hits behind the end of a ray, when they are not skipped
+  std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray; empty unless stored triangles are tested
+  std::vector<std::uint32_t>* blended_ids_ = nullptr;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,40 @@
+// What rays are traced in: the structure of one scene, or a world of several objects.
+#pragma once
+
+#include <cstdint>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/scene/scene.h"
+
+namespace grtx::frontend {
+
+/// All that it names must outlive it.
+struct TracedStructure {
+  TracedStructure(const Scene& s, const PreparedGaussians& g, const AccelerationStructure& accel)
+      : scene(s),
+        gaussians(g),
+        image(accel.image()),
+        proxy(accel.proxy()),
+        root(static_cast<std::uint32_t>(accel.root() / traces::kNodeUnit)),
+        blas_root(static_cast<std::uint32_t>(accel.blas_root() / traces::kNodeUnit)) {}
+  explicit TracedStructure(const MultiObjectWorld& w)
+      : scene(w.objects().front()->scene),
+        gaussians(w.objects().front()->gaussians),
+        image(w.image()),
+        proxy(w.proxy()),
+        root(static_cast<std::uint32_t>(w.root() / traces::kNodeUnit)),
+        blas_root(static_cast<std::uint32_t>(w.blas_root() / traces::kNodeUnit)),
+        world(&w) {}
+
+  const Scene& scene;                  ///< with several objects: of the first
+  const PreparedGaussians& gaussians;  ///< likewise
+  const NodeImage& image;
+  const Proxy& proxy;
+  std::uint32_t root;       ///< units
+  std::uint32_t blas_root;  ///< units; 0: none
+  const MultiObjectWorld* world = nullptr;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,286 @@
+#include "grtx/frontend/tracer/traversal.h"
+
+#include <limits>
+
+#include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/ray_recorder.h"
+
+namespace grtx::frontend {
+namespace {
+
+Box box_of_children(const NodeImage& image, std::uint32_t root) {
+  const DecodedInternal node = image.decode_internal(static_cast<std::uint64_t>(root) * traces::kNodeUnit);
+  Box box;
+  for (unsigned i = 0; i < node.child_count; ++i) box.extend(node.boxes[i]);
+  return box;
+}
+
+}  // namespace
+
+Traversal::Traversal(const TracedStructure& structure, const TracerOptions& options)
+    : image_(structure.image),
+      layout_(structure.image.layout()),
+      root_(structure.root),
+      blas_root_(structure.blas_root),
+      root_box_(box_of_children(structure.image, structure.root)),
+      options_(options),
+      test_children_(node_test(options.simd, layout_.slots)),
+      policy_(options),
+      object_(structure.gaussians, structure.world),
+      leaf_hits_(structure, options),
+      walk_(image_, walk_kernels(options.simd, layout_.slots)),
+      walks_lists_(can_walk_lists(structure)) {}
+
+void Traversal::begin_ray(const TraceRay& ray) {
+  memory_.clear();
+  add_root(root_);
+  if (walks_lists_) walk_.begin_ray(root_);
+  object_.begin_ray();
+  leaf_hits_.begin_ray(ray);
+  if (tracker_ != nullptr) tracker_->begin_ray();
+}
+
+bool Traversal::misses_scene(const TraceRay& ray) const { return conservative_interval(ray.slabs, root_box_).empty(); }
+
+template <typename Recorder>
+void Traversal::miss_scene(RayState& state, Recorder& recorder) {
+  ++state.counters.skipped_scene_misses;
+  ++state.counters.rounds;
+  ++state.counters.visits_internal;
+  visited(root_, layout_.slots == 6 ? 1 : 2);
+  recorder.begin_round(false);
+  recorder.pop();
+  recorder.internal(recorder.open(root_), root_, 0, 0);
+  recorder.end_round({});
+}
+
+template <typename Recorder>
+void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  if (!Recorder::kEnabled && walks_lists_) return walk_round(ray, state);
+  stack_.clear();
+  if (state.replay) return resume(ray, state, recorder);
+  push_root(0, 0.0f, 0, 0);
+  drain_stack(ray, state, recorder);
+}
+
+template <typename Recorder>
+void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  for (const StackEntry& entry : state.checkpoints.to_read()) {
+    ++state.counters.checkpoints_read;
+    if (entry.t > state.t_max) {
+      const bool kept = state.checkpoint(entry);
+      recorder.event(traces::EventKind::replay_forward, units_of(entry.node), 0, kept ? 1 : 0);
+      continue;
+    }
+    recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
+    if (entry.object != 0) {
+      ++state.counters.visits_instance;
+      visited(units_of(entry.object), 2);
+    }
+    if (entry.in_blas()) {
+      // The ray must be transformed again before a BLAS node can be tested.
+      ++state.counters.visits_instance;
+      visited(units_of(entry.instance), 2);
+      recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
+      enter_instance(local_ray(ray, entry), entry.instance, state);
+    }
+    stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
+    drain_stack(ray, state, recorder);
+  }
+}
+
+template <typename Recorder>
+void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  while (!stack_.empty()) {
+    const StackEntry entry = stack_.pop();
+    recorder.pop();
+    if (entry.t > state.t_max) {
+      const bool kept = state.checkpoint(entry);
+      recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
+      continue;
+    }
+    switch (ReachedNode::kind_of(entry.packed)) {
+      case NodeKind::internal:
+        visit_internal(local_ray(ray, entry), entry, state, recorder);
+        break;
+      case NodeKind::instance:
+        visit_instance(ray, entry, state, recorder);
+        break;
+      default:
+        if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
+          ++state.counters.visits_leaf;
+          ++state.counters.skipped_retests;
+          visited(units_of(entry.node), 1);
+          recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
+                         static_cast<unsigned>(traces::LeafOutcome::miss), 0);
+          break;
+        }
+        visit_leaf(local_ray(ray, entry), entry, state, recorder);
+        break;
+    }
+  }
+}
+
+template <typename Recorder>
+void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  ++state.counters.visits_internal;
+  visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
+  std::uint32_t list = memory_[entry.node].link();
+  if (list == 0) {
+    list = test_boxes(ray, entry.node, entry.in_blas(), state.t_min_cull);
+  } else {
+    ++state.counters.skipped_retests;
+  }
+  // The last of the list is pushed first, so that the nearest ends on top of the stack.
+  const ReachedNode* const children = &memory_[list];
+  const std::uint32_t count = children->node;
+  StackEntry* top = stack_.top();
+  const std::uint32_t units = Recorder::kEnabled ? units_of(entry.node) : 0;
+  typename Recorder::Children opened = recorder.open(units);
+  unsigned pushed = 0, beyond = 0;
+  for (std::uint32_t i = count; i > 0; --i) {
+    const ReachedNode& child = children[i];
+    // Written without branches, which would follow no pattern.
+    const unsigned alive = child.exit >= state.t_min_cull ? 1u : 0u;
+    const unsigned within = child.enter <= state.t_max ? alive : 0u;
+    *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
+    top += within;
+    if (Recorder::kEnabled) pushed |= within << child.slot();
+    opened.put(child.slot(), within);
+    beyond |= (alive ^ within) << child.slot();
+  }
+  stack_.set_top(top);
+  unsigned checkpoints = 0;
+  if (beyond != 0 && state.checkpoints.enabled()) checkpoints = checkpoint_children(entry, list, beyond, state);
+  recorder.internal(opened, units, pushed, checkpoints);
+}
+
+/// Tests the boxes of a node's children; returns the list of those hit: its head, then the children, those to be
+/// visited first in front.
+inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull) {
+  const std::uint32_t units = units_of(node);
+  const std::uint8_t* data = image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
+  NodeHits hits;
+  if (blas) {
+    const EnteredInstance& instance = memory_.instance(instance_);
+    test_children_(data, units, instance.slabs, {instance.unit.t_peak, t_min_cull}, hits);
+  } else {
+    test_children_(data, units, ray.slabs, {0.0f, t_min_cull}, hits);
+  }
+  if (!blas) image_.prefetch_children(hits.info.child_base);
+  const std::uint32_t list = memory_.reserve(hits.count + 1);
+  ReachedNode* const head = &memory_[list];
+  head->node = hits.count;
+  const bool near_first = options_.child_order == ChildOrder::near_first;
+  std::ptrdiff_t in_slot_order = 0;
+  for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
+    const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
+    head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
+        ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
+  }
+  if (remember_) memory_[node].set_link(list);
+  return list;
+}
+
+/// Checkpoints the children in `mask`, in slot order; returns the mask of those kept.
+inline unsigned Traversal::checkpoint_children(const StackEntry& parent, std::uint32_t list, unsigned mask,
+                                               RayState& state) {
+  std::uint32_t at[traces::kMaxWidth] = {};
+  const std::uint32_t count = memory_[list].node;
+  for (std::uint32_t i = 1; i <= count; ++i) at[memory_[list + i].slot()] = list + i;
+  unsigned kept = 0;
+  for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
+    const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
+    const ReachedNode& child = memory_[at[slot]];
+    if (state.checkpoint({child.enter, at[slot], child.packed, parent.instance, parent.object})) kept |= 1u << slot;
+  }
+  return kept;
+}
+
+template <typename Recorder>
+void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  ++state.counters.visits_instance;
+  visited(units_of(entry.node), 2);
+  recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
+  if (object_.one_of_several() && entry.object == 0) {
+    enter_object(ray, entry.node);
+    return push_root(memory_[entry.node].link(), entry.t, 0, entry.node);
+  }
+  enter_instance(local_ray(ray, entry), entry.node, state);
+  if (!skip_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
+  ++state.counters.skipped_blas_walks;
+  offer(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_, state), entry,
+        state, recorder);
+}
+
+inline void Traversal::enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state) {
+  instance_ = memory_[leaf].link();
+  if (instance_ != 0) {
+    ++state.counters.skipped_retests;
+    return;
+  }
+  instance_ = memory_.add_instance();
+  if (remember_) memory_[leaf].set_link(instance_);
+  EnteredInstance& instance = memory_.instance(instance_);
+  leaf_hits_.enter(instance, ray, image_.leaf_index(units_of(leaf)), object_);
+  instance.root = add_root(blas_root_);
+}
+
+void Traversal::enter_object(const TraceRay& ray, std::uint32_t leaf) {
+  const PlacedObject& placed = object_.enter(ray, leaf, image_.leaf_index(units_of(leaf)));
+  if (memory_[leaf].link() != 0) return;
+  const std::uint32_t root = add_root(static_cast<std::uint32_t>(placed.object->root / traces::kNodeUnit));
+  memory_[leaf].set_link(root);
+}
+
+std::uint32_t Traversal::add_root(std::uint32_t units) {
+  return memory_.add({0.0f, std::numeric_limits<float>::infinity(), units, NodeKind::internal, 0});
+}
+
+template <typename Recorder>
+void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  ++state.counters.visits_leaf;
+  visited(units_of(entry.node), 1);
+  std::uint32_t link = memory_[entry.node].link();
+  if (link == 0) {
+    EnteredInstance* const instance = entry.in_blas() ? &memory_.instance(instance_) : nullptr;
+    link = leaf_hits_.link_of_leaf(ray, units_of(entry.node), instance, object_, memory_, state);
+    if (remember_) memory_[entry.node].set_link(link);
+  } else {
+    ++state.counters.skipped_retests;
+  }
+  offer(link, entry, state, recorder);
+}
+
+/// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
+template <typename Recorder>
+void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  using traces::LeafOutcome;
+  const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {
+    recorder.event(traces::EventKind::visit_leaf, units_of(entry.node), static_cast<unsigned>(o), checkpoints, shifts);
+  };
+  if (link == WalkMemory::kMissed) return outcome(LeafOutcome::miss);
+  if (link == WalkMemory::kInside) {
+    if (state.t_last < 0.0f) ++state.counters.inside_skipped;
+    return outcome(LeafOutcome::miss);
+  }
+  const KEntry hit = memory_.hit(link);
+  if (const auto before = policy_.blended_before(hit, state)) return outcome(*before);
+  if (hit.t > state.t_max) {
+    const bool kept = state.checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
+    return outcome(LeafOutcome::beyond, kept ? 1 : 0);
+  }
+  const HitPolicy::Taken taken = policy_.take(hit, state);
+  outcome(taken.outcome, 0, taken.shifts);
+}
+
+template void Traversal::miss_scene(RayState&, NullRecorder&);
+template void Traversal::miss_scene(RayState&, GroupRecorder&);
+template void Traversal::miss_scene(RayState&, EncodingRecorder&);
+template void Traversal::round(const TraceRay&, RayState&, NullRecorder&);
+template void Traversal::round(const TraceRay&, RayState&, GroupRecorder&);
+template void Traversal::round(const TraceRay&, RayState&, EncodingRecorder&);
+
+}  // namespace grtx::frontend

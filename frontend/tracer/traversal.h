@@ -1,0 +1,101 @@
+// Walks the node image for one round of a ray: visits nodes, resumes from checkpoints, and offers what it hits to the
+// hit policy. docs/model/tracer.md states the order; every visit that the hardware model replays is decided here.
+#pragma once
+
+#include <cstdint>
+
+#include "grtx/frontend/accel/node_image.h"
+#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/tracer/current_object.h"
+#include "grtx/frontend/tracer/hit_policy.h"
+#include "grtx/frontend/tracer/leaf_hits.h"
+#include "grtx/frontend/tracer/node_intersection.h"
+#include "grtx/frontend/tracer/ray_state.h"
+#include "grtx/frontend/tracer/ray_walk.h"
+#include "grtx/frontend/tracer/traced_structure.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/frontend/tracer/traversal_stack.h"
+#include "grtx/frontend/tracer/visit_tracker.h"
+#include "grtx/frontend/tracer/walk_memory.h"
+
+namespace grtx::frontend {
+
+/// One a tracer. Recorder: frontend/tracer/ray_recorder.h.
+class Traversal {
+ public:
+  Traversal(const TracedStructure& structure, const TracerOptions& options);
+
+  void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
+  void begin_ray(const TraceRay& ray);
+  bool misses_scene(const TraceRay& ray) const;
+  /// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
+  template <typename Recorder>
+  void miss_scene(RayState& state, Recorder& recorder);
+  /// From the root, or from the checkpoints that the last round wrote.
+  template <typename Recorder>
+  void round(const TraceRay& ray, RayState& state, Recorder& recorder);
+
+ private:
+  // From node to node.
+  template <typename Recorder>
+  void resume(const TraceRay& ray, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void visit_leaf(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder);
+  std::uint32_t test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull);
+  unsigned checkpoint_children(const StackEntry& parent, std::uint32_t list, unsigned mask, RayState& state);
+  void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
+  void enter_object(const TraceRay& ray, std::uint32_t leaf);
+
+  // By lists of known nodes (list_traversal.cpp).
+  bool can_walk_lists(const TracedStructure& structure) const;
+  void walk_round(const TraceRay& ray, RayState& state);
+  void walk_leaf(const TraceRay& ray, RayState& state);
+  void take_hit(std::uint32_t link, RayState& state);
+
+  /// The ray in the space of the entry's node.
+  const TraceRay& local_ray(const TraceRay& ray, const StackEntry& entry) {
+    if (entry.object == 0) return ray;
+    if (!object_.is(entry.object)) enter_object(ray, entry.object);
+    return object_.ray();
+  }
+  void push_root(std::uint32_t node, float t, std::uint32_t instance, std::uint32_t object) {
+    stack_.push({t, node, memory_[node].packed, instance, object});
+  }
+  std::uint32_t add_root(std::uint32_t units);
+  std::uint32_t units_of(std::uint32_t node) { return memory_[node].node; }
+  void visited(std::uint32_t units, unsigned size_units) {
+    if (tracker_ != nullptr) tracker_->visit(units, size_units);
+  }
+
+  const NodeImage& image_;
+  const InternalLayout layout_;
+  const std::uint32_t root_;       ///< units
+  const std::uint32_t blas_root_;  ///< units
+  const Box root_box_;             ///< holds the decoded boxes of the root's children
+  const TracerOptions options_;
+  const bool remember_ = options_.skips.has(Skip::retests);
+  /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
+  const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
+  const NodeTest test_children_;
+  const HitPolicy policy_;
+
+  TraversalStack stack_;
+  WalkMemory memory_;
+  std::uint32_t instance_ = 0;  ///< being walked, link into memory_
+  CurrentObject object_;
+  LeafHits leaf_hits_;
+  /// In place of stack and memory, but for the hits, where can_walk_lists() and nobody asks for events.
+  RayWalk walk_;
+  const bool walks_lists_;
+  VisitTracker* tracker_ = nullptr;
+};
+
+}  // namespace grtx::frontend
