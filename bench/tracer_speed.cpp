@@ -24,6 +24,7 @@
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
+#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
@@ -180,8 +181,8 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
 /// What each skip saves: alone against none at all, times alternating; and what it left out.
 void measure_skips(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
                    const Options& options) {
-  const frontend::PreparedGaussians gaussians(scene, true);
-  const frontend::AccelerationStructure accel(gaussians, {kind});
+  frontend::ViewTracer view(scene, camera);
+  view.build({kind});
   frontend::RenderOptions render;
   render.threads = 1;
   std::vector<std::string> names{"none"};
@@ -196,7 +197,7 @@ void measure_skips(const frontend::Scene& scene, const frontend::Camera& camera,
       tracer_options.checkpoint = options.checkpoint;
       tracer_options.skips = frontend::skips_from_text(names[n]);
       const double start = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
-      counters[n] = frontend::render(scene, gaussians, accel, camera, tracer_options, render, nullptr).counters;
+      counters[n] = view.trace(tracer_options, render).result.counters;
       best[n] = std::min(best[n], cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - start);
     }
   }

@@ -23,6 +23,7 @@
 #include "grtx/explore/report/report.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
@@ -64,39 +65,24 @@ struct Traced {
 
 /// Traces all designs; the image of the first goes to `image`. Returns whether all images are bit-identical.
 bool trace_designs(const Options& options, bool quiet, std::map<std::string, Traced>& traced, frontend::Image& image) {
-  const frontend::Camera camera = select_camera(options.view);
-  const frontend::Scene scene = frontend::load_scene(options.scene);
-  const frontend::PreparedGaussians gaussians(scene, options.tracer.kernel_radius == "adaptive");
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
-  std::unique_ptr<frontend::AccelerationStructure> accel;
+  frontend::ViewTracer view(frontend::load_scene(options.scene), select_camera(options.view),
+                            options.tracer.kernel_radius == "adaptive");
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
+  view.place(objects);
   bool identical = true;
   for (const Design& design : kDesigns) {
-    if (!accel || accel->options().kind != design.accel) {
-      accel.reset();  // the monolithic structure is large: free it before the next is built
-      accel = std::make_unique<frontend::AccelerationStructure>(gaussians, accel_options(options.tracer, design.accel));
-    }
-    const frontend::TracerOptions tracer = tracer_options(options.tracer, design.checkpoint, design.accel);
+    view.build(accel_options(options.tracer, design.accel));
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
-    // Planned anew for each design: that the plans agree is part of the proof that the images do.
-    const frontend::SecondaryPlan plan = frontend::plan_secondary(
-        scene, gaussians, *accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
-    render.secondary = &plan;
-    traces::Header header = trace_header(scene, camera, *accel, tracer, render);
-    for (const auto& [name, value] : option_inputs(options.tracer, design.checkpoint, design.accel)) {
-      header.inputs[name] = value;
-    }
-    header.inputs.merge(object_inputs(objects));
+    std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
+    inputs.merge(object_inputs(objects));
     Traced& result = traced[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
-    traces::Writer writer(result.path, header);
-    const frontend::RenderResult rendered = frontend::render(scene, gaussians, *accel, camera, tracer, render, &writer);
-    writer.finish();
-    modules::StatisticList statistics = tracer_statistics(scene, *accel, rendered);
-    add_secondary_statistics(statistics, plan, rendered);
-    add_trace_statistics(statistics, writer);
-    result.statistics = statistics_object(statistics);
-    result.statistics.update(statistics_object(tracer_host_statistics(*accel, rendered)));
+    const frontend::TracedView traced_view =
+        view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, result.path, inputs);
+    const frontend::RenderResult& rendered = traced_view.result;
+    result.statistics = statistics_object(tracer_statistics(view, traced_view));
+    result.statistics.update(statistics_object(tracer_host_statistics(view.accel(), rendered)));
     if (image.pixels.empty()) {
       image = rendered.image;
     } else {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
@@ -16,6 +15,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
@@ -84,47 +84,37 @@ int trace(const Options& options, bool quiet) {
     return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
                               options.statistics, quiet);
   }
-  const frontend::Scene scene = frontend::load_scene(options.scene);
-  const frontend::PreparedGaussians gaussians(scene, tracer.adaptive_radius);
-  const frontend::AccelerationStructure accel(gaussians, accel_options(options.tracer, kind));
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, scene, camera);
-  const frontend::SecondaryPlan plan = frontend::plan_secondary(
-      scene, gaussians, accel, camera, tracer, objects, render.linear_mapping, render.threads, render.warp_size);
-  render.secondary = &plan;
-
-  std::map<std::string, std::string> inputs = option_inputs(options.tracer, checkpoint, kind);
+  frontend::ViewTracer view(frontend::load_scene(options.scene), camera, tracer.adaptive_radius);
+  const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), camera);
+  view.place(objects);
+  const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
+  std::map<std::string, std::string> inputs = chosen;
   inputs.merge(object_inputs(objects));
-  std::optional<traces::Writer> writer;
-  traces::Header header = trace_header(scene, camera, accel, tracer, render);
-  for (const auto& [name, value] : header.inputs) inputs[name] = value;
-  header.inputs = inputs;
-  if (!options.no_trace) writer.emplace(options.output, header);
-  const frontend::RenderResult result =
-      frontend::render(scene, gaussians, accel, camera, tracer, render, writer ? &*writer : nullptr);
-  if (writer) writer->finish();
+  const frontend::TracedView traced = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
+  const frontend::RenderResult& result = traced.result;
   if (!options.image.empty()) frontend::write_image(options.image, result.image);
   write_heatmaps(heatmaps, camera, result.pixel_costs);
 
-  modules::StatisticList statistics = tracer_statistics(scene, accel, result);
-  add_secondary_statistics(statistics, plan, result);
-  if (writer) add_trace_statistics(statistics, *writer);
-  const modules::StatisticList host = tracer_host_statistics(accel, result);
   if (!options.statistics.empty()) {
     nlohmann::ordered_json config;
-    for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
-    write_file(options.statistics, statistics_text(statistics_document(config, header.inputs, statistics, host)));
+    for (const auto& [name, value] : chosen) config[name] = value;
+    write_file(options.statistics,
+               statistics_text(statistics_document(config, traced.inputs, tracer_statistics(view, traced),
+                                                   tracer_host_statistics(accel, result))));
   }
   if (!quiet) {
     const auto& c = result.counters;
-    fmt::print("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
-               options.accel, c.rays, c.rounds,
-               static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
-               static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, scene.size())),
-               static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
-               writer ? fmt::format(", trace {:.3g} MB", static_cast<double>(writer->bytes()) * 1e-6) : "");
+    fmt::print(
+        "{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
+        options.accel, c.rays, c.rounds,
+        static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
+        static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, view.scene().size())),
+        static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+        traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
     if (!objects.empty()) {
       fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
-                 plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
+                 traced.plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
     }
   }
   return 0;

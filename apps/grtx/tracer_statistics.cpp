@@ -3,10 +3,9 @@
 #include <algorithm>
 
 namespace grtx::sim {
+namespace {
 
-modules::StatisticList tracer_statistics(const frontend::Scene& scene, const frontend::AccelerationStructure& accel,
-                                         const frontend::RenderResult& result) {
-  modules::StatisticList list;
+void add_tracer_statistics(modules::StatisticList& list, const frontend::RenderResult& result) {
   const frontend::TracerCounters& c = result.counters;
   list.add("tracer.rays", c.rays, "rays", "rays traced, secondary ones included");
   list.add("tracer.rounds", c.rounds, "rounds", "traceRay calls, summed over rays");
@@ -47,7 +46,12 @@ modules::StatisticList tracer_statistics(const frontend::Scene& scene, const fro
            "--skip never-accepted: of Gaussians whose alpha stays below 1/255");
   list.add("tracer.skipped.blas_walks", c.skipped_blas_walks, "walks",
            "--skip blas: instances decided without a walk of the BLAS");
-  const double gaussians = static_cast<double>(std::max<std::size_t>(1, scene.size()));
+}
+
+void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTracer& view,
+                          const frontend::RenderResult& result) {
+  const frontend::AccelerationStructure& accel = view.accel();
+  const double gaussians = static_cast<double>(std::max<std::size_t>(1, view.scene().size()));
   const auto& nodes = accel.counts();
   list.add("accel.bytes", accel.image().size(), "B", "size of the node image, headers and BLAS included");
   list.add("accel.bytes_per_gaussian", static_cast<double>(accel.image().size()) / gaussians, "B",
@@ -61,7 +65,6 @@ modules::StatisticList tracer_statistics(const frontend::Scene& scene, const fro
   list.add("accel.nodes.procedural", nodes.procedural, "nodes", "procedural leaves of a monolithic BVH");
   list.add("accel.nodes.blas", nodes.blas_nodes, "nodes", "nodes of the shared BLAS");
   list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
-  return list;
 }
 
 void add_secondary_statistics(modules::StatisticList& list, const frontend::SecondaryPlan& plan,
@@ -92,12 +95,22 @@ void add_secondary_statistics(modules::StatisticList& list, const frontend::Seco
            "Gaussians they skipped because the proxy holds their origin");
 }
 
-void add_trace_statistics(modules::StatisticList& list, const traces::Writer& writer) {
-  list.add("trace.bytes", writer.bytes(), "B", "size of the trace file");
-  list.add(
-      "trace.bytes_per_visit",
-      static_cast<double>(writer.bytes()) / static_cast<double>(std::max<std::uint64_t>(1, writer.totals().visits())),
-      "B", "trace.bytes / node visits");
+void add_trace_statistics(modules::StatisticList& list, const frontend::TraceFile& trace) {
+  list.add("trace.bytes", trace.bytes, "B", "size of the trace file");
+  list.add("trace.bytes_per_visit",
+           static_cast<double>(trace.bytes) / static_cast<double>(std::max<std::uint64_t>(1, trace.visits)), "B",
+           "trace.bytes / node visits");
+}
+
+}  // namespace
+
+modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced) {
+  modules::StatisticList list;
+  add_tracer_statistics(list, traced.result);
+  add_accel_statistics(list, view, traced.result);
+  add_secondary_statistics(list, traced.plan, traced.result);
+  if (traced.trace) add_trace_statistics(list, *traced.trace);
+  return list;
 }
 
 modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,

@@ -25,6 +25,7 @@ struct AccelOptions {
   unsigned width = 6;          ///< children an internal node, 2..8
   bool corner_bounds = false;  ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
   unsigned box_bits = 8;       ///< bits of a stored box coordinate that are used, 2..8
+  friend bool operator==(const AccelOptions&, const AccelOptions&) = default;
 };
 
 class AccelerationStructure {

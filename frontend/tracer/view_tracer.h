@@ -1,0 +1,69 @@
+// The way from a scene to the image, the counters and the trace of one view, for whatever structures and options.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/frontend/tracer/secondary_plan.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+
+namespace grtx::frontend {
+
+struct TraceFile {
+  std::uint64_t bytes = 0;
+  std::uint64_t visits = 0;  ///< node visits in it
+};
+
+struct TracedView {
+  RenderResult result;
+  SecondaryPlan plan;                         ///< of the secondary rays among them; empty without objects
+  std::map<std::string, std::string> inputs;  ///< what the result is of, as in the trace's header
+  std::optional<TraceFile> trace;             ///< when one was written
+};
+
+/// Owns scene and structure; one view of one scene, traced as often as one likes.
+class ViewTracer {
+ public:
+  /// adaptive_radius: that of all options given to trace().
+  ViewTracer(Scene scene, Camera camera, bool adaptive_radius = true);
+  ViewTracer(const ViewTracer&) = delete;
+  ViewTracer& operator=(const ViewTracer&) = delete;
+
+  const Scene& scene() const { return scene_; }
+  const Camera& camera() const { return camera_; }
+  const PreparedGaussians& gaussians() const { return gaussians_; }
+  const OpticalObjects& objects() const { return objects_; }
+  /// Of the last build().
+  const AccelerationStructure& accel() const { return *accel_; }
+
+  /// Glass and mirror, in file coordinates, from now on.
+  void place(const OpticalObjects& objects) { objects_ = objects; }
+  /// The structure that is traced from now on. The last one is freed before, for it may be large; it stays when it is
+  /// of the same options.
+  const AccelerationStructure& build(const AccelOptions& options);
+
+  /// After build(). trace_file: "" writes none. inputs: text for its header, beside scene and camera. Secondary rays
+  /// are planned anew each time: that the plans of two structures agree is part of the proof that their images do.
+  /// render.secondary is not looked at. Throws Error.
+  TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
+                   const std::map<std::string, std::string>& inputs = {}) const;
+
+ private:
+  const Scene scene_;
+  const Camera camera_;
+  const bool adaptive_radius_;
+  const PreparedGaussians gaussians_;
+  OpticalObjects objects_;
+  std::unique_ptr<AccelerationStructure> accel_;
+};
+
+}  // namespace grtx::frontend

@@ -1,0 +1,97 @@
+// One class from scene to image and trace: the same as its steps by hand, for one structure after the other.
+#include "grtx/frontend/tracer/view_tracer.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "frontend/scene/scene_bytes.h"
+#include "frontend/tracer/random_scene.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
+
+namespace grtx::frontend {
+namespace {
+
+RenderOptions one_thread() {
+  RenderOptions render;
+  render.threads = 1;
+  return render;
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(ViewTracer, GivesWhatItsStepsGive) {
+  const Scene scene = grtx::test::random_scene(71);
+  const Camera camera = grtx::test::front_camera(24, 16);
+  ViewTracer view(scene, camera);
+  for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20}) {
+    view.build({kind});
+    for (const bool checkpoint : {false, true}) {
+      TracerOptions options;
+      options.checkpoint = checkpoint;
+      const test::TemporaryPath expected_file(".grtx"), file(".grtx");
+      const PreparedGaussians gaussians(scene, true);
+      const AccelerationStructure accel(gaussians, {kind});
+      traces::Header header = trace_header(scene, camera, accel, options, one_thread());
+      header.inputs["word"] = "text";
+      traces::Writer writer(expected_file.str(), header);
+      const RenderResult expected = render(scene, gaussians, accel, camera, options, one_thread(), &writer);
+      writer.finish();
+      const TracedView traced = view.trace(options, one_thread(), file.str(), {{"word", "text"}});
+      EXPECT_TRUE(compare(expected.image, traced.result.image).identical());
+      EXPECT_EQ(expected.counters.visits(), traced.result.counters.visits());
+      EXPECT_EQ(bytes_of(file.str()), bytes_of(expected_file.str()));
+      EXPECT_EQ(traced.inputs, header.inputs);
+      EXPECT_EQ(traces::Reader(file.str()).header().inputs, header.inputs);
+      ASSERT_TRUE(traced.trace.has_value());
+      EXPECT_EQ(traced.trace->bytes, writer.bytes());
+      EXPECT_EQ(traced.trace->visits, writer.totals().visits());
+    }
+  }
+}
+
+TEST(ViewTracer, ASceneOrCameraOfTheSameNameInInputsDoesNotHideTheViews) {
+  ViewTracer view(grtx::test::random_scene(72), grtx::test::front_camera(4, 4));
+  view.build({});
+  const TracedView traced = view.trace({}, one_thread(), "", {{"scene_hash", "another"}});
+  EXPECT_EQ(traced.inputs.at("scene_hash"), view.scene().hash);
+  EXPECT_FALSE(traced.trace.has_value());
+}
+
+TEST(ViewTracer, KeepsAStructureOfTheSameOptions) {
+  ViewTracer view(grtx::test::random_scene(73), grtx::test::front_camera(4, 4));
+  const std::uint8_t* const nodes = view.build({AccelKind::tlas_tri20}).image().node(0);
+  EXPECT_EQ(view.build({AccelKind::tlas_tri20}).image().node(0), nodes);
+  EXPECT_EQ(view.build({AccelKind::tlas_tri20, 4}).options().width, 4u);
+}
+
+TEST(ViewTracer, TracesSecondaryRaysOfWhatIsPlaced) {
+  ViewTracer view(grtx::test::random_scene(74), grtx::test::front_camera(24, 24));
+  view.build({AccelKind::tlas_tri20});
+  EXPECT_TRUE(view.trace({}, one_thread()).plan.rays.empty());
+  OpticalObjects objects;
+  objects.glass = make_glass({0.0, 0.0, 0.0}, 0.5, 1.5);
+  view.place(objects);
+  const TracedView traced = view.trace({}, one_thread());
+  EXPECT_FALSE(traced.plan.rays.empty());
+  EXPECT_EQ(traced.result.secondary.rays, traced.plan.rays.size());
+}
+
+TEST(ViewTracer, RefusesToTraceWithoutStructureOrWithAnotherRadius) {
+  ViewTracer view(grtx::test::random_scene(75), grtx::test::front_camera(4, 4));
+  EXPECT_THROW(view.trace({}, one_thread()), std::logic_error);
+  view.build({});
+  TracerOptions options;
+  options.adaptive_radius = false;
+  EXPECT_THROW(view.trace(options, one_thread()), std::logic_error);
+}
+
+}  // namespace
+}  // namespace grtx::frontend
