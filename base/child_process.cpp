@@ -100,7 +100,7 @@ std::string ChildProcess::result() {
   pid_ = -1;
   if (WIFSIGNALED(status)) throw std::runtime_error(name_ + ": ended by signal " + ::strsignal(WTERMSIG(status)));
   if (status != 0 || message.empty()) throw std::runtime_error(name_ + ": the process ended without a result");
-  const std::string rest = message.substr(1);
+  std::string rest = message.substr(1);
   if (message.front() == kResult) return rest;
   if (message.front() == kFailure) throw std::runtime_error(name_ + ": " + rest);
   const std::size_t place = rest.find('\0');

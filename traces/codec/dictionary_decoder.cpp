@@ -58,7 +58,7 @@ void DictionaryDecoder::take_by_address(std::vector<NodeDefinition>& nodes) {
     ascend(address);
     node.child_base = checked_u32(children, predicted_children + unzigzag(children.varint(4 * kMaxU32)));
     const NodeShape& shape = take_shape(node);
-    predicted_children = static_cast<std::int64_t>(node.child_base + shape.units);
+    predicted_children = std::int64_t{node.child_base + shape.units};
     set(i, node, shape, 0);
   }
 }

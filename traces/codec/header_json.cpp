@@ -78,7 +78,10 @@ void take(const Json& value, const std::string& key, T& out) {
 }
 void take(const Json& value, const std::string& key, std::map<std::string, std::string>& out) {
   if (!value.is_object()) throw Malformed("key '" + key + "' must be an object");
-  for (const auto& [name, text] : value.items()) take(text, key + "." + name, out[name]);
+  for (const auto& [name, text] : value.items()) {
+    std::string place = key;
+    take(text, place.append(".").append(name), out[name]);
+  }
 }
 
 Json parse_object(std::string_view text) {

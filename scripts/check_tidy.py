@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Runs clang-tidy (.clang-tidy) over a part of the sources.
+
+Usage: check_tidy.py [--base REVISION] [FILE...]
+Without arguments, as the tests call it: the folders named in ALWAYS, about 3 s of a processor a source. With --base main:
+what differs from where the branch left main, uncommitted changes too; a header counts as the source of the same name, or
+as one that includes it. FILE: those instead; one that the build does not know is compiled by itself.
+Exit code 1 and what clang-tidy says; 77, with a notice, when clang-tidy 14 (Debian 12) is not there.
+"""
+import argparse
+import concurrent.futures
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+MAJOR = 14
+TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+BUILD = os.path.join(TOP, "build", "tidy")
+ALWAYS = ("base/", "traces/")  # clean; the next folder joins when it is, and the time allows it
+FOLDERS = ("base/", "traces/", "frontend/", "modules/", "rtl_tlm/", "explore/", "apps/", "examples/")
+
+
+def git(*arguments):
+    run = subprocess.run(["git", "-C", TOP, *arguments], capture_output=True, text=True, check=False)
+    return run.stdout.splitlines() if run.returncode == 0 else []
+
+
+def find_tool():
+    for name in (f"clang-tidy-{MAJOR}", "clang-tidy"):
+        if shutil.which(name):
+            version = subprocess.run([name, "--version"], capture_output=True, text=True, check=True).stdout
+            if re.search(rf"version {MAJOR}\.", version):
+                return name
+    return None
+
+
+def source_of(file):
+    """The source that shows what a changed file says, or None."""
+    if not file.startswith(FOLDERS) or not os.path.exists(os.path.join(TOP, file)):
+        return None
+    if file.endswith(".cpp"):
+        return file
+    if not file.endswith(".h"):
+        return None
+    if os.path.exists(os.path.join(TOP, file[:-2] + ".cpp")):
+        return file[:-2] + ".cpp"
+    for source in sorted(glob.glob(os.path.join(TOP, file.split("/")[0], "**", "*.cpp"), recursive=True)):
+        with open(source, encoding="utf-8") as text:
+            if f'#include "grtx/{file}"' in text.read():
+                return os.path.relpath(source, TOP)
+    return None
+
+
+def changed_files(base):
+    start = git("merge-base", base, "HEAD", "--")
+    if not start:
+        sys.exit(f"check_tidy: {base} and HEAD have no commit in common")
+    return git("diff", "--name-only", start[0], "--") + git("ls-files", "-o", "--exclude-standard")
+
+
+def compile_database():
+    """How each source is compiled by itself, without what clang does not know of GCC."""
+    made = subprocess.run(["cmake", "-S", TOP, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                           "-DCMAKE_UNITY_BUILD=OFF", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON", "-DGRTX_BUILD_TESTS=OFF",
+                           "-DGRTX_REPORT_CHARTS=OFF"], capture_output=True, text=True, check=False)
+    if made.returncode != 0:
+        sys.exit(made.stdout + made.stderr)
+    path = os.path.join(BUILD, "compile_commands.json")
+    with open(path, encoding="utf-8") as file:
+        commands = json.load(file)
+    for command in commands:
+        command["command"] = re.sub(r" -(fpch-preprocess|Wno-restrict|Wno-stringop-overflow)(?= )", "",
+                                    command["command"])
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(commands, file)
+    return {os.path.relpath(command["file"], TOP) for command in commands}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--base")
+    parser.add_argument("files", nargs="*")
+    options = parser.parse_args()
+    tool = find_tool()
+    if tool is None:
+        print(f"check_tidy: skipped, clang-tidy {MAJOR} is needed")
+        return 77
+    known = compile_database()
+    if options.files:
+        sources = [os.path.relpath(os.path.abspath(f), TOP) for f in options.files]
+    elif options.base:
+        sources = [s for s in dict.fromkeys(map(source_of, changed_files(options.base))) if s in known]
+    else:
+        sources = sorted(s for s in known if s.startswith(ALWAYS))
+
+    def run(source):
+        how = ["-p", BUILD] if source in known else [f"--config-file={TOP}/.clang-tidy"]
+        after = [] if source in known else ["--", "-std=c++20", "-I", os.path.join(BUILD, "include")]
+        return source, subprocess.run([tool, "--quiet", *how, os.path.join(TOP, source), *after], capture_output=True,
+                                      text=True, check=False)
+
+    failed = []
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for source, result in pool.map(run, sources):
+            if result.returncode != 0:
+                failed.append(source)
+                print(result.stdout + re.sub(r"^\d+ warnings.*\n|^Suppressed.*\n", "", result.stderr, flags=re.M), end="")
+    print(f"check_tidy: {len(sources)} sources, {len(failed)} with findings")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
