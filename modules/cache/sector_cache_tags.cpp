@@ -36,7 +36,9 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
       line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
       sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
       way_shift_(std::has_single_bit(geometry.ways) ? static_cast<unsigned>(std::countr_zero(geometry.ways)) : 0),
-      set_mask_(std::has_single_bit(set_count_) ? set_count_ - 1 : 0) {
+      set_mask_(std::has_single_bit(set_count_) ? set_count_ - 1 : 0),
+      policy_(make_cache_replacement(geometry.replacement, set_count_, geometry.ways)),
+      filled_(policy_ != nullptr ? set_count_ : 0) {
   for (SmallSet& set : small_) {
     for (unsigned way = 0; way < kSmallWays; ++way) set.number[way] = kNoLine;
     for (unsigned way = 0; way < geometry_.ways; ++way) set.order |= std::uint64_t{way} << 4 * way;
@@ -58,9 +60,15 @@ SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
   return {true, std::uint64_t{line} << line_shift_, s.dirty, s.unused_prefetch};
 }
 
+SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) const {
+  const std::uint64_t set = set_of(line_number(address));
+  const unsigned way = filled_[set] < geometry_.ways ? filled_[set] : policy_->victim(set);
+  return static_cast<Slot>(set * stride() + way);
+}
+
 SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
   assert(find(address) == kNone);
-  const Slot slot = oldest_of(address);
+  const Slot slot = replaced_by(address);
   *evicted = victim_in(slot);
   std::uint32_t& line = number(slot);
   if (line == kNoLine) {
@@ -72,7 +80,13 @@ SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evi
   line = static_cast<std::uint32_t>(line_number(address));
   state(slot) = {};
   if (large_) index_.insert(line, slot);
-  touch(slot);
+  if (policy_ == nullptr) {
+    touch(slot);
+    return slot;
+  }
+  unsigned& filled = filled_[set_number(slot)];
+  if (filled < geometry_.ways) ++filled;
+  policy_->filled(set_number(slot), way_number(slot));
   return slot;
 }
 
@@ -109,9 +123,11 @@ std::uint64_t SectorCacheTags::count_dirty() const {
 std::uint64_t SectorCacheTags::tag_bits(unsigned address_bits, bool with_dirty) const {
   const unsigned offset_bits = static_cast<unsigned>(std::countr_zero(geometry_.line_bytes));
   const unsigned set_bits = static_cast<unsigned>(std::bit_width(set_count_) - 1);
-  const unsigned lru_bits = static_cast<unsigned>(std::bit_width(geometry_.ways - 1));  // position in the recency order
+  // lru: the position in the recency order.
+  const unsigned order_bits =
+      policy_ != nullptr ? policy_->bits_per_line() : static_cast<unsigned>(std::bit_width(geometry_.ways - 1));
   const unsigned per_line =
-      address_bits - offset_bits - set_bits + 1 + geometry_.sectors() * (with_dirty ? 2 : 1) + lru_bits;
+      address_bits - offset_bits - set_bits + 1 + geometry_.sectors() * (with_dirty ? 2 : 1) + order_bits;
   return std::uint64_t{per_line} * set_count_ * geometry_.ways;
 }
 

@@ -1,4 +1,4 @@
-// Tag array of a sectored set-associative cache with LRU replacement: one tag a line, valid and dirty bits a sector.
+// Tag array of a sectored set-associative cache: one tag a line, valid and dirty bits a sector.
 // Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to
 // 16 ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
 #pragma once
@@ -6,8 +6,11 @@
 #include <bit>
 #include <cassert>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "grtx/modules/cache/replacement.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/equal_keys.h"
 
@@ -23,6 +26,7 @@ class SectorCacheTags {
     unsigned line_bytes = 128;
     unsigned sector_bytes = 32;
     unsigned ways = 256;
+    std::string replacement = "lru";                                                   ///< a name of replacement.h
     std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down, any number
     unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
   };
@@ -58,12 +62,15 @@ class SectorCacheTags {
     __builtin_prefetch(set + 64);
   }
   /// The line that insert(address) would replace.
-  Victim victim(std::uint64_t address) const { return victim_in(oldest_of(address)); }
-  /// Makes the line present with no valid sector and most recently used; the least recently used line of the set goes.
+  Victim victim(std::uint64_t address) const { return victim_in(replaced_by(address)); }
+  /// Makes the line present with no valid sector and most recently used; the policy's victim goes (lru: the least
+  /// recently used line of the set).
   /// The line must not be present.
   Slot insert(std::uint64_t address, Victim* evicted);
   /// Marks the line as most recently used.
   void touch(Slot slot) {
+    if (policy_ != nullptr) [[unlikely]]
+      return policy_->referenced(set_number(slot), way_number(slot));
     if (large_) {
       if (lines_[slot].newer != kNoWay) touch_large(slot);  // else it is the newest already
       return;
@@ -156,6 +163,13 @@ class SectorCacheTags {
     }
     for (const Line& line : lines_) f(line.state);
   }
+  unsigned stride() const { return large_ ? geometry_.ways : kSmallWays; }  ///< slots of a set
+  std::uint64_t set_number(Slot slot) const { return slot / stride(); }
+  unsigned way_number(Slot slot) const { return static_cast<unsigned>(slot % stride()); }
+  Slot replaced_by(std::uint64_t address) const {
+    return policy_ == nullptr ? oldest_of(address) : chosen_by_policy(address);
+  }
+  Slot chosen_by_policy(std::uint64_t address) const;
   Slot oldest_of(std::uint64_t address) const {
     const std::uint64_t set = set_of(line_number(address));
     if (large_) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
@@ -174,6 +188,8 @@ class SectorCacheTags {
   unsigned way_shift_;      ///< a power of two of ways: its exponent, else 0
   std::uint64_t set_mask_;  ///< sets - 1 for a power of two of sets, else 0
   std::uint64_t lines_valid_ = 0;
+  std::unique_ptr<CacheReplacement> policy_;  ///< null: lru, by the recency orders above
+  std::vector<unsigned> filled_;              ///< with a policy, by set: ways that hold a line
 };
 
 }  // namespace grtx::modules

@@ -1,15 +1,14 @@
-// Which warp of the warp buffer the RT scheduler serves: a policy, free of SystemC.
+// Which warp of the warp buffer the RT scheduler serves: a policy, free of SystemC, chosen by its name. Policies of the
+// project stand in policies/, one file each; one of your own is registered before the first RT unit is made.
 #pragma once
 
-#include <bit>
-#include <cassert>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "grtx/base/error.h"
 #include "grtx/base/strong.h"
 
 namespace grtx::modules {
@@ -21,61 +20,13 @@ class WarpSelection {
   virtual unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) = 0;
 };
 
-/// The warp that entered the buffer first (Vulkan-Sim).
-class OldestFirst final : public WarpSelection {
- public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {
-    return oldest(candidates, ages);
-  }
-  static unsigned oldest(LaneMask candidates, const std::vector<std::uint64_t>& ages) {
-    assert(candidates != 0);
-    auto best = static_cast<unsigned>(std::countr_zero(candidates));
-    for (LaneMask m = candidates & (candidates - 1); m != 0; m &= m - 1) {
-      const auto e = static_cast<unsigned>(std::countr_zero(m));
-      if (ages[e] < ages[best]) best = e;
-    }
-    return best;
-  }
-};
+using WarpSelectionFactory = std::function<std::unique_ptr<WarpSelection>()>;
 
-/// The next entry after the one served last, by entry number.
-class RoundRobin final : public WarpSelection {
- public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&) override {
-    assert(candidates != 0);
-    const LaneMask after = last_ >= 63 ? 0 : candidates & (~LaneMask{0} << (last_ + 1));
-    last_ = static_cast<unsigned>(std::countr_zero(after != 0 ? after : candidates));
-    return last_;
-  }
-
- private:
-  unsigned last_ = 63;
-};
-
-/// The warp served last as long as it is a candidate, else the oldest.
-class GreedyThenOldest final : public WarpSelection {
- public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {
-    const bool stays = served_ && (candidates >> entry_ & 1) != 0 && ages[entry_] == age_;
-    if (!stays) entry_ = OldestFirst::oldest(candidates, ages);
-    age_ = ages[entry_];
-    served_ = true;
-    return entry_;
-  }
-
- private:
-  bool served_ = false;
-  unsigned entry_ = 0;
-  std::uint64_t age_ = 0;
-};
-
-/// oldest_first, round_robin or greedy_then_oldest; anything else is an Error.
-inline std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) {
-  if (name == "oldest_first") return std::make_unique<OldestFirst>();
-  if (name == "round_robin") return std::make_unique<RoundRobin>();
-  if (name == "greedy_then_oldest") return std::make_unique<GreedyThenOldest>();
-  throw Error("configuration", "rt.scheduler.policy",
-              "'" + std::string(name) + "' is not oldest_first, round_robin or greedy_then_oldest");
-}
+/// Makes `name` a value of rt.scheduler.policy. Throws std::logic_error when it is one already.
+void register_warp_selection(const std::string& name, WarpSelectionFactory factory);
+/// The values of rt.scheduler.policy, those of the project first.
+std::vector<std::string> warp_selection_names();
+/// Throws Error that lists the names for an unknown one.
+std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name);
 
 }  // namespace grtx::modules

@@ -25,9 +25,7 @@ const WorkDistributorConfig& checked(const WorkDistributorConfig& config) {
 
 WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain,
                                  const WorkDistributorConfig& config, GroupSource& source)
-    : ClockedModule(name, domain),
-      launch("launch", checked(config).sms),
-      ended("ended", config.sms),
+    : WorkDistributorModule(name, domain, checked(config).sms),
       config_(config),
       source_(source),
       done_("done"),

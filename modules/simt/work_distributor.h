@@ -10,77 +10,45 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
-
-/// Where ray groups come from. Positions 0..count()-1 are acquired in ascending order, each once, and released in any.
-class GroupSource {
- public:
-  virtual ~GroupSource() = default;
-  virtual std::uint64_t count() const = 0;
-  /// The group at `position`; it stays valid and unchanged until released. Throws Error if it cannot be read.
-  virtual const traces::RayGroup* acquire(std::uint64_t position) = 0;
-  virtual void release(std::uint64_t position) = 0;
-};
-
-/// Is told of each warp's start and end; for pictures of where the time went. Called a few times a warp.
-class WarpObserver {
- public:
-  virtual ~WarpObserver() = default;
-  virtual void launched(unsigned sm, unsigned slot, const traces::RayGroup& group, Cycle now) = 0;
-  virtual void ended(unsigned sm, unsigned slot, Cycle now) = 0;
-};
 
 struct WorkDistributorConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
 };
 
-/// What a distributor of work has done.
-struct DistributorCounters {
-  std::uint64_t groups = 0;
-  std::uint64_t most_on_one_sm = 0;
-  std::uint64_t fewest_on_one_sm = 0;
-  Cycle tail_cycles = 0;  ///< from the last launch to the end
-  Cycle primary_end = 0;  ///< end of the last primary group
-};
 /// Adds the counts as prefix + ".name".
 void describe(const DistributorCounters& counters, StatisticList& list, const std::string& prefix);
 
-class WorkDistributor final : public ClockedModule {
+class WorkDistributor final : public WorkDistributorModule {
  public:
   /// `source` must outlive the module.
   WorkDistributor(const sc_core::sc_module_name& name, ClockDomain& domain, const WorkDistributorConfig& config,
                   GroupSource& source);
 
-  sc_core::sc_vector<LinkOut<LaunchWarp>> launch;  ///< to each SM
-  sc_core::sc_vector<LinkIn<WarpEnded>> ended;     ///< from each SM
-
-  /// Fires in the delta cycle after the one in which the last group's end was seen.
-  const sc_core::sc_event& done() const { return done_; }
-  /// Attach before the run; must outlive it. nullptr: none.
-  void observe(WarpObserver* observer) { observer_ = observer; }
-  bool finished() const { return finished_; }
-  /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
-  Cycle end_cycle() const { return end_cycle_; }
+  const sc_core::sc_event& done() const override { return done_; }
+  void observe(WarpObserver* observer) override { observer_ = observer; }
+  bool finished() const override { return finished_; }
+  Cycle end_cycle() const override { return end_cycle_; }
   /// Cycle in which the end of the last primary group was seen; end_cycle() without secondary groups. Valid once
   /// finished().
   Cycle primary_end_cycle() const { return primary_end_cycle_; }
-  std::uint64_t launched() const { return next_; }
-  std::uint64_t running() const { return running_; }
+  std::uint64_t launched() const override { return next_; }
+  std::uint64_t running() const override { return running_; }
   std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
-  bool idle() const { return running_ == 0; }
+  bool idle() const override { return running_ == 0; }
 
-  DistributorCounters counters() const;
+  DistributorCounters counters() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
-  Inventory inventory() const;
-  void dump_state(std::ostream& out) const;
+  Inventory inventory() const override;
+  void dump_state(std::ostream& out) const override;
 
  private:
   struct Sm {

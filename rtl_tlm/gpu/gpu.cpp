@@ -79,7 +79,9 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
-    distributor_ = std::make_unique<modules::WorkDistributor>("distributor", core_, work, source);
+    distributor_ = parts.work_distributor
+                       ? parts.work_distributor("distributor", core_, work, source)
+                       : std::make_unique<modules::WorkDistributor>("distributor", core_, work, source);
   });
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {

@@ -52,8 +52,8 @@ class Gpu final : public sc_core::sc_module {
   const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
   const std::vector<std::unique_ptr<modules::L2SliceModule>>& slices() const { return slices_; }
   const modules::CrossbarModule& crossbar() const { return *crossbar_; }
-  const modules::WorkDistributor& distributor() const { return *distributor_; }
-  modules::WorkDistributor& distributor() { return *distributor_; }
+  const modules::WorkDistributorModule& distributor() const { return *distributor_; }
+  modules::WorkDistributorModule& distributor() { return *distributor_; }
   /// Calls f(link) for each link outside the SMs.
   template <typename F>
   void for_each_link(F&& f) const {
@@ -93,7 +93,7 @@ class Gpu final : public sc_core::sc_module {
   std::vector<LinkPointer<modules::MemoryResponse>> sm_responses_;     ///< by SM
   std::vector<LinkPointer<modules::MemoryRequest>> slice_requests_;    ///< by slice
   std::vector<LinkPointer<modules::MemoryResponse>> slice_responses_;  ///< by slice
-  std::unique_ptr<modules::WorkDistributor> distributor_;
+  std::unique_ptr<modules::WorkDistributorModule> distributor_;
   std::vector<std::unique_ptr<Sm>> sms_;
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;

@@ -11,6 +11,7 @@
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/simt/work_distributor.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
@@ -34,6 +35,10 @@ struct SmParts {
 
 struct GpuParts {
   SmParts sm;
+  std::function<std::unique_ptr<modules::WorkDistributorModule>(const char* name, modules::ClockDomain& clock,
+                                                                const modules::WorkDistributorConfig& config,
+                                                                modules::GroupSource& source)>
+      work_distributor;
   std::function<std::unique_ptr<modules::CrossbarModule>(const char* name, const modules::Crossbar::Config& config,
                                                          modules::ClockDomain& clock)>
       crossbar;

@@ -2,6 +2,7 @@
 #include <bit>
 #include <utility>
 
+#include "grtx/modules/rt_unit/policies/oldest_first.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
 namespace grtx::sim::fast {

@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <stdexcept>
+
+#include "grtx/base/error.h"
+
 namespace grtx::modules {
 namespace {
 
@@ -42,6 +47,21 @@ TEST(RtWarpSelection, GreedyStaysUntilItsWarpCannotGoOnThenTakesTheOldest) {
                                         {0b101, {3, 1, 2}, 2},
                                         {0b111, {3, 1, 2}, 2},    // stays although 1 is older
                                         {0b111, {3, 1, 7}, 1}});  // entry 2 holds another warp now
+}
+
+/// The highest entry: made here, known by its name from then on.
+class HighestEntry final : public WarpSelection {
+ public:
+  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&) override {
+    return 63U - static_cast<unsigned>(std::countl_zero(candidates));
+  }
+};
+
+TEST(RtWarpSelection, OneOfTheUsersIsRegisteredByName) {
+  register_warp_selection("highest_entry", [] { return std::make_unique<HighestEntry>(); });
+  expect_choices("highest_entry", {{0b0111, {1, 1, 1}, 2}, {0b0001, {1, 1, 1}, 0}});
+  EXPECT_EQ(warp_selection_names().back(), "highest_entry");
+  EXPECT_THROW(register_warp_selection("oldest_first", {}), std::logic_error);
 }
 
 TEST(RtWarpSelection, AnUnknownPolicyIsAnError) { EXPECT_THROW(make_warp_selection("newest"), Error); }

@@ -114,6 +114,10 @@ TEST(OwnParts, OurOwnUnitsFromFactoriesGiveTheSameStatistics) {
                         const modules::MemoryMap& map, modules::ClockDomain& clock, unsigned sm) {
     return std::make_unique<modules::RtUnit>(name, config, header, map, clock, sm);
   };
+  parts.work_distributor = [](const char* name, modules::ClockDomain& clock,
+                              const modules::WorkDistributorConfig& config, modules::GroupSource& source) {
+    return std::make_unique<modules::WorkDistributor>(name, clock, config, source);
+  };
   parts.crossbar = [](const char* name, const modules::Crossbar::Config& config, modules::ClockDomain& clock) {
     return std::make_unique<modules::Crossbar>(name, config, clock);
   };

@@ -1,0 +1,89 @@
+// Cache replacement policies: the victim that each names, in tags of few and of many ways.
+#include "grtx/modules/cache/replacement.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/cache/sector_cache_tags.h"
+
+namespace grtx::modules {
+namespace {
+
+/// The lines that go, by number, when these lines are read one after the other in a cache of one set.
+std::vector<std::uint64_t> evicted(const std::string& policy, unsigned ways, const std::vector<std::uint64_t>& lines) {
+  SectorCacheTags tags({std::uint64_t{128} * ways, 128, 32, ways, policy});
+  std::vector<std::uint64_t> gone;
+  for (const std::uint64_t line : lines) {
+    if (const auto slot = tags.find(line * 128); slot != SectorCacheTags::kNone) {
+      tags.touch(slot);
+      continue;
+    }
+    const SectorCacheTags::Victim foretold = tags.victim(line * 128);
+    SectorCacheTags::Victim victim;
+    tags.insert(line * 128, &victim);
+    EXPECT_EQ(foretold.valid, victim.valid);
+    EXPECT_EQ(foretold.address, victim.address);
+    if (victim.valid) gone.push_back(victim.address / 128);
+  }
+  return gone;
+}
+
+using Lines = std::vector<std::uint64_t>;
+
+TEST(CacheReplacement, LruKeepsWhatWasHitFifoDoesNot) {
+  EXPECT_EQ(evicted("lru", 3, {1, 2, 3, 1, 4, 5}), (Lines{2, 3}));
+  EXPECT_EQ(evicted("fifo", 3, {1, 2, 3, 1, 4, 5}), (Lines{1, 2}));
+}
+
+TEST(CacheReplacement, FifoInSetsOfManyWays) {
+  Lines lines;
+  for (std::uint64_t i = 0; i < 60; ++i) lines.push_back(i);
+  Lines first;
+  for (std::uint64_t i = 0; i < 20; ++i) first.push_back(i);
+  EXPECT_EQ(evicted("fifo", 40, lines), first);
+}
+
+TEST(CacheReplacement, RandomEvictsLinesOfTheSetOnlyAndAlwaysTheSame) {
+  Lines lines;
+  for (std::uint64_t i = 0; i < 200; ++i) lines.push_back(i * 7 % 50);
+  const Lines gone = evicted("random", 8, lines);
+  EXPECT_EQ(gone, evicted("random", 8, lines));
+  EXPECT_GT(gone.size(), 100U);
+  EXPECT_NE(gone, evicted("fifo", 8, lines));
+}
+
+/// Most recently used goes first: made here, known by its name from then on.
+class MostRecent final : public CacheReplacement {
+ public:
+  explicit MostRecent(std::uint64_t sets) : last_(sets) {}
+  void filled(std::uint64_t set, unsigned way) override { last_[set] = way; }
+  void referenced(std::uint64_t set, unsigned way) override { last_[set] = way; }
+  unsigned victim(std::uint64_t set) const override { return last_[set]; }
+  unsigned bits_per_line() const override { return 1; }
+
+ private:
+  std::vector<unsigned> last_;
+};
+
+TEST(CacheReplacement, OneOfTheUsersIsRegisteredByName) {
+  register_cache_replacement("most_recent",
+                             [](std::uint64_t sets, unsigned) { return std::make_unique<MostRecent>(sets); });
+  EXPECT_EQ(evicted("most_recent", 3, {1, 2, 3, 1, 4, 5}), (Lines{1, 4}));
+  EXPECT_EQ(cache_replacement_names().back(), "most_recent");
+  EXPECT_THROW(register_cache_replacement("most_recent", {}), std::logic_error);
+}
+
+TEST(CacheReplacement, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {
+  try {
+    SectorCacheTags({1024, 128, 32, 4, "clock"});
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("lru, fifo, random"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace grtx::modules
