@@ -10,7 +10,11 @@
 
 namespace grtx::modules {
 
-using traces::kCheckpointEntryBytes;
+namespace {
+
+constexpr std::uint64_t kNoSector = CheckpointLayout::kNoSector;
+
+}  // namespace
 
 void CheckpointUnit::Counters::add(const Counters& other) {
   entries_written += other.entries_written;
@@ -42,8 +46,7 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
     : CheckpointModule(name),
       config_(config),
       map_(map),
-      lifo_(order == "lifo"),
-      capacity_(capacity),
+      layout_(order, capacity, config.write_combine, config.read_buffer),
       sm_(sm),
       lanes_(std::size_t{entries} * kMaxLanes),
       submitted_(std::size_t{entries} * kMaxLanes),
@@ -62,24 +65,15 @@ void CheckpointUnit::end_of_elaboration() {
 void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush && lane.reads_missing == 0);
-  const std::uint64_t ray = map_.ray_slot(sm_, slot, lane_of(id));
   lane = {};
-  lane.destination = map_.checkpoint_entry(ray, round & 1, 0);
-  lane.source = map_.checkpoint_entry(ray, (round & 1) ^ 1, 0);
-  lane.source_entries = source_entries;
-}
-
-// Something of the last entry lies in a sector that has not been written.
-bool CheckpointUnit::open_sector(const LaneContext& lane) const {
-  return config_.write_combine && lane.written > 0 &&
-         (lane.destination + lane.written * kCheckpointEntryBytes) % kSectorBytes != 0;
+  lane.place = layout_.begin(map_, map_.ray_slot(sm_, slot, lane_of(id)), round, source_entries);
 }
 
 bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush);
   lane.pending = static_cast<std::uint8_t>(entries);
-  lane.flush = last && config_.write_combine && (entries > 0 || open_sector(lane));
+  lane.flush = last && config_.write_combine && (entries > 0 || layout_.open_sector(lane.place) != kNoSector);
   if (lane.pending == 0 && !lane.flush) return false;
   submitted_.push(id);
   return true;
@@ -89,33 +83,20 @@ bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
 // sector when combining (20 B < 32 B), and touches at most two.
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
-  const std::size_t need = config_.write_combine ? 1 : 2;
   while (lane.pending > 0) {
-    if (budget == 0 || writes_.room() < need) return false;
-    if (lane.written >= capacity_) {
-      throw Error("trace", "checkpoint buffer", "a ray writes more entries than the header's checkpoint_capacity");
-    }
-    const std::uint64_t begin = lane.destination + lane.written * kCheckpointEntryBytes;
-    const std::uint64_t end = begin + kCheckpointEntryBytes;
-    const std::uint64_t first = begin / kSectorBytes;
-    const std::uint64_t last = (end - 1) / kSectorBytes;
-    if (config_.write_combine) {
-      if (first != last || end % kSectorBytes == 0) writes_.push(first);
-    } else {
-      writes_.push(first);
-      if (first != last) writes_.push(last);
-    }
-    if (first != last) ++counters_.straddling_written;
+    if (budget == 0 || writes_.room() < layout_.most_sectors()) return false;
+    const CheckpointLayout::Sectors sectors = layout_.write(lane.place);
+    for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
+    if (sectors.straddles) ++counters_.straddling_written;
     ++counters_.entries_written;
-    ++lane.written;
-    if (lane.written > counters_.max_entries) counters_.max_entries = lane.written;
+    counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
     --lane.pending;
     --budget;
   }
   if (lane.flush) {
-    if (open_sector(lane)) {
+    if (const std::uint64_t open = layout_.open_sector(lane.place); open != kNoSector) {
       if (budget == 0 || writes_.room() == 0) return false;
-      writes_.push((lane.destination + lane.written * kCheckpointEntryBytes) / kSectorBytes);
+      writes_.push(open);
       --budget;
     }
     lane.flush = false;
@@ -126,27 +107,11 @@ bool CheckpointUnit::take(LaneId id, unsigned& budget) {
 bool CheckpointUnit::read(LaneId id) {
   LaneContext& lane = lanes_[id];
   assert(lane.reads_missing == 0);
-  const std::uint64_t index = lifo_ ? lane.source_entries - 1 - lane.read : lane.read;
-  if (index >= capacity_) {
-    throw Error("trace", "checkpoint buffer", "a ray reads more entries than the header's checkpoint_capacity");
-  }
-  ++lane.read;
+  lane.to_read = layout_.read(lane.place);
   ++counters_.entries_read;
-  const std::uint64_t begin = lane.source + index * kCheckpointEntryBytes;
-  const std::uint64_t first = begin / kSectorBytes;
-  const std::uint64_t last = (begin + kCheckpointEntryBytes - 1) / kSectorBytes;
-  if (first != last) ++counters_.straddling_read;
-  // The sector that the next entry shares is read last and stays.
-  const std::uint64_t order[2] = {lifo_ ? last : first, lifo_ ? first : last};
-  const unsigned sectors = first == last ? 1 : 2;
-  unsigned count = 0;
-  for (unsigned i = 0; i < sectors; ++i) {
-    if (order[i] != lane.held) lane.to_read[count++] = order[i];
-  }
-  if (config_.read_buffer) lane.held = order[sectors - 1];
-  if (count == 0) return true;
-  if (count == 1) lane.to_read[1] = lane.to_read[0];  // sent from the end of the list
-  lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(count);
+  if (lane.to_read.straddles) ++counters_.straddling_read;
+  if (lane.to_read.count == 0) return true;
+  lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
   return false;
 }
@@ -164,7 +129,7 @@ void CheckpointUnit::issue(Cycle now) {
   message.region = Region::checkpoint;
   if (!reads_.empty()) {
     LaneContext& lane = lanes_[reads_.front()];
-    const std::uint64_t sector = lane.to_read[2 - lane.reads_to_send];
+    const std::uint64_t sector = lane.to_read.number[lane.to_read.count - lane.reads_to_send];
     if (!write_waits(sector)) {
       message.address = sector * kSectorBytes;
       message.tag = reads_.front();

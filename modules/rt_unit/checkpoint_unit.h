@@ -18,6 +18,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
+#include "grtx/modules/rt_unit/checkpoint_layout.h"
 
 namespace grtx::modules {
 
@@ -50,7 +51,7 @@ class CheckpointUnit final : public CheckpointModule {
                  const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm);
 
   void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) override;
-  bool reads_backwards() const override { return lifo_; }
+  bool reads_backwards() const override { return layout_.reads_backwards(); }
   bool submit(LaneId id, unsigned entries, bool last) override;
   bool read(LaneId id) override;
 
@@ -67,33 +68,27 @@ class CheckpointUnit final : public CheckpointModule {
   }
   void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const { return submitted_.size(); }
-  std::size_t lanes_reading() const { return reads_.size(); }                       ///< with sectors to request
-  std::size_t writes_queued() const { return writes_.size(); }                      ///< sectors
-  std::uint64_t outstanding() const { return outstanding_; }                        ///< requests sent, not answered
-  std::uint32_t source_offset(LaneId id) const { return lanes_[id].read; }          ///< entries read in the round
-  std::uint32_t destination_offset(LaneId id) const { return lanes_[id].written; }  ///< entries written in the round
+  std::size_t lanes_reading() const { return reads_.size(); }                     ///< with sectors to request
+  std::size_t writes_queued() const { return writes_.size(); }                    ///< sectors
+  std::uint64_t outstanding() const { return outstanding_; }                      ///< requests sent, not answered
+  std::uint32_t source_offset(LaneId id) const { return lanes_[id].place.read; }  ///< entries read in the round
+  /// Entries written in the round.
+  std::uint32_t destination_offset(LaneId id) const { return lanes_[id].place.written; }
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
 
  private:
-  static constexpr std::uint64_t kNoSector = ~std::uint64_t{0};
   struct LaneContext {
-    std::uint64_t source = 0;        ///< address of source entry 0
-    std::uint64_t destination = 0;   ///< address of destination entry 0
-    std::uint64_t held = kNoSector;  ///< sector in the lane's read buffer
-    std::uint64_t to_read[2] = {};   ///< sectors of the entry being read, by number
-    std::uint32_t source_entries = 0;
-    std::uint32_t read = 0;
-    std::uint32_t written = 0;
-    std::uint8_t pending = 0;  ///< entries submitted, not taken
-    bool flush = false;        ///< the open sector must be written after them
+    CheckpointLayout::Lane place;
+    CheckpointLayout::Sectors to_read;  ///< of the entry being read
+    std::uint8_t pending = 0;           ///< entries submitted, not taken
+    bool flush = false;                 ///< the open sector must be written after them
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
-  bool open_sector(const LaneContext& lane) const;
   bool write_waits(std::uint64_t sector) const;
 
   Config config_;
@@ -101,8 +96,7 @@ class CheckpointUnit final : public CheckpointModule {
   checkpoint_client_if* client_ = nullptr;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
-  bool lifo_;
-  std::uint64_t capacity_;
+  CheckpointLayout layout_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;
   BoundedQueue<LaneId> submitted_;
