@@ -33,64 +33,20 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
     : PrefetchModule(name),
       config_(config),
       traffic_(traffic),
-      records_(std::size_t{entries} * kMaxLanes * config.records),
-      newest_(std::size_t{entries} * kMaxLanes),
+      records_(std::size_t{entries} * kMaxLanes, config.records, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
-  if (config.records < 1 || config.records > kMaxRecords) {
-    throw Error("configuration", "rt.prefetch.records", "must be 1..8");
-  }
   if (config.queue < 1) throw Error("configuration", "rt.prefetch.queue", "must be at least 1");
-  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
-    units_[static_cast<std::size_t>(kind)] = static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
-  }
-}
-
-void SiblingPrefetcher::note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition,
-                                      unsigned hit) {
-  if (std::popcount(hit) < 2) return;  // no siblings
-  const traces::NodeDefinition& node = group.nodes[definition];
-  bool has_leaf = false;
-  for_each_bit(hit, [&](unsigned i) { has_leaf = has_leaf || node.child_kinds[i] != NodeKind::internal; });
-  if (!has_leaf) return;  // nothing could trigger it
-  std::uint32_t end = node.child_base;
-  for (unsigned i = 0; i < node.child_count; ++i) end += units_[static_cast<std::size_t>(node.child_kinds[i])];
-  const unsigned newest = newest_[id] + 1u == config_.records ? 0 : newest_[id] + 1u;
-  newest_[id] = static_cast<std::uint8_t>(newest);
-  records_of(id)[newest] = {definition, node.child_base, end, static_cast<std::uint8_t>(hit), true};
 }
 
 void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) {
-  Record* const records = records_of(id);
-  unsigned next = newest_[id];
-  for (unsigned back = 0; back < config_.records; ++back) {
-    Record& record = records[next];
-    next = next == 0 ? config_.records - 1 : next - 1;
-    if (record.hit == 0) return;  // older ones are empty too
-    if (address < record.begin || address >= record.end) continue;
-    const traces::NodeDefinition& node = group.nodes[record.definition];
-    // Children are contiguous in slot order.
-    std::array<std::uint32_t, traces::kMaxWidth> child{};
-    std::uint32_t at = node.child_base;
-    unsigned demanded = traces::kMaxWidth;
-    for (unsigned i = 0; i < node.child_count; ++i) {
-      child[i] = at;
-      if (at == address && (record.hit >> i & 1) != 0) demanded = i;
-      at += units_[static_cast<std::size_t>(node.child_kinds[i])];
-    }
-    if (demanded == traces::kMaxWidth) continue;
-    if (!record.armed) return;
-    record.armed = false;
-    ++counters_.triggers;
-    const unsigned siblings = record.hit & ~(1u << demanded);
-    unsigned t = 0;
-    while (t < triggered_count_ && triggered_[t].definition != record.definition) ++t;
-    if (t == triggered_count_) triggered_[triggered_count_++] = {record.definition, 0};
-    const unsigned fresh = siblings & ~unsigned{triggered_[t].asked};
-    counters_.merged += static_cast<unsigned>(std::popcount(siblings & ~fresh));
-    triggered_[t].asked = static_cast<std::uint8_t>(triggered_[t].asked | siblings);
-    for_each_bit(fresh, [&](unsigned i) { push(node.child_kinds[i], child[i] * traces::kNodeUnit); });
-    return;
-  }
+  const Siblings siblings = records_.take(id, group, address);
+  if (siblings.mask == 0) return;
+  ++counters_.triggers;
+  const unsigned fresh = asked_.fresh(siblings);
+  counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
+  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
+    push(kind, std::uint64_t{child} * traces::kNodeUnit);
+  });
 }
 
 void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {

@@ -3,12 +3,10 @@
 // Cost: a few records {node, hit children} a lane and a small queue.
 #pragma once
 
-#include <array>
 #include <cassert>
 #include <cstdint>
 #include <iosfwd>
 #include <systemc>
-#include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -18,6 +16,7 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
+#include "grtx/modules/rt_unit/sibling_records.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -43,14 +42,13 @@ class SiblingPrefetcher final : public PrefetchModule {
                     unsigned entries);
 
   /// A lane begins a round: what it remembers is void.
-  void begin_lane(LaneId id) override {
-    newest_[id] = 0;
-    for (unsigned i = 0; i < config_.records; ++i) records_of(id)[i].hit = 0;
-  }
+  void begin_lane(LaneId id) override { records_.begin(id); }
   /// The lane's visit of group.nodes[definition] found the children in `hit`.
-  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) override;
+  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) override {
+    records_.note(id, group, definition, hit);
+  }
   /// Starts the visits of one warp in one cycle.
-  void begin_warp() override { triggered_count_ = 0; }
+  void begin_warp() override { asked_.begin(); }
   /// The lane asks for the leaf at `address` (in units of kNodeUnit).
   void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
 
@@ -67,37 +65,21 @@ class SiblingPrefetcher final : public PrefetchModule {
   void dump_state(std::ostream& out) const override;
 
  private:
-  static constexpr unsigned kMaxRecords = 8;
-  struct Record {
-    std::uint32_t definition = 0;
-    std::uint32_t begin = 0;  ///< addresses of the children, in kNodeUnit, as [begin, end)
-    std::uint32_t end = 0;
-    std::uint8_t hit = 0;  ///< 0: empty
-    bool armed = false;
-  };
-  struct Triggered {
-    std::uint32_t definition = 0;
-    std::uint8_t asked = 0;  ///< siblings of this node asked for in this cycle
-  };
   struct Pending {
     std::uint64_t address = 0;
     traces::NodeKind kind = traces::NodeKind::internal;
     std::uint8_t next = 0;
   };
   void end_of_elaboration() override;
-  Record* records_of(LaneId id) { return &records_[std::size_t{id} * config_.records]; }
   void push(traces::NodeKind kind, std::uint64_t address);
 
   Config config_;
   const NodeTraffic& traffic_;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
-  std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
-  std::vector<Record> records_;           ///< config.records a lane
-  std::vector<std::uint8_t> newest_;      ///< of a lane's records
+  SiblingRecords records_;
+  SiblingRequests asked_;
   BoundedQueue<Pending> queue_;
-  std::array<Triggered, kMaxLanes> triggered_{};
-  unsigned triggered_count_ = 0;
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -1,0 +1,107 @@
+#include "grtx/modules/rt_unit/sibling_records.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+
+using traces::NodeDefinition;
+using traces::NodeKind;
+
+namespace {
+
+/// The kinds of a node's children, all at once.
+class ChildKinds {
+ public:
+  explicit ChildKinds(const NodeDefinition& node) {
+    static_assert(sizeof(node.child_kinds) == sizeof(bytes_));
+    std::memcpy(&bytes_, node.child_kinds.data(), sizeof(bytes_));
+  }
+  /// Mask of slots whose child is no internal node.
+  unsigned leaves() const { return ~mask_of(NodeKind::internal) & 0xFF; }
+  /// Sum over the first `children` of what a child of its kind takes; those behind them are internal.
+  std::uint32_t total(const std::array<std::uint32_t, 8>& of_kind, unsigned children) const {
+    std::uint32_t sum = 0;
+    unsigned internal = children;
+    for (const NodeKind kind : {NodeKind::instance, NodeKind::procedural, NodeKind::triangle}) {
+      const auto count = static_cast<unsigned>(std::popcount(mask_of(kind)));
+      internal -= count;
+      sum += count * of_kind[static_cast<std::size_t>(kind)];
+    }
+    return sum + internal * of_kind[static_cast<std::size_t>(NodeKind::internal)];
+  }
+
+ private:
+  // Kinds are below 128: adding 127 to a byte that is not zero sets its highest bit.
+  unsigned mask_of(NodeKind kind) const {
+    constexpr std::uint64_t kOnes = 0x0101010101010101u;
+    const std::uint64_t differs = bytes_ ^ kOnes * static_cast<std::uint64_t>(kind);
+    const std::uint64_t equal = ~(differs + kOnes * 127) >> 7 & kOnes;
+    return static_cast<unsigned>(equal * 0x0102040810204080u >> 56);
+  }
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
+
+SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, const NodeTraffic& traffic)
+    : a_lane_(records), records_(lanes * records), newest_(lanes) {
+  if (records < 1 || records > kMaxRecords) throw Error("configuration", "rt.prefetch.records", "must be 1..8");
+  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
+    units_[static_cast<std::size_t>(kind)] = static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
+  }
+}
+
+void SiblingRecords::begin(std::size_t lane) {
+  std::fill_n(&records_[lane * a_lane_], a_lane_, Record{});
+  newest_[lane] = 0;
+}
+
+void SiblingRecords::note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) {
+  if ((hit & (hit - 1)) == 0) return;  // no siblings
+  const NodeDefinition& node = group.nodes[definition];
+  const ChildKinds kinds(node);
+  if ((kinds.leaves() & hit) == 0) return;
+  std::uint8_t& newest = newest_[lane];
+  newest = newest + 1u == a_lane_ ? std::uint8_t{0} : static_cast<std::uint8_t>(newest + 1);
+  records_[lane * a_lane_ + newest] = {node.child_base, node.child_base + kinds.total(units_, node.child_count),
+                                       definition, static_cast<std::uint8_t>(hit), true};
+}
+
+Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address) {
+  Record* const records = &records_[lane * a_lane_];
+  std::uint32_t within = 0, armed = 0;
+  for (unsigned i = 0; i < a_lane_; ++i) {
+    within |= std::uint32_t{address - records[i].begin < records[i].end - records[i].begin} << i;
+    armed |= std::uint32_t{records[i].armed} << i;
+  }
+  if ((within & armed) == 0) return {};
+  // From the newest to the oldest: from newest_ down, then from the highest down.
+  const std::uint32_t recent = (2u << newest_[lane]) - 1;
+  while (within != 0) {
+    const std::uint32_t now = (within & recent) != 0 ? within & recent : within;
+    const auto i = static_cast<unsigned>(std::bit_width(now)) - 1;
+    within &= ~(1u << i);
+    Record& record = records[i];
+    const unsigned slot = slot_of(group.nodes[record.definition], address);
+    if (slot == traces::kMaxWidth || (record.hit >> slot & 1) == 0) continue;  // of another visit of the node
+    if (!record.armed) return {};
+    record.armed = false;
+    return {record.definition, record.hit & ~(1u << slot)};
+  }
+  return {};
+}
+
+unsigned SiblingRecords::slot_of(const NodeDefinition& node, std::uint32_t address) const {
+  std::uint32_t child = node.child_base;
+  for (unsigned i = 0; i < node.child_count; ++i) {
+    if (child == address) return i;
+    child += units_[static_cast<std::size_t>(node.child_kinds[i])];
+  }
+  return traces::kMaxWidth;
+}
+
+}  // namespace grtx::modules

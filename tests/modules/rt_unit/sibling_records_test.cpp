@@ -1,0 +1,93 @@
+// Which siblings a leaf brings along.
+#include "grtx/modules/rt_unit/sibling_records.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+#include <vector>
+
+namespace grtx::modules {
+namespace {
+
+using traces::NodeKind;
+
+/// Node 0: children at 10 (internal), 11, 12, 13 (triangles). Node 1: the same four addresses, as of another visit.
+/// Node 2: two internal children at 20 and 21.
+class SiblingRecordsTest : public testing::Test {
+ protected:
+  SiblingRecordsTest() {
+    group.nodes.resize(3);
+    for (const std::size_t n : {0, 1}) {
+      group.nodes[n].child_base = 10;
+      group.nodes[n].child_count = 4;
+      for (const std::size_t i : {1, 2, 3}) group.nodes[n].child_kinds[i] = NodeKind::triangle;
+    }
+    group.nodes[2].child_base = 20;
+    group.nodes[2].child_count = 2;
+  }
+  static NodeTraffic traffic() {
+    traces::Header header;
+    header.accel = "tri20";
+    header.bvh_width = 6;
+    return {header, {}};
+  }
+  traces::RayGroup group;
+  SiblingRecords records{2, 2, traffic()};
+};
+
+TEST_F(SiblingRecordsTest, TheFirstOfTheHitChildrenBringsTheOthersOnce) {
+  records.note(0, group, 0, 0b1110);
+  EXPECT_EQ(records.take(0, group, 12).mask, 0b1010u);
+  EXPECT_EQ(records.take(0, group, 11).mask, 0u);
+  EXPECT_EQ(records.take(1, group, 11).mask, 0u) << "another lane";
+}
+
+TEST_F(SiblingRecordsTest, OneHitOrNoLeafIsNotRemembered) {
+  records.note(0, group, 0, 0b0010);
+  records.note(0, group, 2, 0b0011);
+  EXPECT_EQ(records.take(0, group, 11).mask, 0u);
+  EXPECT_EQ(records.take(0, group, 20).mask, 0u);
+}
+
+TEST_F(SiblingRecordsTest, AChildThatWasNotHitIsOfAnOlderVisit) {
+  records.note(0, group, 0, 0b1010);
+  records.note(0, group, 1, 0b0101);
+  const Siblings older = records.take(0, group, 13);
+  EXPECT_EQ(older.definition, 0u);
+  EXPECT_EQ(older.mask, 0b0010u);
+  EXPECT_EQ(records.take(0, group, 12).definition, 1u);
+}
+
+TEST_F(SiblingRecordsTest, ANewVisitReplacesTheOldest) {
+  records.note(0, group, 0, 0b1010);
+  records.note(0, group, 1, 0b0101);
+  records.note(0, group, 1, 0b0110);
+  EXPECT_EQ(records.take(0, group, 13).mask, 0u);
+  EXPECT_EQ(records.take(0, group, 12).mask, 0b0010u) << "the newest of two visits that hit it";
+}
+
+TEST_F(SiblingRecordsTest, ARoundBeginsWithNothing) {
+  records.note(0, group, 0, 0b1110);
+  records.begin(0);
+  EXPECT_EQ(records.take(0, group, 12).mask, 0u);
+}
+
+TEST_F(SiblingRecordsTest, ChildrenLieOneBehindTheOther) {
+  std::vector<std::pair<NodeKind, std::uint32_t>> children;
+  records.for_each_child(group.nodes[0], 0b1001,
+                         [&](NodeKind kind, std::uint32_t at) { children.emplace_back(kind, at); });
+  EXPECT_EQ(children,
+            (std::vector<std::pair<NodeKind, std::uint32_t>>{{NodeKind::internal, 10}, {NodeKind::triangle, 13}}));
+}
+
+TEST(SiblingRequests, LanesOfAWarpAskForASiblingOnce) {
+  SiblingRequests requests;
+  EXPECT_EQ(requests.fresh({4, 0b0110}), 0b0110u);
+  EXPECT_EQ(requests.fresh({4, 0b1100}), 0b1000u);
+  EXPECT_EQ(requests.fresh({5, 0b1100}), 0b1100u);
+  requests.begin();
+  EXPECT_EQ(requests.fresh({4, 0b0110}), 0b0110u);
+}
+
+}  // namespace
+}  // namespace grtx::modules
