@@ -27,12 +27,12 @@ void StackUnit::Counters::describe(StatisticList& list, const std::string& prefi
 StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps,
                      unsigned sm)
     : StackModule(name),
-      on_chip_(on_chip),
+      spill_(on_chip),
       map_(map),
       sm_(sm),
       lanes_(std::size_t{warps} * kMaxLanes),
       queue_(std::size_t{warps} * kMaxLanes) {
-  if (on_chip < kEntriesOfSector) {
+  if (on_chip < StackSpill::kEntriesOfSector) {
     throw Error("configuration", "rt.warp_buffer.stack_entries", "must be at least 2 when the stack spills");
   }
 }
@@ -50,20 +50,12 @@ void StackUnit::begin_lane(LaneId id, std::uint16_t slot) {
 
 bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   LaneContext& lane = lanes_[id];
-  assert(lane.to_spill == 0 && depth >= lane.in_memory);
-  std::uint32_t here = depth - lane.in_memory;
-  if (here > on_chip_) {
-    lane.first_spill = lane.in_memory / kEntriesOfSector;
-    for (; here > on_chip_; here -= kEntriesOfSector) {
-      lane.in_memory += kEntriesOfSector;
-      ++lane.to_spill;
-    }
-    counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.in_memory);
-  } else if (here == 0 && takes_top && lane.in_memory > 0) {
-    lane.in_memory -= kEntriesOfSector;
-  } else {
-    return false;
-  }
+  assert(lane.to_spill == 0 && depth >= lane.stack.in_memory);
+  const StackSpill::Move move = spill_.settle(lane.stack, depth, takes_top);
+  if (!move.any()) return false;
+  lane.next = move.first;
+  lane.to_spill = static_cast<std::uint8_t>(move.spills);
+  counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.stack.in_memory);
   queue_.push(id);
   return true;
 }
@@ -74,8 +66,7 @@ bool StackUnit::send(Cycle now, LaneId id) {
   message.tag = id;
   message.region = Region::stack;
   message.write = lane.to_spill > 0;
-  const std::uint32_t sector = message.write ? lane.first_spill++ : lane.in_memory / kEntriesOfSector;
-  message.address = map_.stack_sector(lane.ray, sector);
+  message.address = map_.stack_sector(lane.ray, lane.next++);
   requests_.push(now, message);
   ++outstanding_;
   if (!message.write) {

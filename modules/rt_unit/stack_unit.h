@@ -17,14 +17,12 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/stack_if.h"
+#include "grtx/modules/rt_unit/stack_spill.h"
 
 namespace grtx::modules {
 
 class StackUnit final : public StackModule {
  public:
-  /// Entries of 16 B (8 B address, 4 B t, padded) that move together: one sector.
-  static constexpr unsigned kEntriesOfSector = 2;
-
   struct Counters {
     std::uint64_t spills = 0;        ///< sectors written
     std::uint64_t fills = 0;         ///< sectors read
@@ -55,16 +53,16 @@ class StackUnit final : public StackModule {
 
  private:
   struct LaneContext {
-    std::uint64_t ray = 0;          ///< ray slot
-    std::uint32_t in_memory = 0;    ///< entries spilled; a multiple of kEntriesOfSector
-    std::uint32_t first_spill = 0;  ///< sector of the area to write next
-    std::uint8_t to_spill = 0;      ///< sectors
+    std::uint64_t ray = 0;  ///< ray slot
+    StackSpill::Lane stack;
+    std::uint32_t next = 0;     ///< sector of the area to write next, or to read
+    std::uint8_t to_spill = 0;  ///< sectors
   };
   void end_of_elaboration() override;
   /// Sends the lane's next sector; true when it was its last spill.
   bool send(Cycle now, LaneId id);
 
-  unsigned on_chip_;
+  StackSpill spill_;
   const MemoryMap& map_;
   stack_client_if* client_ = nullptr;
   LinkWriter<MemoryRequest> requests_;
