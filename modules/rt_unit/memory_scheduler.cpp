@@ -90,35 +90,25 @@ void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
 }
 
 void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
-  const auto region = static_cast<std::size_t>(traffic_.region(kind, address));
+  const NodeVisit node{kind, address, header};
+  const NodeSectors sectors(node, traffic_);
+  const auto region = static_cast<std::size_t>(sectors.region());
   ++counters_.visits[region];
   const LaneMask lane = bit(lane_of(id));
-  const std::uint64_t key = merge_key(address, header);
+  const std::uint64_t key = merge_key(node.address, node.header);
   AddressIndex& merge = merge_[entry_of(id)];
   if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
-    assert(fetches_[under_way].kind == kind);
+    assert(fetches_[under_way].node.kind == node.kind);
     fetches_[under_way].lanes |= lane;
     return;
   }
   merge.insert(key, id);
   if (!config_.merge_in_flight) visited_.push_back(key);
   ++counters_.fetches[region];
-  unsigned sectors = traffic_.sectors(kind);
-  if (header) sectors += static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
-  const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
-  if (leaf && traffic_.descriptor_read()) ++sectors;
-  const auto count = static_cast<std::uint8_t>(sectors);
-  fetches_[id] = {address, lane, now_, kind, header, count, count};
+  const auto count = static_cast<std::uint8_t>(sectors.count());
+  fetches_[id] = {node, lane, now_, count, count};
   under_way_[entry_of(id)] |= lane;
   queue_.push({id, 0});
-}
-
-// Order: descriptor (if any), the node's sectors, the BLAS header (if any).
-SectorAccess MemoryScheduler::sector_of(const Fetch& f, unsigned index) const {
-  const unsigned body = traffic_.sectors(f.kind);
-  const unsigned lead = f.header ? 0 : f.sectors - body;
-  if (index >= lead + body) return {traffic_.blas_header() + kSectorBytes * (index - lead - body), Region::blas};
-  return {f.address + (index < lead ? 0 : kSectorBytes * (index - lead)), traffic_.region(f.kind, f.address)};
 }
 
 void MemoryScheduler::issue(Cycle now) {
@@ -130,7 +120,7 @@ void MemoryScheduler::issue_sector(Cycle now) {
   if (!requests_.can_push(now)) return;
   Pending& p = queue_.front();
   const Fetch& f = fetches_[p.fetch];
-  const SectorAccess sector = sector_of(f, p.next);
+  const SectorAccess sector = NodeSectors(f.node, traffic_).at(p.next);
   MemoryRequest message;
   message.address = sector.address;
   message.tag = p.fetch;
@@ -154,9 +144,10 @@ NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
   for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
     const LaneId id = queue_.front().fetch;
     const Fetch& f = fetches_[id];
+    const NodeSectors sectors(f.node, traffic_);
     message.fetches |= bit(lane_of(id));
     for (unsigned s = 0; s < f.sectors; ++s) {
-      message.sectors.push_back(sector_of(f, s));
+      message.sectors.push_back(sectors.at(s));
       ++counters_.sectors[static_cast<std::size_t>(message.sectors.back().region)];
     }
     outstanding_ += f.sectors;
@@ -194,10 +185,10 @@ void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
-  if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.address, f.header));
+  if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.node.address, f.node.header));
   const LaneMask lanes = f.lanes;
   f.lanes = 0;
-  fetched_node_->fetched(now, entry_of(id), lanes, f.kind);
+  fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);
 }
 
 void MemoryScheduler::count(RtUnitCounters& all) const { all.memory.add(counters_); }
@@ -216,7 +207,7 @@ void MemoryScheduler::dump_state(std::ostream& out) const {
   for (std::size_t e = 0; e < under_way_.size(); ++e) {
     for_each_bit(under_way_[e], [&](unsigned lane) {
       const Fetch& f = fetches_[e * kMaxLanes + lane];
-      out << "  entry " << e << " lane " << lane << " node " << f.address << " lanes " << std::popcount(f.lanes)
+      out << "  entry " << e << " lane " << lane << " node " << f.node.address << " lanes " << std::popcount(f.lanes)
           << " missing " << unsigned{f.missing} << " since " << f.asked << '\n';
     });
   }

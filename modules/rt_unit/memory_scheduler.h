@@ -20,6 +20,7 @@
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/node_visit.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
@@ -71,11 +72,9 @@ class MemoryScheduler final : public NodeFetchModule {
 
  private:
   struct Fetch {
-    std::uint64_t address = 0;
+    NodeVisit node;
     LaneMask lanes = 0;
     Cycle asked = 0;
-    traces::NodeKind kind = traces::NodeKind::internal;
-    bool header = false;
     std::uint8_t sectors = 0;  ///< to send
     std::uint8_t missing = 0;  ///< responses not yet back
   };
@@ -88,7 +87,6 @@ class MemoryScheduler final : public NodeFetchModule {
   void issue_sector(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
-  SectorAccess sector_of(const Fetch& fetch, unsigned index) const;
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;

@@ -4,13 +4,14 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/event_effect.h"
+#include "grtx/modules/rt_unit/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
 using traces::Event;
 using traces::EventKind;
-using traces::NodeKind;
 
 void RtScheduler::Counters::add(const Counters& other) {
   selections += other.selections;
@@ -74,9 +75,7 @@ void RtScheduler::begin(unsigned entry) {
       // A replay round reads every source entry; only reading from the end needs to know how many there are.
       std::uint32_t entries = 0;
       if (checkpoint_->reads_backwards() && (warp.replaying & bit(i)) != 0) {
-        for (const Event *e = warp.lane[i].next, *end = e + warp.lane[i].left; e != end; ++e) {
-          if (e->kind() == EventKind::replay_take || e->kind() == EventKind::replay_forward) ++entries;
-        }
+        entries = source_entries({warp.lane[i].next, warp.lane[i].left});
       }
       checkpoint_->begin_lane(id, warp.slot, warp.round, entries);
     }
@@ -131,12 +130,12 @@ void RtScheduler::schedule(Cycle now) {
         break;
       case EventKind::cull:
         ++counters_.culls;
-        pop(id);
-        complete(id, event.checkpoints, LaneState::ready);
+        move_stack(id);
+        complete(id, EventEffect(event).checkpoints(), LaneState::ready);
         break;
       case EventKind::replay_take:
       case EventKind::replay_forward:
-        if (checkpoint_ == nullptr) refuse(id, "replays although checkpointing is off");
+        if (checkpoint_ == nullptr) refuse(id, kRuleReplayNeedsCheckpoints);
         if (checkpoint_->read(id)) {
           replay(id, LaneState::ready);
         } else {
@@ -151,83 +150,50 @@ void RtScheduler::schedule(Cycle now) {
 }
 
 void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
+  const std::optional<NodeVisit> node = node_visit(event, *warp.group, *traffic_);
+  if (!node) refuse(id, rule_of_missing_node(event));
+  memory_->visit(id, node->kind, node->address, node->header);
   switch (event.kind()) {
-    case EventKind::visit_internal: {
-      if (event.node >= warp.group->nodes.size()) refuse(id, "visits an internal node that the group does not define");
+    case EventKind::visit_internal:
       ++counters_.visits_internal;
-      memory_->visit(id, NodeKind::internal, std::uint64_t{warp.group->nodes[event.node].address} * traces::kNodeUnit,
-                     false);
       return;
-    }
-    case EventKind::visit_instance: {
-      if (!traffic_->two_level()) refuse(id, "visits an instance leaf of a monolithic structure");
+    case EventKind::visit_instance:
       ++counters_.visits_instance;
-      const bool header = event.detail == 0 && traffic_->header_read();
-      memory_->visit(id, NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit, header);
-      if (prefetcher_ != nullptr) prefetcher_->note_leaf(id, *warp.group, event.node);
-      return;
-    }
-    default: {
+      break;
+    default:
       ++counters_.visits_leaf;
-      memory_->visit(id, traffic_->leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit, false);
-      if (prefetcher_ != nullptr) prefetcher_->note_leaf(id, *warp.group, event.node);
-    }
   }
+  if (prefetcher_ != nullptr) prefetcher_->note_leaf(id, *warp.group, event.node);
 }
 
-void RtScheduler::pop(LaneId id) {
+void RtScheduler::move_stack(LaneId id) {
   Lane& lane = buffer_->lane(id);
-  if (lane.stack_depth == 0) refuse(id, "takes a node from an empty stack");
-  --lane.stack_depth;
+  const EventEffect effect(lane.event);
+  if (!effect.move_stack(lane.stack_depth)) refuse(id, kRuleNodeOnStack);
+  if (effect.pushed() != 0) buffer_->note_stack_depth(lane.stack_depth);
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
-  Lane& lane = buffer_->lane(id);
-  const Event event = lane.event;
-  switch (event.kind()) {
-    case EventKind::visit_internal:
-      pop(id);
-      lane.stack_depth += static_cast<unsigned>(std::popcount(event.pushed()));
-      buffer_->note_stack_depth(lane.stack_depth);
-      if (prefetcher_ != nullptr) {
-        prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed());
-      }
-      complete(id, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), LaneState::in_unit);
-      return;
-    case EventKind::visit_instance:
-      // detail 0 replaces the leaf by the BLAS root; detail 1 leaves the BLAS node on top.
-      if (lane.stack_depth == 0) refuse(id, "takes a node from an empty stack");
-      complete(id, 0, LaneState::in_unit);
-      return;
-    default:
-      pop(id);
-      if (calls_any_hit(event.outcome())) {
-        ++counters_.any_hit_calls;
-        any_hit_->arrive(now, id);
-      } else {
-        complete(id, event.checkpoints, LaneState::in_unit);
-      }
+  const Event event = buffer_->lane(id).event;
+  const EventEffect effect(event);
+  move_stack(id);
+  if (event.kind() == EventKind::visit_internal && prefetcher_ != nullptr) {
+    prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed());
+  }
+  if (effect.calls_any_hit()) {
+    ++counters_.any_hit_calls;
+    any_hit_->arrive(now, id);
+  } else {
+    complete(id, effect.checkpoints(), LaneState::in_unit);
   }
 }
 
 void RtScheduler::replay(LaneId id, LaneState from) {
-  Lane& lane = buffer_->lane(id);
-  const Event event = lane.event;
-  if (event.kind() == EventKind::replay_take) {
-    ++counters_.replay_takes;
-    buffer_->note_stack_depth(++lane.stack_depth);
-    complete(id, 0, from);
-  } else {
-    ++counters_.replay_forwards;
-    complete(id, event.checkpoints, from);
-  }
+  const Event event = buffer_->lane(id).event;
+  ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
+  move_stack(id);
+  complete(id, EventEffect(event).checkpoints(), from);
 }
-
-namespace {
-
-constexpr bool takes_top(EventKind kind) { return kind != EventKind::replay_take && kind != EventKind::replay_forward; }
-
-}  // namespace
 
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
@@ -238,7 +204,7 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
     const auto& nodes = buffer_->warp(entry_of(id)).group->nodes;
     if (lane.event.node < nodes.size()) prefetch_for_read(&nodes[lane.event.node]);
   }
-  if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && takes_top(lane.event.kind()))) {
+  if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top())) {
     buffer_->warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
     buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
@@ -257,7 +223,7 @@ void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   if (checkpoint_ != nullptr) {
     if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
   } else if (checkpoints != 0) {
-    refuse(id, "writes checkpoint entries although checkpointing is off");
+    refuse(id, kRuleEntriesNeedCheckpoints);
   }
   if (to != from) buffer_->move(entry_of(id), bit(lane_of(id)), from, to);
 }

@@ -92,7 +92,8 @@ class RtScheduler final : public RtSchedulerModule {
   void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
   void replay(LaneId id, LaneState from);
-  void pop(LaneId id);
+  /// What the lane's event does to its stack.
+  void move_stack(LaneId id);
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
   std::unique_ptr<WarpSelection> selection_;

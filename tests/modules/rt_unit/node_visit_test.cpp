@@ -1,0 +1,101 @@
+// Which node an event visits, and which sectors that visit reads, in order.
+#include "grtx/modules/rt_unit/node_visit.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+#include <vector>
+
+namespace grtx::modules {
+namespace {
+
+using traces::Event;
+using traces::EventKind;
+using traces::NodeKind;
+
+constexpr std::uint64_t kBlas = 4096;
+
+NodeTraffic traffic(bool two_level, NodeTrafficConfig config = {}) {
+  traces::Header h;
+  h.accel = two_level ? "tlas-tri20" : "tri20";
+  h.two_level = two_level;
+  h.blas_base = kBlas;
+  return {h, config};
+}
+
+std::vector<std::pair<std::uint64_t, Region>> sectors_of(const NodeSectors& sectors) {
+  std::vector<std::pair<std::uint64_t, Region>> all;
+  for (unsigned i = 0; i < sectors.count(); ++i) all.emplace_back(sectors.at(i).address, sectors.at(i).region);
+  return all;
+}
+
+TEST(NodeVisit, FindsInternalNodesByTheirDefinition) {
+  traces::RayGroup group;
+  group.nodes.resize(2);
+  group.nodes[1].address = 9;
+  const auto visit = node_visit({1, 0, 0, Event::pack(EventKind::visit_internal)}, group, traffic(false));
+  ASSERT_TRUE(visit.has_value());
+  EXPECT_EQ(visit->address, 9 * traces::kNodeUnit);
+  EXPECT_EQ(visit->kind, NodeKind::internal);
+  const Event undefined{2, 0, 0, Event::pack(EventKind::visit_internal)};
+  EXPECT_FALSE(node_visit(undefined, group, traffic(false)).has_value());
+  EXPECT_STREQ(rule_of_missing_node(undefined), "visits an internal node that the group does not define");
+}
+
+TEST(NodeVisit, InstancesReadTheHeaderOnlyWhenTheyEnterTheBlas) {
+  const traces::RayGroup group;
+  const Event enters{3, 0, 0, Event::pack(EventKind::visit_instance)};
+  const Event replayed{3, 1, 0, Event::pack(EventKind::visit_instance)};
+  EXPECT_TRUE(node_visit(enters, group, traffic(true))->header);
+  EXPECT_FALSE(node_visit(replayed, group, traffic(true))->header);
+  EXPECT_FALSE(node_visit(enters, group, traffic(true, {128, false, false}))->header);
+  EXPECT_FALSE(node_visit(enters, group, traffic(false)).has_value());
+  EXPECT_STREQ(rule_of_missing_node(enters), "visits an instance leaf of a monolithic structure");
+}
+
+TEST(NodeVisit, OnlyVisitsVisit) {
+  for (const EventKind kind : {EventKind::cull, EventKind::replay_take, EventKind::replay_forward}) {
+    EXPECT_FALSE(node_visit({0, 0, 0, Event::pack(kind)}, {}, traffic(true)).has_value());
+  }
+}
+
+TEST(NodeSectors, AnInstanceLeafIsFollowedByTheHeader) {
+  const NodeTraffic t = traffic(true);
+  const NodeSectors sectors({NodeKind::instance, 1024, true}, t);
+  EXPECT_EQ(sectors_of(sectors), (std::vector<std::pair<std::uint64_t, Region>>{{1024, Region::instance},
+                                                                                {1056, Region::instance},
+                                                                                {1088, Region::instance},
+                                                                                {1120, Region::instance},
+                                                                                {kBlas, Region::blas},
+                                                                                {kBlas + 32, Region::blas}}));
+}
+
+TEST(NodeSectors, ALeafIsLedByItsDescriptor) {
+  const NodeTraffic t = traffic(false, {128, true, true});
+  const NodeSectors leaf({NodeKind::triangle, 640, false}, t);
+  EXPECT_EQ(sectors_of(leaf), (std::vector<std::pair<std::uint64_t, Region>>{
+                                  {640, Region::leaf}, {640, Region::leaf}, {672, Region::leaf}}));
+  EXPECT_EQ(NodeSectors({NodeKind::internal, 640, false}, t).count(), 2u) << "internal nodes have no descriptor";
+}
+
+TEST(NodeSectors, RunsAreTheSameSectors) {
+  const NodeTraffic with_descriptor = traffic(true, {64, true, true});
+  for (const NodeVisit& visit :
+       {NodeVisit{NodeKind::internal, 0, false}, NodeVisit{NodeKind::instance, 256, true},
+        NodeVisit{NodeKind::instance, 256, false}, NodeVisit{NodeKind::triangle, 8192, false}}) {
+    const NodeSectors sectors(visit, with_descriptor);
+    std::vector<std::pair<std::uint64_t, Region>> all;
+    unsigned last_runs = 0;
+    sectors.for_each_run([&](const SectorRun& run, bool last) {
+      for (unsigned i = 0; i < run.sectors; ++i) all.emplace_back(run.address + kSectorBytes * i, run.region);
+      EXPECT_EQ(last, all.size() == sectors.count());
+      last_runs += last ? 1 : 0;
+      EXPECT_EQ(run.again, visit.kind == NodeKind::triangle && !last);
+    });
+    EXPECT_EQ(all, sectors_of(sectors));
+    EXPECT_EQ(last_runs, 1u);
+  }
+}
+
+}  // namespace
+}  // namespace grtx::modules
