@@ -1,27 +1,18 @@
 // The checkpoint unit in fast mode: the sectors that entries take to write and to read.
 #include <algorithm>
+#include <utility>
 
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
 
 namespace grtx::sim::fast {
 
 using namespace modules;
-using traces::Event;
-using traces::EventKind;
-using traces::kCheckpointEntryBytes;
 
 void Machine::begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint32_t round, Number number,
                                 bool replay) {
-  Checkpoints& c = checkpoints_[number];
-  const std::uint64_t ray = map_.ray_slot(s, slot, i);
-  c = {};
-  c.destination = map_.checkpoint_entry(ray, round & 1, 0);
-  c.source = map_.checkpoint_entry(ray, (round & 1) ^ 1, 0);
-  if (header_.checkpoint_order != "lifo" || !replay) return;
-  c.source_entries =
-      static_cast<std::uint32_t>(std::count_if(lanes_[number].next, lanes_[number].end, [](const Event& e) {
-        return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;
-      }));
+  std::uint32_t entries = 0;
+  if (layout_->reads_backwards() && replay) entries = source_entries({lanes_[number].next, lanes_[number].end});
+  checkpoints_[number].place = layout_->begin(map_, map_.ray_slot(s, slot, i), round, entries);
 }
 
 void Machine::push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last) {
@@ -35,29 +26,21 @@ void Machine::push_sector(Cycle now, Number number, std::uint64_t sector, bool w
   if (queue.size() == 1) serve(now, s);
 }
 
-// Returns whether the entry lies in two sectors.
-template <typename F>
-bool Machine::add_entry(Number number, F&& sector) {
-  Checkpoints& c = checkpoints_[number];
-  if (c.written >= header_.checkpoint_capacity) {
-    refuse(number, "writes more checkpoint entries than the header's checkpoint_capacity");
-  }
-  const bool combine = config_.rt.checkpoint.write_combine;
-  const std::uint64_t begin = c.destination + c.written * kCheckpointEntryBytes;
-  const std::uint64_t end = begin + kCheckpointEntryBytes;
-  const std::uint64_t first = begin / kSectorBytes, final = (end - 1) / kSectorBytes;
-  if (!combine || first != final || end % kSectorBytes == 0) sector(first);
-  if (!combine && first != final) sector(final);
+CheckpointLayout::Sectors Machine::add_entry(Number number) {
+  CheckpointLayout::Lane& lane = checkpoints_[number].place;
+  const CheckpointLayout::Sectors sectors = layout_->write(lane);
   CheckpointUnit::Counters& counters = sms_[lanes_[number].sm].rt.checkpoint;
   ++counters.entries_written;
-  counters.max_entries = std::max<std::uint64_t>(counters.max_entries, ++c.written);
-  return first != final;
+  counters.max_entries = std::max<std::uint64_t>(counters.max_entries, lane.written);
+  return sectors;
 }
 
-std::uint64_t Machine::open_sector(Number number) const {
-  const Checkpoints& c = checkpoints_[number];
-  const std::uint64_t open = c.destination + c.written * kCheckpointEntryBytes;
-  return config_.rt.checkpoint.write_combine && c.written > 0 && open % kSectorBytes != 0 ? open / kSectorBytes : 0;
+CheckpointLayout::Sectors Machine::take_source(Number number) {
+  ++sms_[lanes_[number].sm].rt.checkpoint.entries_read;
+  CheckpointLayout::Sectors sectors = layout_->read(checkpoints_[number].place);
+  // An entry's sectors are asked for at once, in the order of their addresses also when the buffer is read backwards.
+  if (sectors.count == 2 && sectors.number[0] > sectors.number[1]) std::swap(sectors.number[0], sectors.number[1]);
+  return sectors;
 }
 
 Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, bool last) {
@@ -67,11 +50,12 @@ Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, boo
   const auto hand_over = [&] { taken = std::max(taken, sm.hand_over.reserve(now)); };
   for (; entries > 0; --entries) {
     hand_over();
-    const bool straddles =
-        add_entry(number, [&](std::uint64_t sector) { push_sector(now, number, sector, true, false); });
-    if (straddles) ++counters.straddling_written;
+    const CheckpointLayout::Sectors sectors = add_entry(number);
+    for (unsigned i = 0; i < sectors.count; ++i) push_sector(now, number, sectors.number[i], true, false);
+    if (sectors.straddles) ++counters.straddling_written;
   }
-  if (const std::uint64_t open = last ? open_sector(number) : 0; open != 0) {
+  const std::uint64_t open = last ? layout_->open_sector(checkpoints_[number].place) : CheckpointLayout::kNoSector;
+  if (open != CheckpointLayout::kNoSector) {
     hand_over();
     push_sector(now, number, open, true, false);
   }
@@ -84,30 +68,14 @@ Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, boo
   return taken;
 }
 
-Machine::Source Machine::take_source(Number number) {
-  Checkpoints& c = checkpoints_[number];
-  const bool lifo = header_.checkpoint_order == "lifo";
-  const std::uint64_t index = lifo ? c.source_entries - 1 - c.read : c.read;
-  if (index >= header_.checkpoint_capacity) {
-    refuse(number, "reads more checkpoint entries than the header's checkpoint_capacity");
-  }
-  ++c.read;
-  ++sms_[lanes_[number].sm].rt.checkpoint.entries_read;
-  const std::uint64_t begin = c.source + index * kCheckpointEntryBytes;
-  Source source{begin / kSectorBytes, (begin + kCheckpointEntryBytes - 1) / kSectorBytes};
-  source.need_first = source.first != c.held;
-  source.need_final = source.final != source.first && source.final != c.held;
-  if (config_.rt.checkpoint.read_buffer) c.held = lifo ? source.first : source.final;
-  return source;
-}
-
 bool Machine::read_checkpoint(Cycle now, Number number) {
-  const Source source = take_source(number);
-  if (source.first != source.final) ++sms_[lanes_[number].sm].rt.checkpoint.straddling_read;
-  if (!source.need_first && !source.need_final) return true;
+  const CheckpointLayout::Sectors sectors = take_source(number);
+  if (sectors.straddles) ++sms_[lanes_[number].sm].rt.checkpoint.straddling_read;
+  if (sectors.count == 0) return true;
   checkpoints_[number].seen = 0;
-  if (source.need_first) push_sector(now, number, source.first, false, !source.need_final);
-  if (source.need_final) push_sector(now, number, source.final, false, true);
+  for (unsigned i = 0; i < sectors.count; ++i) {
+    push_sector(now, number, sectors.number[i], false, i + 1 == sectors.count);
+  }
   return false;
 }
 
@@ -115,17 +83,20 @@ void Machine::warm_checkpoints(unsigned s, Sm& sm, Number number, unsigned entri
   const auto warm = [&](std::uint64_t sector) {
     warm_line(s, sm, kCheckpoint, {sector * kSectorBytes, Region::checkpoint}, true);
   };
-  for (; entries > 0; --entries) add_entry(number, warm);
-  if (const std::uint64_t open = last ? open_sector(number) : 0; open != 0) warm(open);
+  for (; entries > 0; --entries) {
+    const CheckpointLayout::Sectors sectors = add_entry(number);
+    for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i]);
+  }
+  if (!last) return;
+  const std::uint64_t open = layout_->open_sector(checkpoints_[number].place);
+  if (open != CheckpointLayout::kNoSector) warm(open);
 }
 
 void Machine::warm_source(unsigned s, Sm& sm, Number number) {
-  const Source source = take_source(number);
-  const auto warm = [&](std::uint64_t sector) {
-    warm_line(s, sm, kCheckpoint, {sector * kSectorBytes, Region::checkpoint}, false);
-  };
-  if (source.need_first) warm(source.first);
-  if (source.need_final) warm(source.final);
+  const CheckpointLayout::Sectors sectors = take_source(number);
+  for (unsigned i = 0; i < sectors.count; ++i) {
+    warm_line(s, sm, kCheckpoint, {sectors.number[i] * kSectorBytes, Region::checkpoint}, false);
+  }
 }
 
 }  // namespace grtx::sim::fast

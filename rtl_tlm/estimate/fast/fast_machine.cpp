@@ -33,8 +33,6 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
       fills_(static_cast<Number>(Sm::fills_of(config))),
       wheel_(fills_from_ + config.sms * fills_),
       memory_(config, map_.bytes()),
-      records_(config.rt.sibling_prefetch ? lanes_.size() * config.rt.prefetcher.records : 0),
-      newest_(config.rt.sibling_prefetch ? lanes_.size() : 0),
       checkpoints_(header.checkpoint ? lanes_.size() : 0),
       selection_(make_warp_selection(config.rt.scheduler.policy)),
       stride_(stride),
@@ -48,9 +46,10 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
     lanes_[i].sm = static_cast<std::uint16_t>(i / (entries_ * kMaxLanes));
     lanes_[i].entry = static_cast<std::uint16_t>(i / kMaxLanes % entries_);
   }
-  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
-    units_[static_cast<std::size_t>(kind)] =
-        static_cast<std::uint32_t>(traffic_.stored_bytes(kind) / traces::kNodeUnit);
+  if (config.rt.sibling_prefetch) records_.emplace(lanes_.size(), config.rt.prefetcher.records, traffic_);
+  if (header.checkpoint) {
+    layout_.emplace(header.checkpoint_order, header.checkpoint_capacity, config.rt.checkpoint.write_combine,
+                    config.rt.checkpoint.read_buffer);
   }
 }
 

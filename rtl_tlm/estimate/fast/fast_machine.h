@@ -2,7 +2,6 @@
 // each resident warp, each any-hit timer of a warp buffer entry, and each SM's L1 and warp scheduler.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -10,7 +9,10 @@
 #include <vector>
 
 #include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/rt_unit/event_effect.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/sibling_records.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_memory.h"
@@ -85,16 +87,15 @@ class Machine {
   void handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
   void replay(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
   void lane_event(Cycle now, Number number, Lane& lane);
-  void pop(Number number, Lane& lane) {
-    if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
-    --lane.depth;
-  }
-  static void push(Lane& lane, unsigned nodes, Sm& sm) {
-    lane.depth = static_cast<std::uint16_t>(lane.depth + nodes);
+  /// What the lane's event does to its stack.
+  void move_stack(Number number, Lane& lane, const modules::EventEffect& effect, Sm& sm) {
+    if (!effect.move_stack(lane.depth)) refuse(number, modules::kRuleNodeOnStack);
     std::uint64_t& deepest = sm.rt.warp_buffer.max_stack_depth;
-    deepest = std::max<std::uint64_t>(deepest, lane.depth);
+    if (effect.pushed() != 0) deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
-  void complete(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call);
+  void complete(Cycle now, Number number, Lane& lane, const modules::EventEffect& effect, Sm& sm, Call& call);
+  /// The lane's event has done all but write its checkpoint entries.
+  void end_event(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call);
   void settled(Cycle now, Number number, Lane& lane, Sm& sm, Call& call);
   void any_hit_arrives(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call);
   void consider_any_hit(Cycle now, unsigned s, unsigned entry);
@@ -112,9 +113,8 @@ class Machine {
   void warm_any_hit(unsigned s, Sm& sm, const Call& call, Number number, const traces::Event& event);
   void warm_checkpoints(unsigned s, Sm& sm, Number number, unsigned entries, bool last);
   void warm_source(unsigned s, Sm& sm, Number number);
-  void warm_siblings(unsigned s, Sm& sm, const traces::NodeDefinition& node, unsigned hit, std::uint32_t address);
-  void warm_node(unsigned s, Sm& sm, Client client, traces::NodeKind kind, std::uint64_t address);
-  void warm_range(unsigned s, Sm& sm, Client client, std::uint64_t address, unsigned sectors, modules::Region region);
+  void warm_siblings(unsigned s, Sm& sm, const traces::NodeDefinition& node, unsigned siblings);
+  void warm_run(unsigned s, Sm& sm, Client client, const modules::SectorRun& run);
   void warm_line(unsigned s, Sm& sm, Client client, const modules::SectorAccess& sector, bool write) {
     warm_line(s, sm, client, sm.tags.line_address(sector.address), sm.tags.sector_bit(sector.address), sector.region,
               write);
@@ -140,19 +140,10 @@ class Machine {
   }
 
   // ---- RT unit: node fetches (fast_fetch.cpp)
-  /// What an event that visits a node reads.
-  struct Target {
-    traces::NodeKind kind{};
-    std::uint64_t address = 0;
-    bool header = false;  ///< and the BLAS header
-  };
-  /// Nothing: the event visits no node, or one that is not there.
-  std::optional<Target> target_of(const traces::Event& event, const Sm& sm, const Call& call) const;
   /// Counts the event, which visits a node, and refuses one that is not there.
-  Target visit(Number number, const traces::Event& event, Sm& sm, const Call& call);
-  void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const Target& target);
-  void push_node(Sm& sm, Client client, Number owner, std::uint64_t address, unsigned sectors, modules::Region region,
-                 bool last);
+  modules::NodeVisit visit(Number number, const traces::Event& event, Sm& sm, const Call& call);
+  void fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const modules::NodeVisit& node);
+  void push_run(Sm& sm, Client client, Number owner, const modules::SectorRun& run, bool last);
   /// f(line, mask of sectors) for consecutive sectors, at most `most` of them at a time.
   template <typename F>
   static void for_each_part(const Sm& sm, std::uint64_t address, unsigned sectors, unsigned most, F&& f) {
@@ -168,38 +159,16 @@ class Machine {
   }
   /// The node is there in cycle `ready`.
   void await(Sm& sm, Number number, const Lane& lane, Cycle ready);
-  Record* records_of(Number number) { return &records_[std::size_t{number} * config_.rt.prefetcher.records]; }
-  void note_internal(Number number, const Lane& lane, const traces::Event& event);
-  /// The lane's newest record of a node with the child at `address`, whose siblings have not been asked for; then they
-  /// count as asked for. None: nullptr.
-  Record* take_record(Number number, std::uint32_t address);
-  void prefetch_siblings(Cycle now, const Lane& lane, Sm& sm, const Record& record, std::uint32_t address);
+  void prefetch_siblings(Cycle now, const Lane& lane, Sm& sm, const modules::Siblings& siblings);
   void prefetch(Sm& sm, traces::NodeKind kind, std::uint64_t address);
-  /// f(slot, kind, address / kNodeUnit) for the children in the mask `hit`, but for that at `address`.
-  template <typename F>
-  void for_each_sibling(const traces::NodeDefinition& node, unsigned hit, std::uint32_t address, F&& f) const {
-    std::uint32_t child = node.child_base;
-    for (unsigned i = 0; i < node.child_count; ++i) {
-      const traces::NodeKind kind = node.child_kinds[i];
-      if ((hit >> i & 1) != 0 && child != address) f(i, kind, child);
-      child += units_[static_cast<std::size_t>(kind)];
-    }
-  }
 
   // ---- RT unit: checkpoints (fast_checkpoints.cpp)
   void begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint32_t round, Number number, bool replay);
   void push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last);
-  /// The lane's next entry goes to its destination buffer: sector(number) for each sector that is complete.
-  template <typename F>
-  bool add_entry(Number number, F&& sector);
-  /// The sector that the lane's last entry has begun and not filled; 0: none.
-  std::uint64_t open_sector(Number number) const;
-  struct Source {
-    std::uint64_t first = 0, final = 0;  ///< sectors of an entry
-    bool need_first = false, need_final = false;
-  };
+  /// The lane's next entry goes to its destination buffer.
+  modules::CheckpointLayout::Sectors add_entry(Number number);
   /// The next entry of the lane's source buffer.
-  Source take_source(Number number);
+  modules::CheckpointLayout::Sectors take_source(Number number);
   /// Returns when all has been handed over.
   Cycle write_checkpoints(Cycle now, Number number, unsigned entries, bool last);
   /// Whether the entry is there already; else the lane waits.
@@ -244,24 +213,17 @@ class Machine {
   Number fills_;  ///< of an SM
   EventWheel wheel_;
   FastMemory memory_;
-  std::vector<Record> records_;       ///< so many of each lane as the prefetcher has
-  std::vector<std::uint8_t> newest_;  ///< of a lane's records
+  std::optional<modules::SiblingRecords> records_;  ///< with a sibling prefetcher
+  modules::SiblingRequests requests_;
+  std::optional<modules::CheckpointLayout> layout_;  ///< with checkpointing
   std::vector<Checkpoints> checkpoints_;
   std::vector<Sm> sms_;
-  std::array<std::uint32_t, 8> units_{};  ///< by NodeKind: kNodeUnits that a node takes
   std::unique_ptr<modules::WarpSelection> selection_;
   unsigned stride_;
   std::uint64_t drawn_;                  ///< state of draw()
   std::uint64_t instructions_left_ = 0;  ///< of shortened phases, less than a whole one
   Cycle usual_wait_;                     ///< of a phase for its loads, a running mean, in 16ths of a cycle
   modules::ShaderPhase phase_;
-  /// Siblings that lanes of the present warp have asked for in this cycle.
-  struct Triggered {
-    std::uint32_t definition = 0;
-    std::uint8_t asked = 0;
-  };
-  std::array<Triggered, modules::kMaxLanes> triggered_{};
-  unsigned triggered_count_ = 0;
   std::uint64_t next_age_ = 0;
   Cycle advanced_ = 0;  ///< when calendars were told of the time
 

@@ -10,7 +10,6 @@ namespace grtx::sim::fast {
 using namespace modules;
 using traces::Event;
 using traces::EventKind;
-using traces::NodeKind;
 
 void Machine::accept(Cycle now, unsigned s) {
   Sm& sm = sms_[s];
@@ -39,10 +38,7 @@ void Machine::accept(Cycle now, unsigned s) {
       lane.shaded = lane.settling = false;
       lane.begins = true;
       lane.owed = 0;
-      if (!records_.empty()) {
-        std::fill_n(records_of(number), config_.rt.prefetcher.records, Record{});
-        newest_[number] = 0;
-      }
+      if (records_) records_->begin(number);
       if (header_.checkpoint) begin_checkpoints(s, slot, i, round, number, replay);
       warm(number, lane, sm, call, before);
       if (lane.next != lane.end) call.active |= bit(i);
@@ -166,7 +162,7 @@ void Machine::select(Cycle now, unsigned s) {
   counters.lanes_active += static_cast<unsigned>(std::popcount(call.active));
   call.ready = 0;
   sm.ready &= ~bit(entry);
-  triggered_count_ = 0;
+  requests_.begin();
   const bool idle = sm.ports[kNode].queue.empty();
   if (idle) sm.ports[kNode].next = std::max(sm.ports[kNode].next, now + 2);
   LaneMask timed = lanes;
@@ -197,17 +193,16 @@ void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
     case EventKind::visit_instance:
     case EventKind::visit_leaf:
       fetch(now, number, lane, sm, call, visit(number, event, sm, call));
-      if (records_.empty()) return;
-      if (const Record* record = take_record(number, event.node)) {
-        prefetch_siblings(now, lane, sm, *record, event.node);
+      if (!records_) return;
+      if (const Siblings siblings = records_->take(number, group_of(lane), event.node); siblings.mask != 0) {
+        prefetch_siblings(now, lane, sm, siblings);
       }
       return;
     case EventKind::cull:
       ++sm.rt.scheduler.culls;
-      pop(number, lane);
-      return complete(now, number, lane, event.checkpoints, sm, call);
+      return complete(now, number, lane, EventEffect(event), sm, call);
     default:
-      if (!header_.checkpoint) refuse(number, "replays although checkpointing is off");
+      if (!header_.checkpoint) refuse(number, kRuleReplayNeedsCheckpoints);
       if (read_checkpoint(now, number)) return replay(now, number, lane, sm, call);
       call.checkpointing |= lane_bit(number);
   }
@@ -216,15 +211,8 @@ void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
 /// The source entry is there.
 void Machine::replay(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
   const Event event = *lane.next;
-  RtScheduler::Counters& counters = sm.rt.scheduler;
-  if (event.kind() == EventKind::replay_take) {
-    ++counters.replay_takes;
-    push(lane, 1, sm);
-    complete(now, number, lane, 0, sm, call);
-  } else {
-    ++counters.replay_forwards;
-    complete(now, number, lane, event.checkpoints, sm, call);
-  }
+  ++(event.kind() == EventKind::replay_take ? sm.rt.scheduler.replay_takes : sm.rt.scheduler.replay_forwards);
+  complete(now, number, lane, EventEffect(event), sm, call);
 }
 
 /// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
@@ -233,37 +221,33 @@ void Machine::lane_event(Cycle now, Number number, Lane& lane) {
   Call& call = sm.calls[lane.entry];
   if (lane.settling) return settled(now, number, lane, sm, call);
   const Event event = *lane.next;
-  switch (event.kind()) {
-    case EventKind::visit_internal:
-      pop(number, lane);
-      push(lane, static_cast<unsigned>(std::popcount(event.pushed())), sm);
-      if (!records_.empty() && (event.pushed() & (event.pushed() - 1)) != 0) note_internal(number, lane, event);
-      return complete(now, number, lane, static_cast<unsigned>(std::popcount(unsigned{event.checkpoints})), sm, call);
-    case EventKind::visit_instance:
-      if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
-      return complete(now, number, lane, 0, sm, call);
-    case EventKind::visit_leaf: {
-      if (!lane.shaded) {
-        pop(number, lane);
-        if (!traces::calls_any_hit(event.outcome())) {
-          return complete(now, number, lane, event.checkpoints, sm, call);
-        }
-        lane.shaded = true;
-        return any_hit_arrives(now, number, lane, sm, call);
-      }
-      lane.shaded = false;
-      call.in_any_hit &= ~lane_bit(number);
-      complete(now, number, lane, 0, sm, call);
-      if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
-      return;
-    }
-    default:
-      call.checkpointing &= ~lane_bit(number);
-      replay(now, number, lane, sm, call);
+  const EventEffect effect(event);
+  if (effect.replays()) {
+    call.checkpointing &= ~lane_bit(number);
+    return replay(now, number, lane, sm, call);
   }
+  if (lane.shaded) {
+    lane.shaded = false;
+    call.in_any_hit &= ~lane_bit(number);
+    end_event(now, number, lane, 0, sm, call);
+    if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
+    return;
+  }
+  if (event.kind() == EventKind::visit_internal && records_) {
+    records_->note(number, group_of(lane), event.node, event.pushed());
+  }
+  if (!effect.calls_any_hit()) return complete(now, number, lane, effect, sm, call);
+  move_stack(number, lane, effect, sm);
+  lane.shaded = true;
+  any_hit_arrives(now, number, lane, sm, call);
 }
 
-void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call) {
+void Machine::complete(Cycle now, Number number, Lane& lane, const EventEffect& effect, Sm& sm, Call& call) {
+  move_stack(number, lane, effect, sm);
+  end_event(now, number, lane, effect.checkpoints(), sm, call);
+}
+
+void Machine::end_event(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call) {
   ++lane.next;
   if (header_.checkpoint) {
     const Cycle taken = write_checkpoints(now, number, checkpoints, lane.next == lane.end);
@@ -274,7 +258,7 @@ void Machine::complete(Cycle now, Number number, Lane& lane, unsigned checkpoint
       return;
     }
   } else if (checkpoints != 0) {
-    refuse(number, "writes checkpoint entries although checkpointing is off");
+    refuse(number, kRuleEntriesNeedCheckpoints);
   }
   settled(now, number, lane, sm, call);
 }
@@ -319,12 +303,7 @@ void Machine::fire(Cycle now, unsigned s, unsigned entry) {
   AnyHitBatch batch;
   batch.slot = call.slot;
   batch.round = sm.program.round(call.slot);
-  batch.lanes = call.waiting_any_hit;
-  for_each_bit(batch.lanes, [&](unsigned i) {
-    const Event& event = *lanes_[lane_number(s, entry, i)].next;
-    batch.outcome[i] = event.outcome();
-    batch.shifts[i] = static_cast<std::uint16_t>(event.shifts());
-  });
+  for_each_bit(call.waiting_any_hit, [&](unsigned i) { add_lane(batch, i, *lanes_[lane_number(s, entry, i)].next); });
   AnyHitCollector::Counters& counters = sm.rt.any_hit;
   ++counters.batches;
   counters.lanes += static_cast<unsigned>(std::popcount(batch.lanes));

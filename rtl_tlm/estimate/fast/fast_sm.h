@@ -15,6 +15,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/round_cursor.h"
+#include "grtx/modules/rt_unit/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/modules/simt/issue_slots.h"
@@ -117,19 +118,9 @@ struct Lane {
   bool begins = false;      ///< its first event that takes time is next
 };
 
-/// An internal visit whose hit children may be prefetched.
-struct Record {
-  std::uint32_t begin = 0, end = 0;  ///< of the children / kNodeUnit
-  std::uint32_t definition = 0;
-  std::uint8_t hit = 0;
-  bool armed = false;
-};
-
 /// A lane's checkpoint buffers.
 struct Checkpoints {
-  std::uint64_t source = 0, destination = 0;
-  std::uint64_t held = ~std::uint64_t{0};  ///< sector that was read last
-  std::uint32_t source_entries = 0, read = 0, written = 0;
+  modules::CheckpointLayout::Lane place;
   Cycle seen = 0;  ///< when the sectors asked for are there
 };
 

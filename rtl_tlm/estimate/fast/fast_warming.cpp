@@ -20,58 +20,43 @@ void Machine::warm(Number number, Lane& lane, Sm& sm, Call& call, unsigned count
   const unsigned s = lane.sm;
   for (; count > 0 && lane.next != lane.end; --count) {
     const Event event = *lane.next++;
-    unsigned checkpoints = event.checkpoints;
+    const EventEffect effect(event);
     switch (event.kind()) {
       case EventKind::visit_internal:
       case EventKind::visit_instance:
       case EventKind::visit_leaf: {
-        const Target target = visit(number, event, sm, call);
-        ++sm.rt.memory.visits[static_cast<std::size_t>(traffic_.region(target.kind, target.address))];
-        warm_node(s, sm, kNode, target.kind, target.address);
-        if (target.header) {
-          const auto sectors = static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes);
-          warm_range(s, sm, kNode, traffic_.blas_header(), sectors, Region::blas);
-        }
-        if (target.kind == NodeKind::internal) {
-          pop(number, lane);
-          push(lane, static_cast<unsigned>(std::popcount(event.pushed())), sm);
-          if (!records_.empty() && (event.pushed() & (event.pushed() - 1)) != 0) note_internal(number, lane, event);
-          checkpoints = static_cast<unsigned>(std::popcount(checkpoints));
-          break;
-        }
-        if (!records_.empty()) {
-          if (const Record* record = take_record(number, event.node)) {
-            warm_siblings(s, sm, group_of(lane).nodes[record->definition], record->hit, event.node);
+        const NodeSectors sectors(visit(number, event, sm, call), traffic_);
+        ++sm.rt.memory.visits[static_cast<std::size_t>(sectors.region())];
+        sectors.for_each_run([&](const SectorRun& run, bool /*last*/) {
+          if (!run.again) warm_run(s, sm, kNode, run);
+        });
+        move_stack(number, lane, effect, sm);
+        if (records_) {
+          const traces::RayGroup& group = *sm.warps[call.slot].group;
+          if (event.kind() == EventKind::visit_internal) {
+            records_->note(number, group, event.node, event.pushed());
+          } else if (const Siblings siblings = records_->take(number, group, event.node); siblings.mask != 0) {
+            warm_siblings(s, sm, group.nodes[siblings.definition], siblings.mask);
           }
         }
-        if (target.kind == NodeKind::instance) {
-          if (lane.depth == 0) refuse(number, "takes a node from an empty stack");
-          checkpoints = 0;
-          break;
-        }
-        pop(number, lane);
-        if (traces::calls_any_hit(event.outcome())) warm_any_hit(s, sm, call, number, event);
+        if (effect.calls_any_hit()) warm_any_hit(s, sm, call, number, event);
         break;
       }
       case EventKind::cull:
         ++sm.rt.scheduler.culls;
-        pop(number, lane);
+        move_stack(number, lane, effect, sm);
         break;
       default:
-        if (!header_.checkpoint) refuse(number, "replays although checkpointing is off");
+        if (!header_.checkpoint) refuse(number, kRuleReplayNeedsCheckpoints);
         warm_source(s, sm, number);
-        if (event.kind() == EventKind::replay_take) {
-          ++sm.rt.scheduler.replay_takes;
-          push(lane, 1, sm);
-          checkpoints = 0;
-        } else {
-          ++sm.rt.scheduler.replay_forwards;
-        }
+        ++(event.kind() == EventKind::replay_take ? sm.rt.scheduler.replay_takes : sm.rt.scheduler.replay_forwards);
+        move_stack(number, lane, effect, sm);
     }
+    const unsigned checkpoints = effect.checkpoints();
     if (header_.checkpoint) {
       warm_checkpoints(s, sm, number, checkpoints, lane.next == lane.end);
     } else if (checkpoints != 0) {
-      refuse(number, "writes checkpoint entries although checkpointing is off");
+      refuse(number, kRuleEntriesNeedCheckpoints);
     }
   }
 }
@@ -95,10 +80,10 @@ bool Machine::warm_up_to_next(Cycle now, Number number, Lane& lane, Sm& sm, Call
 // Not of a shared BLAS: its nodes are under way all the time, and lanes meet there that are not on one path.
 bool Machine::is_under_way(const Event& event, const Sm& sm, const Call& call, Cycle now, Cycle then) const {
   if (!config_.rt.memory.merge_in_flight) return false;  // nobody joins
-  const std::optional<Target> target = target_of(event, sm, call);
-  if (!target || traffic_.region(target->kind, target->address) == Region::blas) return false;
+  const std::optional<NodeVisit> node = node_visit(event, *sm.warps[call.slot].group, traffic_);
+  if (!node || traffic_.region(node->kind, node->address) == Region::blas) return false;
   const Fetches& fetches = call.fetches;
-  for (std::uint32_t same = fetches.of_node(Fetches::key_of(target->address, target->header)); same != 0;
+  for (std::uint32_t same = fetches.of_node(Fetches::key_of(node->address, node->header)); same != 0;
        same &= same - 1) {
     const auto leader = static_cast<unsigned>(std::countr_zero(same));
     if (fetches.lanes[leader] != 0 ? then == now : fetches.ready[leader].at(now) > then) return true;
@@ -117,24 +102,21 @@ void Machine::any_hit(Sm& sm, const AnyHitBatch& batch, AnyHitWork& counted) {
 
 void Machine::warm_any_hit(unsigned s, Sm& sm, const Call& call, Number number, const Event& event) {
   ++sm.rt.scheduler.any_hit_calls;
-  const unsigned lane = number % kMaxLanes;
   AnyHitBatch batch;
   batch.slot = call.slot;
   batch.round = sm.program.round(call.slot);
-  batch.lanes = lane_bit(number);
-  batch.outcome[lane] = event.outcome();
-  batch.shifts[lane] = static_cast<std::uint16_t>(event.shifts());
+  add_lane(batch, number % kMaxLanes, event);
   any_hit(sm, batch, sm.warming_any_hits);
   for (const SectorAccess& sector : phase_.loads) warm_line(s, sm, kSimt, sector, false);
   for (const SectorAccess& sector : phase_.stores) warm_line(s, sm, kSimt, sector, true);
 }
 
 // Siblings in one line are one access.
-void Machine::warm_siblings(unsigned s, Sm& sm, const NodeDefinition& node, unsigned hit, std::uint32_t address) {
+void Machine::warm_siblings(unsigned s, Sm& sm, const NodeDefinition& node, unsigned siblings) {
   std::uint64_t line = 0;
   std::uint8_t sectors = 0;
   Region region{};
-  for_each_sibling(node, hit, address, [&](unsigned /*slot*/, NodeKind kind, std::uint32_t child) {
+  records_->for_each_child(node, siblings, [&](NodeKind kind, std::uint32_t child) {
     const std::uint64_t begin = std::uint64_t{child} * traces::kNodeUnit;
     region = traffic_.region(kind, begin);
     for_each_part(sm, begin, traffic_.sectors(kind), sm.sectors, [&](std::uint64_t at, std::uint8_t mask) {
@@ -146,13 +128,10 @@ void Machine::warm_siblings(unsigned s, Sm& sm, const NodeDefinition& node, unsi
   if (sectors != 0) warm_line(s, sm, kPrefetch, line, sectors, region, false);
 }
 
-void Machine::warm_node(unsigned s, Sm& sm, Client client, NodeKind kind, std::uint64_t address) {
-  warm_range(s, sm, client, address, traffic_.sectors(kind), traffic_.region(kind, address));
-}
-
-void Machine::warm_range(unsigned s, Sm& sm, Client client, std::uint64_t address, unsigned sectors, Region region) {
-  for_each_part(sm, address, sectors, sm.sectors,
-                [&](std::uint64_t line, std::uint8_t mask) { warm_line(s, sm, client, line, mask, region, false); });
+void Machine::warm_run(unsigned s, Sm& sm, Client client, const SectorRun& run) {
+  for_each_part(sm, run.address, run.sectors, sm.sectors, [&](std::uint64_t line, std::uint8_t mask) {
+    warm_line(s, sm, client, line, mask, run.region, false);
+  });
 }
 
 // What a prefetch brings in here has no mark: the marks are counted.
