@@ -1,102 +1,107 @@
-// The checkpoint unit in fast mode: the sectors that entries take to write and to read.
+#include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
+
 #include <algorithm>
 #include <utility>
 
-#include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
+#include "grtx/modules/rt_unit/event_effect.h"
 
 namespace grtx::sim::fast {
 
 using namespace modules;
 
-void Machine::begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint32_t round, Number number,
-                                bool replay) {
-  std::uint32_t entries = 0;
-  if (layout_->reads_backwards() && replay) entries = source_entries({lanes_[number].next, lanes_[number].end});
-  checkpoints_[number].place = layout_->begin(map_, map_.ray_slot(s, slot, i), round, entries);
+Checkpoints::Checkpoints(Shared& shared, unsigned sm, L1& l1)
+    : shared_(shared),
+      sm_(sm),
+      l1_(l1),
+      layout_(shared.header.checkpoint_order, shared.header.checkpoint_capacity,
+              shared.config.rt.checkpoint.write_combine, shared.config.rt.checkpoint.read_buffer),
+      lanes_(shared.header.checkpoint ? std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes : 0),
+      hand_over_(shared.config.rt.checkpoint.lanes) {}
+
+void Checkpoints::begin(std::uint32_t lane, unsigned slot, std::uint32_t round, bool replay,
+                        std::span<const traces::Event> events) {
+  const std::uint32_t entries = layout_.reads_backwards() && replay ? source_entries(events) : 0;
+  const std::uint64_t ray = shared_.map.ray_slot(sm_, slot, lane % kMaxLanes);
+  lanes_[lane] = {layout_.begin(shared_.map, ray, round, entries), 0};
 }
 
-void Machine::push_sector(Cycle now, Number number, std::uint64_t sector, bool write, bool last) {
-  const unsigned s = lanes_[number].sm;
-  Sm& sm = sms_[s];
-  const std::uint64_t address = sector * kSectorBytes;
-  ++(write ? sm.rt.checkpoint.sectors_written : sm.rt.checkpoint.sectors_read);
-  RingQueue<Request>& queue = sm.ports[kCheckpoint].queue;
-  queue.push({sm.tags.line_address(address), number, sm.tags.sector_bit(address), Region::checkpoint, write, last});
-  sm.waiting |= 1u << kCheckpoint;
-  if (queue.size() == 1) serve(now, s);
-}
-
-CheckpointLayout::Sectors Machine::add_entry(Number number) {
-  CheckpointLayout::Lane& lane = checkpoints_[number].place;
-  const CheckpointLayout::Sectors sectors = layout_->write(lane);
-  CheckpointUnit::Counters& counters = sms_[lanes_[number].sm].rt.checkpoint;
-  ++counters.entries_written;
-  counters.max_entries = std::max<std::uint64_t>(counters.max_entries, lane.written);
+CheckpointLayout::Sectors Checkpoints::next_written(Lane& lane) {
+  const CheckpointLayout::Sectors sectors = layout_.write(lane.place);
+  ++counters_.entries_written;
+  counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
   return sectors;
 }
 
-CheckpointLayout::Sectors Machine::take_source(Number number) {
-  ++sms_[lanes_[number].sm].rt.checkpoint.entries_read;
-  CheckpointLayout::Sectors sectors = layout_->read(checkpoints_[number].place);
+CheckpointLayout::Sectors Checkpoints::next_read(Lane& lane) {
+  ++counters_.entries_read;
+  CheckpointLayout::Sectors sectors = layout_.read(lane.place);
   // An entry's sectors are asked for at once, in the order of their addresses also when the buffer is read backwards.
   if (sectors.count == 2 && sectors.number[0] > sectors.number[1]) std::swap(sectors.number[0], sectors.number[1]);
   return sectors;
 }
 
-Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, bool last) {
-  Sm& sm = sms_[lanes_[number].sm];
-  CheckpointUnit::Counters& counters = sm.rt.checkpoint;
+void Checkpoints::push(Cycle now, std::uint32_t lane, std::uint64_t sector, bool write, bool last) {
+  ++(write ? counters_.sectors_written : counters_.sectors_read);
+  l1_.push(kCheckpoint, lane, {sector * kSectorBytes, 1, Region::checkpoint}, write, last);
+  if (l1_.queued(kCheckpoint) == 1) l1_.serve(now);
+}
+
+Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool last) {
   Cycle taken = now;
-  const auto hand_over = [&] { taken = std::max(taken, sm.hand_over.reserve(now)); };
+  const auto hand_over = [&] { taken = std::max(taken, hand_over_.reserve(now)); };
   for (; entries > 0; --entries) {
     hand_over();
-    const CheckpointLayout::Sectors sectors = add_entry(number);
-    for (unsigned i = 0; i < sectors.count; ++i) push_sector(now, number, sectors.number[i], true, false);
-    if (sectors.straddles) ++counters.straddling_written;
+    const CheckpointLayout::Sectors sectors = next_written(lanes_[lane]);
+    for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], true, false);
+    if (sectors.straddles) ++counters_.straddling_written;
   }
-  const std::uint64_t open = last ? layout_->open_sector(checkpoints_[number].place) : CheckpointLayout::kNoSector;
+  const std::uint64_t open = last ? layout_.open_sector(lanes_[lane].place) : CheckpointLayout::kNoSector;
   if (open != CheckpointLayout::kNoSector) {
     hand_over();
-    push_sector(now, number, open, true, false);
+    push(now, lane, open, true, false);
   }
   // The queue sends a sector a cycle.
-  const std::size_t queued = sm.ports[kCheckpoint].timed();
-  if (taken > now || queued > config_.rt.checkpoint.write_queue) {
-    taken = std::max(taken, now + queued - std::min<std::size_t>(queued, config_.rt.checkpoint.write_queue));
-    counters.blocked_cycles += taken - now;
+  const std::size_t queued = l1_.timed(kCheckpoint);
+  const std::size_t most = shared_.config.rt.checkpoint.write_queue;
+  if (taken > now || queued > most) {
+    taken = std::max(taken, now + queued - std::min(queued, most));
+    counters_.blocked_cycles += taken - now;
   }
   return taken;
 }
 
-bool Machine::read_checkpoint(Cycle now, Number number) {
-  const CheckpointLayout::Sectors sectors = take_source(number);
-  if (sectors.straddles) ++sms_[lanes_[number].sm].rt.checkpoint.straddling_read;
+bool Checkpoints::read(Cycle now, std::uint32_t lane) {
+  const CheckpointLayout::Sectors sectors = next_read(lanes_[lane]);
+  if (sectors.straddles) ++counters_.straddling_read;
   if (sectors.count == 0) return true;
-  checkpoints_[number].seen = 0;
-  for (unsigned i = 0; i < sectors.count; ++i) {
-    push_sector(now, number, sectors.number[i], false, i + 1 == sectors.count);
-  }
+  lanes_[lane].seen = 0;
+  for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], false, i + 1 == sectors.count);
   return false;
 }
 
-void Machine::warm_checkpoints(unsigned s, Sm& sm, Number number, unsigned entries, bool last) {
-  const auto warm = [&](std::uint64_t sector) {
-    warm_line(s, sm, kCheckpoint, {sector * kSectorBytes, Region::checkpoint}, true);
-  };
-  for (; entries > 0; --entries) {
-    const CheckpointLayout::Sectors sectors = add_entry(number);
-    for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i]);
+void Checkpoints::answered(std::uint32_t lane, Cycle seen, bool write, bool last) {
+  if (write) {
+    ++counters_.acknowledged;
+    return;
   }
-  if (!last) return;
-  const std::uint64_t open = layout_->open_sector(checkpoints_[number].place);
-  if (open != CheckpointLayout::kNoSector) warm(open);
+  ++counters_.returned;
+  lanes_[lane].seen = std::max(lanes_[lane].seen, seen);
+  if (last) shared_.agenda.add(lanes_[lane].seen, {What::lane, sm_, lane});
 }
 
-void Machine::warm_source(unsigned s, Sm& sm, Number number) {
-  const CheckpointLayout::Sectors sectors = take_source(number);
-  for (unsigned i = 0; i < sectors.count; ++i) {
-    warm_line(s, sm, kCheckpoint, {sectors.number[i] * kSectorBytes, Region::checkpoint}, false);
+void Checkpoints::warm_write(std::uint32_t lane, unsigned entries, bool last) {
+  for (; entries > 0; --entries) {
+    const CheckpointLayout::Sectors sectors = next_written(lanes_[lane]);
+    for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i], true);
   }
+  if (!last) return;
+  const std::uint64_t open = layout_.open_sector(lanes_[lane].place);
+  if (open != CheckpointLayout::kNoSector) warm(open, true);
+}
+
+void Checkpoints::warm_read(std::uint32_t lane) {
+  const CheckpointLayout::Sectors sectors = next_read(lanes_[lane]);
+  for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i], false);
 }
 
 }  // namespace grtx::sim::fast

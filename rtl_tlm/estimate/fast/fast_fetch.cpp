@@ -1,20 +1,20 @@
-// Node fetches of the RT unit in fast mode: merging within a warp, and the siblings that are prefetched.
+// Node fetches of the RT unit in fast mode: merging within a warp, and the tests when a node has come.
 #include <algorithm>
 #include <bit>
+#include <utility>
 
-#include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_rt_unit.h"
 
 namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
 using traces::EventKind;
-using traces::NodeKind;
 
-NodeVisit Machine::visit(Number number, const Event& event, Sm& sm, const Call& call) {
-  const std::optional<NodeVisit> node = node_visit(event, *sm.warps[call.slot].group, traffic_);
-  if (!node) refuse(number, rule_of_missing_node(event));
-  RtScheduler::Counters& counters = sm.rt.scheduler;
+NodeVisit RtUnit::visit(LaneId id, const Event& event, const Call& call) {
+  const std::optional<NodeVisit> node = node_visit(event, *call.group, shared_.traffic);
+  if (!node) refuse(id, rule_of_missing_node(event));
+  RtScheduler::Counters& counters = counters_.scheduler;
   switch (event.kind()) {
     case EventKind::visit_internal:
       ++counters.visits_internal;
@@ -28,92 +28,68 @@ NodeVisit Machine::visit(Number number, const Event& event, Sm& sm, const Call& 
   return *node;
 }
 
-void Machine::fetch(Cycle now, Number number, Lane& lane, Sm& sm, Call& call, const NodeVisit& node) {
-  MemoryScheduler::Counters& counters = sm.rt.memory;
-  const NodeSectors sectors(node, traffic_);
+void RtUnit::fetch(Cycle now, LaneId id, Lane& lane, Call& call, const NodeVisit& node) {
+  MemoryScheduler::Counters& counters = counters_.memory;
+  const NodeSectors sectors(node, shared_.traffic);
   const auto region = static_cast<std::size_t>(sectors.region());
   ++counters.visits[region];
-  if (lane.end - lane.next > static_cast<std::ptrdiff_t>(stride_) &&
-      lane.next[stride_].kind() == EventKind::visit_internal) {
-    prefetch_for_read(sm.warps[call.slot].group->nodes.data() + lane.next[stride_].node);
+  const unsigned stride = shared_.stride;
+  if (lane.end - lane.next > static_cast<std::ptrdiff_t>(stride) &&
+      lane.next[stride].kind() == EventKind::visit_internal) {
+    prefetch_for_read(call.group->nodes.data() + lane.next[stride].node);
   }
   // A visit joins a fetch of its warp that is under way, or without merging in flight one that begins in this cycle.
-  Fetches& fetches = call.fetches;
-  const std::uint32_t key = Fetches::key_of(node.address, node.header);
+  NodeFetches& fetches = call.fetches;
+  const std::uint32_t key = NodeFetches::key_of(node);
   for (std::uint32_t same = fetches.of_node(key); same != 0; same &= same - 1) {
     const auto leader = static_cast<unsigned>(std::countr_zero(same));
     const bool asked_for = fetches.lanes[leader] == 0;
     const Cycle ready = fetches.ready[leader].at(now);
-    if (config_.rt.memory.merge_in_flight ? asked_for && ready <= now : fetches.asked[leader].at(now) != now) continue;
-    if (asked_for) return await(sm, number, lane, ready);
-    fetches.lanes[leader] |= static_cast<std::uint32_t>(lane_bit(number));
+    if (config_.memory.merge_in_flight ? asked_for && ready <= now : fetches.asked[leader].at(now) != now) continue;
+    if (asked_for) return await(id, lane, call, ready);
+    fetches.lanes[leader] |= static_cast<std::uint32_t>(lane_bit(id));
     return;
   }
-  const unsigned leader = number % kMaxLanes;
+  const unsigned leader = lane_of(id);
   fetches.key[leader] = key;
   fetches.asked[leader] = fetches.ready[leader] = NearCycle(now);
-  fetches.lanes[leader] = static_cast<std::uint32_t>(lane_bit(number));
+  fetches.lanes[leader] = static_cast<std::uint32_t>(lane_bit(id));
   ++counters.fetches[region];
-  ++sm.fetches;
-  sectors.for_each_run([&](const SectorRun& run, bool last) { push_run(sm, kNode, number, run, last); });
-}
-
-void Machine::push_run(Sm& sm, Client client, Number owner, const SectorRun& run, bool last) {
-  RingQueue<Request>& queue = sm.ports[client].queue;
-  sm.waiting |= 1u << client;
-  unsigned sectors = run.sectors;
-  if (client == kNode) {
-    sm.rt.memory.sectors[static_cast<std::size_t>(run.region)] += sectors;
-  } else {
-    sm.rt.prefetch.sectors += sectors;
-    sm.rt.prefetch.responses += sectors;
-  }
-  for_each_part(sm, run.address, sectors, sm.largest, [&](std::uint64_t line, std::uint8_t mask) {
-    sectors -= static_cast<unsigned>(std::popcount(mask));
-    queue.push({line, owner, mask, run.region, false, last && sectors == 0});
+  ++fetches_;
+  sectors.for_each_run([&](const SectorRun& run, bool last) {
+    counters.sectors[static_cast<std::size_t>(run.region)] += run.sectors;
+    l1_.push(kNode, id, run, false, last);
   });
 }
 
-void Machine::await(Sm& sm, Number number, const Lane& lane, Cycle ready) {
+void RtUnit::node_arrives(std::uint32_t leader, Cycle seen, bool last, Cycle pushed) {
+  const unsigned entry = entry_of(static_cast<LaneId>(leader)), lane = lane_of(static_cast<LaneId>(leader));
+  Call& call = calls_[entry];
+  NodeFetches& fetches = call.fetches;
+  const Cycle ready = std::max(fetches.ready[lane].at(seen), seen);
+  fetches.ready[lane] = NearCycle(ready);
+  if (!last) return;
+  --fetches_;
+  leaving_.push(pushed);
+  counters_.memory.fetch_latency.add(ready - fetches.asked[lane].at(ready));
+  for_each_bit(std::exchange(fetches.lanes[lane], 0u), [&](unsigned i) {
+    const LaneId id = lane_id(entry, i);
+    await(id, lanes_[id], call, ready);
+  });
+}
+
+void RtUnit::await(LaneId id, const Lane& lane, const Call& call, Cycle ready) {
   const Event event = *lane.next;
   unsigned tests = 1;
-  Unit* unit = &sm.leaf;
+  IntersectionPipelines* unit = &leaf_;
   if (event.kind() == EventKind::visit_internal) {
-    unit = &sm.box;
-    if (config_.rt.box_op_per_child) tests = std::max(1u, unsigned{group_of(lane).nodes[event.node].child_count});
+    unit = &box_;
+    if (config_.box_op_per_child) tests = std::max(1u, unsigned{call.group->nodes[event.node].child_count});
   } else if (event.kind() == EventKind::visit_instance) {
-    unit = &sm.transform;
+    unit = &transform_;
   }
-  wheel_.add(unit->test(ready, tests) - 1, number);  // its warp can be selected in the cycle after it
-}
-
-void Machine::prefetch_siblings(Cycle now, const Lane& lane, Sm& sm, const Siblings& siblings) {
-  ++sm.rt.prefetch.triggers;
-  const bool idle = sm.ports[kPrefetch].queue.empty();
-  const unsigned fresh = requests_.fresh(siblings);
-  sm.rt.prefetch.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
-  records_->for_each_child(group_of(lane).nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
-    prefetch(sm, kind, std::uint64_t{child} * traces::kNodeUnit);
-  });
-  if (idle) serve(now, lane.sm);
-}
-
-void Machine::prefetch(Sm& sm, NodeKind kind, std::uint64_t address) {
-  RingQueue<Request>& queue = sm.ports[kPrefetch].queue;
-  const std::uint64_t line = sm.tags.line_address(address);
-  const std::uint8_t first = sm.tags.sector_bit(address);
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    if (queue[i].line == line && (queue[i].sectors & first) != 0 && queue[i].owner != kNobody) {
-      ++sm.rt.prefetch.merged;
-      return;
-    }
-  }
-  if (sm.ports[kPrefetch].timed() >= config_.rt.prefetcher.queue) {
-    ++sm.rt.prefetch.dropped;
-    return;
-  }
-  ++sm.rt.prefetch.nodes;
-  push_run(sm, kPrefetch, 0, {address, traffic_.sectors(kind), traffic_.region(kind, address)}, true);
+  // Its warp can be selected in the cycle after it.
+  shared_.agenda.add(unit->test(ready, tests) - 1, {What::lane, sm_, id});
 }
 
 }  // namespace grtx::sim::fast

@@ -1,10 +1,11 @@
-// The L1 in fast mode: its four clients take turns, and a request learns at once when it is answered. What is on its
-// way stands beside the tags, with the cycle of its arrival, and takes its place in them when it has come.
+#include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
+
 #include <algorithm>
 #include <bit>
 #include <utility>
 
-#include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_rt_unit.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_simt.h"
 
 namespace grtx::sim::fast {
 
@@ -18,68 +19,120 @@ unsigned count_of(unsigned sectors) { return static_cast<unsigned>(std::popcount
 
 }  // namespace
 
+// An MSHR holds a sector; they are reserved in turn, so a few more lines than that may be on their way.
+std::size_t L1::fills_of(const GpuConfig& config) { return std::size_t{2} * config.l1.mshr_entries + 64; }
+
+L1::L1(Shared& shared, unsigned sm)
+    : shared_(shared),
+      config_(shared.config.l1),
+      sm_(sm),
+      one_by_one_(shared.config.sm_links.l1_capacity == 1),
+      tags_(config_.geometry),
+      sectors_(config_.geometry.sectors()),
+      largest_(std::max(1u, config_.mshr_entries / 8)),  // a request waits for one MSHR and takes one a sector
+      fills_(fills_of(shared.config)),
+      filling_(fills_.size()),
+      link_(shared.config.sm_links.l1_capacity),
+      crossed_(config_.miss_queue + shared.config.links.capacity),
+      mshrs_(config_.mshr_entries),
+      hits_(config_.latency),
+      banks_(config_.banks) {
+  for (auto i = static_cast<std::uint32_t>(fills_.size()); i > 0; --i) free_fills_.push_back(i - 1);
+}
+
+bool L1::waits(Client client, std::uint64_t address) const {
+  const RingQueue<Request>& queue = ports_[client].queue;
+  const std::uint64_t line = tags_.line_address(address);
+  const std::uint8_t sector = tags_.sector_bit(address);
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    if (queue[i].line == line && (queue[i].sectors & sector) != 0 && queue[i].owner != kNobody) return true;
+  }
+  return false;
+}
+
+bool L1::idle() const {
+  return std::all_of(ports_.begin(), ports_.end(), [](const Port& port) { return port.queue.empty(); });
+}
+
+L1Counters L1::counters() const {
+  L1Counters counters = counters_;
+  counters.prefetches_unused += tags_.count_unused_prefetch();
+  return counters;
+}
+
+inline std::uint8_t L1::Fill::awaited(std::uint8_t wanted, Cycle now, Cycle& last) const {
+  std::uint8_t late = 0;
+  for (std::uint8_t rest = wanted; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
+    const auto sector = static_cast<unsigned>(std::countr_zero(rest));
+    const Cycle at = arrives[sector].at(now);
+    if (at <= now) continue;
+    last = std::max(last, at);
+    late |= static_cast<std::uint8_t>(1u << sector);
+  }
+  return late;
+}
+
 // Requests of a port until one is refused or a miss, or until they are too far ahead of time.
 template <Client kClient>
-bool Machine::serve_port(Cycle now, unsigned s, Sm& sm) {
-  const Port& port = sm.ports[kClient];
+bool L1::serve_port(Cycle now) {
+  const Port& port = ports_[kClient];
   Taken taken = Taken::hit;
   while (taken == Taken::hit && !port.queue.empty() && port.until <= now && port.next <= now + kAhead) {
-    taken = try_head<kClient>(now, s, sm);
+    taken = try_head<kClient>(now);
   }
-  if (port.queue.empty()) sm.waiting &= ~(1u << kClient);
+  if (port.queue.empty()) waiting_ &= ~(1u << kClient);
   return taken == Taken::miss;
 }
 
-void Machine::serve(Cycle now, unsigned s) {
-  Sm& sm = sms_[s];
+void L1::serve(Cycle now) {
   for (bool progress = true; progress;) {
     progress = false;
-    const unsigned first = sm.first;
+    const unsigned first = first_;
     // The ports with requests, from that whose turn it is on.
-    for (unsigned rest = sm.waiting >> first | (sm.waiting << (kClients - first) & kAllPorts); rest != 0;
+    for (unsigned rest = waiting_ >> first | (waiting_ << (kClients - first) & kAllPorts); rest != 0;
          rest &= rest - 1) {
       const unsigned c = (first + static_cast<unsigned>(std::countr_zero(rest))) % kClients;
-      const bool miss = c == kNode         ? serve_port<kNode>(now, s, sm)
-                        : c == kPrefetch   ? serve_port<kPrefetch>(now, s, sm)
-                        : c == kCheckpoint ? serve_port<kCheckpoint>(now, s, sm)
-                                           : serve_port<kSimt>(now, s, sm);
+      const bool miss = c == kNode         ? serve_port<kNode>(now)
+                        : c == kPrefetch   ? serve_port<kPrefetch>(now)
+                        : c == kCheckpoint ? serve_port<kCheckpoint>(now)
+                                           : serve_port<kSimt>(now);
       if (!miss) continue;
-      sm.first = (c + 1) % kClients;  // the others may send a miss first
+      first_ = (c + 1) % kClients;  // the others may send a miss first
       progress = true;
     }
   }
-  if (sm.ready != 0) select_soon(now, s, sm);
-  if (sm.port_timed) return;
+  rt_->room_may_have_come(now);
+  if (turn_timed_) return;
   Cycle due = kNever;
-  for (unsigned rest = sm.waiting; rest != 0; rest &= rest - 1) {
-    const Port& port = sm.ports[static_cast<unsigned>(std::countr_zero(rest))];
+  for (unsigned rest = waiting_; rest != 0; rest &= rest - 1) {
+    const Port& port = ports_[static_cast<unsigned>(std::countr_zero(rest))];
     due = std::min(due, std::max(port.until, port.next > kAhead / 2 ? port.next - kAhead / 2 : 0));
   }
   if (due == kNever) return;
-  sm.port_timed = true;
-  wheel_.add(due, ports_from_ + s);
+  turn_timed_ = true;
+  shared_.agenda.add(due, {What::l1_turn, sm_, 0});
 }
 
 // Node requests are served ahead of time, so half of the time the others go first.
-Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
+Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   const std::uint64_t first = r.line / kSectorBytes;
   const auto lowest = static_cast<unsigned>(std::countr_zero(r.sectors));
   const unsigned run = unsigned{r.sectors} >> lowest;
   const unsigned count = count_of(run);
   if ((run & (run + 1)) == 0) {
-    const unsigned bank = sm.banks.bank(first + lowest);
-    if (sm.banks.reserve_run(bank, at, count)) return at + count - 1;
-    std::uint64_t& conflicts = sm.l1.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
+    const unsigned bank = banks_.bank(first + lowest);
+    if (banks_.reserve_run(bank, at, count)) return at + count - 1;
+    std::uint64_t& conflicts = counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
     // One of the two waits, once: their banks follow each other from then on.
-    if (std::exchange(sm.between, !sm.between)) {
+    if (std::exchange(between_, !between_)) {
       ++conflicts;
-      if (client != kNode) ++sm.ports[kNode].next;
-      sm.banks.share_run(bank, at, count);
+      if (client != kNode) ++ports_[kNode].next;
+      banks_.share_run(bank, at, count);
     } else {
       do {
         ++conflicts;
         ++at;
-      } while (!sm.banks.reserve_run(bank, at, count));
+      } while (!banks_.reserve_run(bank, at, count));
     }
     return at + count - 1;
   }
@@ -88,109 +141,108 @@ Cycle Machine::take_banks(Sm& sm, unsigned client, const Request& r, Cycle at) {
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
     const std::uint64_t sector = first + static_cast<unsigned>(std::countr_zero(rest));
     ++at;
-    const Cycle taken = sm.banks.reserve(sm.banks.bank(sector), at);
+    const Cycle taken = banks_.reserve(banks_.bank(sector), at);
     if (taken == at) continue;
-    if (std::exchange(sm.between, !sm.between)) {
+    if (std::exchange(between_, !between_)) {
       ++conflicts;  // of the other
-      if (client != kNode) ++sm.ports[kNode].next;
+      if (client != kNode) ++ports_[kNode].next;
     } else {
       conflicts += taken - at;
       at = taken;
     }
   }
-  sm.l1.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += conflicts;
+  counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += conflicts;
   return at;
 }
 
 template <Client kClient>
-Machine::Taken Machine::try_head(Cycle now, unsigned s, Sm& sm) {
+L1::Taken L1::try_head(Cycle now) {
   constexpr bool kWrites = kClient == kSimt || kClient == kCheckpoint;
-  Port& port = sm.ports[kClient];
+  Port& port = ports_[kClient];
   const Request r = port.queue.front();
   const bool write = kWrites && r.write;
   if (r.owner == kNobody) {
     port.queue.pop();
     --port.timeless;
-    warm_caches(s, sm, kClient, r.line, r.sectors, r.region, write);
+    warm_caches(kClient, r.line, r.sectors, r.region, write);
     return Taken::hit;
   }
   Cycle at = std::max(port.next, now + 1);
-  if (kClient == kNode) at = std::max(at, sm.hits.room());
+  if (kClient == kNode) at = std::max(at, hits_.room());
   SectorCacheTags::Slot slot = SectorCacheTags::kNone;
   std::uint8_t present = r.sectors;
   std::uint8_t missing = 0;
   std::uint32_t filling = AddressIndex::kNone;
-  if (!config_.l1.perfect) {
-    slot = sm.tags.find(r.line);
-    present = slot == SectorCacheTags::kNone ? std::uint8_t{0} : r.sectors & sm.tags.valid(slot);
+  if (!config_.perfect) {
+    slot = tags_.find(r.line);
+    present = slot == SectorCacheTags::kNone ? std::uint8_t{0} : r.sectors & tags_.valid(slot);
     missing = write ? r.sectors : r.sectors ^ present;
   }
   std::uint8_t on_the_way = 0;
   if (missing != 0) {
     if (!write) {
-      filling = sm.filling.find(r.line / kSectorBytes);
-      if (filling != AddressIndex::kNone) on_the_way = missing & sm.fills[filling].sectors;
+      filling = filling_.find(r.line / kSectorBytes);
+      if (filling != AddressIndex::kNone) on_the_way = missing & fills_[filling].sectors;
       missing ^= on_the_way;
     }
     if (missing != 0) {
-      const Cycle sends = sm.crossed.room();
-      const Cycle holds = write ? 0 : sm.mshrs.room(at);
+      const Cycle sends = crossed_.room();
+      const Cycle holds = write ? 0 : mshrs_.room(at);
       const L1Stall reason = std::max(sends, holds) <= at ? L1Stall::response_port
                              : holds > sends              ? L1Stall::mshr_full
                                                           : L1Stall::miss_queue_full;
       at = std::max({at, sends, holds});
       if (at > now + kAhead) {
         port.until = at - kAhead / 2;
-        sm.l1.stalls[static_cast<std::size_t>(reason)] += port.until - now;
+        counters_.stalls[static_cast<std::size_t>(reason)] += port.until - now;
         return Taken::refused;
       }
     }
   }
   const unsigned count = count_of(r.sectors);
-  Cycle taken = take_banks(sm, kClient, r, at);
-  if (missing != 0) taken = std::max(taken, sm.crossed.room(count_of(missing)));
-  const Cycle through = taken + config_.l1.latency;
-  Cycle seen = present != 0 && (!write || config_.l1.perfect) ? through : 0;
+  Cycle taken = take_banks(kClient, r, at);
+  if (missing != 0) taken = std::max(taken, crossed_.room(count_of(missing)));
+  const Cycle through = taken + config_.latency;
+  Cycle seen = present != 0 && (!write || config_.perfect) ? through : 0;
   port.next = taken + 1 + (one_by_one_ ? count : 0);
   port.queue.pop();
   if (on_the_way != 0) {
     Cycle last = 0;
-    const std::uint8_t awaited = sm.fills[filling].awaited(on_the_way, at, last);
+    const std::uint8_t awaited = fills_[filling].awaited(on_the_way, at, last);
     if (awaited != on_the_way) seen = std::max(seen, through);
     if (awaited != 0) seen = std::max(seen, last + 1);
     present |= on_the_way ^ awaited;
     on_the_way = awaited;
   }
-  count_access<kClient>(sm, slot, r, present, on_the_way, filling);
-  if (slot != SectorCacheTags::kNone) sm.tags.touch(slot);
-  if (missing != 0) seen = std::max(seen, send_miss(s, sm, filling, r, missing, kClient == kPrefetch, at));
+  count_access<kClient>(slot, r, present, on_the_way, filling);
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  if (missing != 0) seen = std::max(seen, send_miss(filling, r, missing, kClient == kPrefetch, at));
   if (kClient == kNode) {
-    sm.link_pushed = sm.link.take_in_turn(taken, count) + 1;
+    link_pushed_ = link_.take_in_turn(taken, count) + 1;
     const bool in_pipeline = seen == through;
-    if (sm.responses.reserve_run(seen, count, in_pipeline)) {
-      if (in_pipeline) sm.hits.take_in_turn(seen, count);
+    if (responses_.reserve_run(seen, count, in_pipeline)) {
+      if (in_pipeline) hits_.take_in_turn(seen, count);
     } else {
       const Cycle first = seen - (count - 1);
       for (unsigned i = 0; i < count; ++i) {
-        seen = in_pipeline ? sm.responses.reserve_hit(first + i) : sm.responses.reserve_fill(first + i);
-        if (in_pipeline) sm.hits.take(seen);
+        seen = in_pipeline ? responses_.reserve_hit(first + i) : responses_.reserve_fill(first + i);
+        if (in_pipeline) hits_.take(seen);
       }
     }
   }
-  deliver<kClient>(s, sm, r, seen);
+  deliver<kClient>(r, seen);
   return missing != 0 ? Taken::miss : Taken::hit;
 }
 
 template <Client kClient>
-void Machine::count_access(Sm& sm, SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
-                           std::uint8_t on_the_way, std::uint32_t filling) {
-  L1Counters& l1 = sm.l1;
-  L1Counters::ByRegion& region = l1.region[static_cast<std::size_t>(r.region)];
+void L1::count_access(SectorCacheTags::Slot slot, const Request& r, std::uint8_t present, std::uint8_t on_the_way,
+                      std::uint32_t filling) {
+  L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(r.region)];
   const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
-  l1.responses += count;
+  counters_.responses += count;
   if (kClient == kPrefetch) {
-    l1.prefetches += count;
-    l1.prefetches_redundant += hits + awaited;
+    counters_.prefetches += count;
+    counters_.prefetches_redundant += hits + awaited;
     return;
   }
   if ((kClient == kSimt || kClient == kCheckpoint) && r.write) {
@@ -202,52 +254,52 @@ void Machine::count_access(Sm& sm, SectorCacheTags::Slot slot, const Request& r,
     region.hits_on_miss += awaited;
     region.misses += count - hits - awaited;
   }
-  if (slot != SectorCacheTags::kNone) demand(sm, slot, present);
-  if (filling != AddressIndex::kNone) demand(sm, sm.fills[filling], present | on_the_way, on_the_way);
+  if (slot != SectorCacheTags::kNone) demand(slot, present);
+  if (filling != AddressIndex::kNone) demand(fills_[filling], present | on_the_way, on_the_way);
 }
 
-void Machine::demand(Sm& sm, SectorCacheTags::Slot slot, std::uint8_t sectors) {
-  const auto first = static_cast<std::uint8_t>(sm.tags.unused_prefetch(slot) & sectors);
+void L1::demand(SectorCacheTags::Slot slot, std::uint8_t sectors) {
+  const auto first = static_cast<std::uint8_t>(tags_.unused_prefetch(slot) & sectors);
   if (first == 0) return;
-  sm.l1.prefetches_useful += count_of(first);
-  sm.tags.clear_unused_prefetch(slot, first);
+  counters_.prefetches_useful += count_of(first);
+  tags_.clear_unused_prefetch(slot, first);
 }
 
-void Machine::demand(Sm& sm, Fill& fill, std::uint8_t sectors, std::uint8_t awaited) {
-  sm.l1.prefetches_useful += count_of(fill.prefetched & sectors & ~awaited);
-  sm.l1.prefetches_late += count_of(fill.prefetched & awaited);
+void L1::demand(Fill& fill, std::uint8_t sectors, std::uint8_t awaited) {
+  counters_.prefetches_useful += count_of(fill.prefetched & sectors & ~awaited);
+  counters_.prefetches_late += count_of(fill.prefetched & awaited);
   fill.prefetched &= static_cast<std::uint8_t>(~sectors);
 }
 
 // Returns when the answer can be seen.
-Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Request& r, std::uint8_t missing,
-                         bool prefetched, Cycle at) {
+Cycle L1::send_miss(std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched, Cycle at) {
   const unsigned count = count_of(missing);
-  const FastMemory::Trip trip = memory_.access({s, r.line, missing, r.region, r.write}, at + config_.l1.tag_latency);
-  sm.crossed.take(trip.crossed, count);
+  const FastMemory::Trip trip =
+      shared_.memory.access({sm_, r.line, missing, r.region, r.write}, at + config_.tag_latency);
+  crossed_.take(trip.crossed, count);
   if (r.write) {
-    sm.l1.sent_writes += count;
+    counters_.sent_writes += count;
     return trip.seen + 1;
   }
-  sm.l1.sent_reads += count;
-  sm.l1.mshr_cycles += count * (trip.seen - at);
-  sm.l1.miss_latency.add(trip.seen - at, count);
-  sm.mshrs.take(trip.seen, count);
-  if (prefetched) sm.l1.prefetches_fetched += count;
+  counters_.sent_reads += count;
+  counters_.mshr_cycles += count * (trip.seen - at);
+  counters_.miss_latency.add(trip.seen - at, count);
+  mshrs_.take(trip.seen, count);
+  if (prefetched) counters_.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
-    if (sm.free_fills.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
-      const SectorCacheTags::Slot slot = place(sm, r.line, missing, true);
-      if (prefetched) sm.tags.set_unused_prefetch(slot, missing);
+    if (free_fills_.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
+      const SectorCacheTags::Slot slot = place(r.line, missing, true);
+      if (prefetched) tags_.set_unused_prefetch(slot, missing);
       return trip.seen + 1;
     }
-    filling = sm.free_fills.back();
-    sm.free_fills.pop_back();
-    sm.filling.insert(r.line / kSectorBytes, filling);
-    sm.fills[filling].line = r.line;
-    sm.fills[filling].sectors = sm.fills[filling].prefetched = 0;
-    wheel_.add(trip.seen, fills_from_ + s * fills_ + filling);
+    filling = free_fills_.back();
+    free_fills_.pop_back();
+    filling_.insert(r.line / kSectorBytes, filling);
+    fills_[filling].line = r.line;
+    fills_[filling].sectors = fills_[filling].prefetched = 0;
+    shared_.agenda.add(trip.seen, {What::l1_fill, sm_, filling});
   }
-  Fill& fill = sm.fills[filling];
+  Fill& fill = fills_[filling];
   fill.sectors |= missing;
   if (prefetched) fill.prefetched |= missing;
   fill.complete = fill.sectors == missing ? trip.seen : std::max(fill.complete, trip.seen);
@@ -258,64 +310,62 @@ Cycle Machine::send_miss(unsigned s, Sm& sm, std::uint32_t filling, const Reques
 }
 
 // All sectors that were on their way when the first came take their place together.
-void Machine::fill(Cycle now, unsigned s, std::uint32_t number) {
-  Sm& sm = sms_[s];
-  const Fill& fill = sm.fills[number];
-  if (fill.complete > now) return wheel_.add(fill.complete, fills_from_ + s * fills_ + number);
-  const SectorCacheTags::Slot slot = place(sm, fill.line, fill.sectors, true);
-  if (fill.prefetched != 0) sm.tags.set_unused_prefetch(slot, fill.prefetched);
-  sm.filling.erase(fill.line / kSectorBytes);
-  sm.free_fills.push_back(number);
+void L1::fill(Cycle now, std::uint32_t number) {
+  const Fill& fill = fills_[number];
+  if (fill.complete > now) return shared_.agenda.add(fill.complete, {What::l1_fill, sm_, number});
+  const SectorCacheTags::Slot slot = place(fill.line, fill.sectors, true);
+  if (fill.prefetched != 0) tags_.set_unused_prefetch(slot, fill.prefetched);
+  filling_.erase(fill.line / kSectorBytes);
+  free_fills_.push_back(number);
 }
 
-SectorCacheTags::Slot Machine::place(Sm& sm, std::uint64_t line, std::uint8_t sectors, bool timed) {
-  SectorCacheTags::Slot slot = sm.tags.find(line);
+SectorCacheTags::Slot L1::place(std::uint64_t line, std::uint8_t sectors, bool timed) {
+  SectorCacheTags::Slot slot = tags_.find(line);
   if (slot == SectorCacheTags::kNone) {
     SectorCacheTags::Victim victim;
-    slot = sm.tags.insert(line, &victim);
-    if (victim.valid && timed) ++sm.l1.evictions;
-    sm.l1.prefetches_unused += count_of(victim.unused_prefetch);
+    slot = tags_.insert(line, &victim);
+    if (victim.valid && timed) ++counters_.evictions;
+    counters_.prefetches_unused += count_of(victim.unused_prefetch);
   }
-  if (timed) sm.l1.fills += count_of(sectors);
-  sm.tags.set_valid(slot, sectors);
+  if (timed) counters_.fills += count_of(sectors);
+  tags_.set_valid(slot, sectors);
   return slot;
 }
 
 template <Client kClient>
-void Machine::deliver(unsigned s, Sm& sm, const Request& r, Cycle seen) {
+void L1::deliver(const Request& r, Cycle seen) {
   if constexpr (kClient == kNode) {
-    const unsigned entry = lanes_[r.owner].entry;
-    Fetches& fetches = sm.calls[entry].fetches;
-    const unsigned leader = r.owner % kMaxLanes;
-    const Cycle ready = std::max(fetches.ready[leader].at(seen), seen);
-    fetches.ready[leader] = NearCycle(ready);
-    if (!r.last) return;
-    --sm.fetches;
-    sm.leaving.push(sm.link_pushed);
-    sm.rt.memory.fetch_latency.add(ready - fetches.asked[leader].at(ready));
-    for_each_bit(std::exchange(fetches.lanes[leader], 0u), [&](unsigned i) {
-      const Number number = lane_number(s, entry, i);
-      await(sm, number, lanes_[number], ready);
-    });
+    rt_->node_arrives(r.owner, seen, r.last, link_pushed_);
   } else if constexpr (kClient == kCheckpoint) {
-    if (r.write) {
-      ++sm.rt.checkpoint.acknowledged;
-      return;
-    }
-    ++sm.rt.checkpoint.returned;
-    Checkpoints& c = checkpoints_[r.owner];
-    c.seen = std::max(c.seen, seen);
-    if (r.last) wheel_.add(c.seen, r.owner);
+    rt_->checkpoints().answered(r.owner, seen, r.write, r.last);
   } else if constexpr (kClient == kSimt) {
-    Warp& warp = sm.warps[r.owner - warp_number(s, 0)];
-    if (r.write) {
-      warp.stores_seen = std::max(warp.stores_seen, seen);
-      if (--warp.stores_pending == 0 && warp.step == Step::draining) wheel_.add(warp.stores_seen, r.owner);
-      return;
-    }
-    warp.loads_seen = std::max(warp.loads_seen, seen);
-    if (--warp.loads_pending == 0) wheel_.add(loaded(warp, warp.loads_seen), r.owner);
+    simt_->answered(r.owner, seen, r.write);
   }
+}
+
+// What a prefetch brings in here has no mark: the marks are counted.
+void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Region region, bool write) {
+  if (config_.perfect) return;
+  const SectorCacheTags::Slot slot = tags_.find(line);
+  std::uint8_t missing = sectors;
+  if (slot != SectorCacheTags::kNone) {
+    tags_.touch(slot);
+    const auto present = static_cast<std::uint8_t>(sectors & tags_.valid(slot));
+    if (client != kPrefetch) demand(slot, present);
+    if (!write) missing ^= present;
+  }
+  if (missing == 0) return;
+  if (!write) {
+    if (const std::uint32_t filling = filling_.find(line / kSectorBytes); filling != AddressIndex::kNone) {
+      Fill& fill = fills_[filling];
+      const auto on_the_way = static_cast<std::uint8_t>(missing & fill.sectors);
+      if (client != kPrefetch) demand(fill, on_the_way, on_the_way);
+      missing ^= on_the_way;
+      if (missing == 0) return;
+    }
+  }
+  shared_.memory.warm({sm_, line, missing, region, write});
+  if (!write) place(line, missing, false);
 }
 
 }  // namespace grtx::sim::fast

@@ -1,84 +1,122 @@
-// The RT unit in fast mode: calls, the order of warps, and what becomes of a lane's events.
+#include "grtx/rtl_tlm/estimate/fast/fast_rt_unit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <bit>
 #include <utility>
 
+#include "grtx/base/error.h"
 #include "grtx/modules/rt_unit/policies/oldest_first.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_simt.h"
+#include "grtx/rtl_tlm/estimate/fast/lowest_bits.h"
 
 namespace grtx::sim::fast {
 
 using namespace modules;
 using traces::Event;
 using traces::EventKind;
+using traces::NodeKind;
 
-void Machine::accept(Cycle now, unsigned s) {
-  Sm& sm = sms_[s];
-  while (sm.free_entries != 0 && !sm.waiting_calls.empty()) {
-    const unsigned slot = sm.waiting_calls.front();
-    sm.waiting_calls.pop();
-    const auto entry = static_cast<unsigned>(std::countr_zero(sm.free_entries));
-    Warp& warp = sm.warps[slot];
-    warp.entry = entry;
-    const std::uint32_t round = sm.program.round(slot);
-    warp.cursor.seek(*warp.group, round);
-    Call& call = sm.calls[entry];
-    call.slot = static_cast<std::uint16_t>(slot);
-    call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = 0;
+RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
+    : shared_(shared),
+      config_(shared.config.rt),
+      sm_(sm),
+      l1_(l1),
+      simt_(simt),
+      checkpoints_(shared, sm, l1),
+      lanes_(std::size_t{config_.warp_buffer.entries} * kMaxLanes),
+      calls_(config_.warp_buffer.entries),
+      ages_(config_.warp_buffer.entries),
+      cursors_(shared.config.resident_warps),
+      free_entries_(lowest_bits(config_.warp_buffer.entries)),
+      box_(config_.ray_box),
+      leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle : config_.ray_sphere),
+      transform_(config_.ray_transform) {
+  counters_.units = 1;
+  if (config_.sibling_prefetch) prefetcher_.emplace(shared, l1);
+}
+
+void RtUnit::refuse(LaneId id, const char* rule) const {
+  const Call& call = calls_[entry_of(id)];
+  throw Error("trace", fmt::format("group {} lane {} round {}", call.group->index, lane_of(id), call.round), rule);
+}
+
+void RtUnit::call(Cycle now, const TraceCall& call) {
+  waiting_calls_.push(call);
+  accept(now);
+}
+
+void RtUnit::accept(Cycle now) {
+  while (free_entries_ != 0 && !waiting_calls_.empty()) {
+    const TraceCall message = waiting_calls_.front();
+    waiting_calls_.pop();
+    const auto entry = static_cast<unsigned>(std::countr_zero(free_entries_));
+    Call& call = calls_[entry];
     call.fetches.clear(now);
-    const auto before = static_cast<unsigned>(draw() % stride_);  // events of each lane, without time
-    for_each_bit(sm.program.active_lanes(slot), [&](unsigned i) {
-      const auto events = warp.cursor.events(i);
-      if (events.empty()) return;
-      const bool replay = warp.cursor.round(i).replay;
-      const Number number = lane_number(s, entry, i);
-      Lane& lane = lanes_[number];
-      lane.next = events.data();
-      lane.end = events.data() + events.size();
-      lane.depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
-      lane.shaded = lane.settling = false;
-      lane.begins = true;
-      lane.owed = 0;
-      if (records_) records_->begin(number);
-      if (header_.checkpoint) begin_checkpoints(s, slot, i, round, number, replay);
-      warm(number, lane, sm, call, before);
-      if (lane.next != lane.end) call.active |= bit(i);
-    });
-    call.ready = call.active;
+    begin(call, entry, message);
     call.accepted = call.since = call.selected = now;
     call.wait = call.ready != 0 ? WarpWait::ready : WarpWait::retire;
-    count_stall(wheel_.now(), sm);
-    sm.free_entries &= ~bit(entry);
-    if (sm.occupied == 0) sm.oldest = entry;
-    sm.occupied |= bit(entry);
-    sm.ages[entry] = next_age_++;
-    ++sm.rt.warp_buffer.calls;
+    count_stall(shared_.agenda.now());
+    free_entries_ &= ~bit(entry);
+    if (occupied_ == 0) oldest_ = entry;
+    occupied_ |= bit(entry);
+    ages_[entry] = next_age_++;
+    ++counters_.warp_buffer.calls;
     if (call.ready != 0) {
-      sm.ready |= bit(entry);
-      select_soon(now, s, sm);
+      ready_ |= bit(entry);
+      select_soon(now);
     } else {
-      retire(now, s, entry);
+      retire(now, entry);
     }
   }
 }
 
-void Machine::retire(Cycle now, unsigned s, unsigned entry) {
-  Sm& sm = sms_[s];
-  Call& call = sm.calls[entry];
-  count_stall(wheel_.now() + 1, sm);
-  count_wait(now + 1, sm, call);
+void RtUnit::begin(Call& call, unsigned entry, const TraceCall& message) {
+  RoundCursor& cursor = cursors_[message.slot];
+  cursor.seek(*message.group, message.round);
+  call.group = message.group;
+  call.round = message.round;
+  call.slot = message.slot;
+  call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = 0;
+  const auto before = static_cast<unsigned>(shared_.draw() % shared_.stride);  // events of each lane, without time
+  for_each_bit(message.lanes, [&](unsigned i) {
+    const auto events = cursor.events(i);
+    if (events.empty()) return;
+    const bool replay = cursor.round(i).replay;
+    const LaneId id = lane_id(entry, i);
+    Lane& lane = lanes_[id];
+    lane.next = events.data();
+    lane.end = events.data() + events.size();
+    lane.depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
+    lane.shaded = lane.settling = false;
+    lane.begins = true;
+    lane.owed = 0;
+    if (prefetcher_) prefetcher_->begin_lane(id);
+    if (shared_.header.checkpoint) checkpoints_.begin(id, message.slot, message.round, replay, events);
+    warm(id, lane, call, before);
+    if (lane.next != lane.end) call.active |= bit(i);
+  });
+  call.ready = call.active;
+}
+
+void RtUnit::retire(Cycle now, unsigned entry) {
+  Call& call = calls_[entry];
+  count_stall(shared_.agenda.now() + 1);
+  count_wait(now + 1, call);
   const Cycle left = std::max(now + 1, call.since);
-  sm.rt.warp_buffer.occupancy_integral += left - call.accepted;
-  sm.rt.warp_buffer.warp_latency.add(left - call.accepted);
-  sm.free_entries |= bit(entry);
-  sm.occupied &= ~bit(entry);
-  if (sm.occupied != 0) sm.oldest = OldestFirst::oldest(sm.occupied, sm.ages);
-  wheel_.add(now + 1 + config_.sm_links.message_latency, warp_number(s, call.slot));
-  if (!sm.waiting_calls.empty()) accept(now + 1, s);
+  counters_.warp_buffer.occupancy_integral += left - call.accepted;
+  counters_.warp_buffer.warp_latency.add(left - call.accepted);
+  free_entries_ |= bit(entry);
+  occupied_ &= ~bit(entry);
+  if (occupied_ != 0) oldest_ = OldestFirst::oldest(occupied_, ages_);
+  shared_.agenda.add(now + 1 + shared_.config.sm_links.message_latency, {What::warp, sm_, call.slot});
+  if (!waiting_calls_.empty()) accept(now + 1);
 }
 
 /// To be called when the lanes' states have changed. What is under way counts as waiting for memory until it has been
 /// tested.
-void Machine::count_wait(Cycle now, Sm& sm, Call& call) {
+void RtUnit::count_wait(Cycle now, Call& call) {
   WarpWait wait = WarpWait::retire;
   if (call.ready != 0) {
     wait = WarpWait::ready;
@@ -90,230 +128,246 @@ void Machine::count_wait(Cycle now, Sm& sm, Call& call) {
     wait = WarpWait::any_hit;
   }
   if (now > call.since) {
-    sm.rt.warp_buffer.warp_cycles[static_cast<std::size_t>(call.wait)] += now - call.since;
+    counters_.warp_buffer.warp_cycles[static_cast<std::size_t>(call.wait)] += now - call.since;
     call.since = now;
   }
   call.wait = wait;
 }
 
 /// To be called before the state of the unit changes: no cycle before `until` that is not counted yet had a selection.
-void Machine::count_stall(Cycle until, Sm& sm) {
-  if (until <= sm.accounted) return;
+void RtUnit::count_stall(Cycle until) {
+  if (until <= accounted_) return;
   Stall reason = Stall::retire;
-  if (sm.occupied == 0) {
+  if (occupied_ == 0) {
     reason = Stall::empty;
-  } else if (sm.ready != 0) {
+  } else if (ready_ != 0) {
     reason = Stall::queue_full;
   } else {
-    const WarpWait wait = sm.calls[sm.oldest].wait;
+    const WarpWait wait = calls_[oldest_].wait;
     if (wait == WarpWait::memory) reason = Stall::memory;
     if (wait == WarpWait::checkpoint) reason = Stall::checkpoint;
     if (wait == WarpWait::any_hit) reason = Stall::any_hit;
   }
-  sm.rt.scheduler.stall[static_cast<std::size_t>(reason)] += until - sm.accounted;
-  sm.accounted = until;
-  sm.last_stall = reason;
+  counters_.scheduler.stall[static_cast<std::size_t>(reason)] += until - accounted_;
+  accounted_ = until;
+  last_stall_ = reason;
 }
 
 /// The lane's next event waits for its warp's turn.
-void Machine::make_ready(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call) {
-  if (sm.ready == 0) count_stall(now + 1, sm);
-  sm.ready |= bit(lane.entry);
+void RtUnit::make_ready(Cycle now, LaneId id, Call& call) {
+  if (ready_ == 0) count_stall(now + 1);
+  ready_ |= bit(entry_of(id));
   if (call.ready != 0) {
-    call.ready |= lane_bit(number);
+    call.ready |= lane_bit(id);
     return;
   }
-  call.ready = lane_bit(number);
-  count_wait(now + 1, sm, call);
-  select_soon(now, lane.sm, sm);
+  call.ready = lane_bit(id);
+  count_wait(now + 1, call);
+  select_soon(now);
 }
 
-Cycle Machine::room_from(Cycle now, Sm& sm) const {
-  while (!sm.leaving.empty() && sm.leaving.front() <= now) sm.leaving.pop();
-  const std::size_t fills = sm.fetches + sm.leaving.size() + kMaxLanes;
-  if (fills <= config_.rt.memory.queue) return now;
-  const std::size_t to_leave = fills - config_.rt.memory.queue;
-  return to_leave <= sm.leaving.size() ? sm.leaving[to_leave - 1] : kNever;
+Cycle RtUnit::room_from(Cycle now) {
+  while (!leaving_.empty() && leaving_.front() <= now) leaving_.pop();
+  const std::size_t fills = fetches_ + leaving_.size() + kMaxLanes;
+  if (fills <= config_.memory.queue) return now;
+  const std::size_t to_leave = fills - config_.memory.queue;
+  return to_leave <= leaving_.size() ? leaving_[to_leave - 1] : kNever;
 }
 
-void Machine::select_soon(Cycle now, unsigned s, Sm& sm) {
-  if (sm.select_timed) return;
-  const Cycle from = room_from(now + 1, sm);
+void RtUnit::select_soon(Cycle now) {
+  if (select_timed_) return;
+  const Cycle from = room_from(now + 1);
   if (from == kNever) return;
-  sm.select_timed = true;
-  wheel_.add(from, selects_from_ + s);
+  select_timed_ = true;
+  shared_.agenda.add(from, {What::selection, sm_, 0});
 }
 
 /// One warp a cycle: all its lanes that are ready.
-void Machine::select(Cycle now, unsigned s) {
-  Sm& sm = sms_[s];
-  sm.select_timed = false;
-  if (sm.ready == 0) return;
-  if (room_from(now, sm) != now) return select_soon(now, s, sm);
-  count_stall(now, sm);
-  if (sm.accounted > now) --sm.rt.scheduler.stall[static_cast<std::size_t>(sm.last_stall)];  // it is none after all
-  sm.accounted = now + 1;
-  const unsigned entry = selection_->select(sm.ready, sm.ages);
-  Call& call = sm.calls[entry];
+void RtUnit::select(Cycle now) {
+  select_timed_ = false;
+  if (ready_ == 0) return;
+  if (room_from(now) != now) return select_soon(now);
+  count_stall(now);
+  if (accounted_ > now) --counters_.scheduler.stall[static_cast<std::size_t>(last_stall_)];  // it is none after all
+  accounted_ = now + 1;
+  const unsigned entry = shared_.selection->select(ready_, ages_);
+  Call& call = calls_[entry];
   const LaneMask lanes = call.ready;
-  RtScheduler::Counters& counters = sm.rt.scheduler;
-  ++counters.selections;
-  counters.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
-  counters.lanes_active += static_cast<unsigned>(std::popcount(call.active));
+  ++counters_.scheduler.selections;
+  counters_.scheduler.lanes_handled += static_cast<unsigned>(std::popcount(lanes));
+  counters_.scheduler.lanes_active += static_cast<unsigned>(std::popcount(call.active));
   call.ready = 0;
-  sm.ready &= ~bit(entry);
-  requests_.begin();
-  const bool idle = sm.ports[kNode].queue.empty();
-  if (idle) sm.ports[kNode].next = std::max(sm.ports[kNode].next, now + 2);
+  ready_ &= ~bit(entry);
+  if (prefetcher_) prefetcher_->begin_warp();
+  const bool idle = l1_.idle(kNode);
+  if (idle) l1_.hold(kNode, now + 2);
   LaneMask timed = lanes;
-  if (stride_ > 1) {
+  if (shared_.stride > 1) {
     const Cycle apart = now - std::exchange(call.selected, now);
     for_each_bit(lanes, [&](unsigned i) {
-      const Number number = lane_number(s, entry, i);
-      Lane& lane = lanes_[number];
-      if (warm_up_to_next(now, number, lane, sm, call, apart)) return;
+      const LaneId id = lane_id(entry, i);
+      Lane& lane = lanes_[id];
+      if (warm_up_to_next(now, id, lane, call, apart)) return;
       timed &= ~bit(i);
-      settled(now, number, lane, sm, call);
+      settled(now, id, lane, call);
     });
   }
   for_each_bit(timed, [&](unsigned i) {
-    const Number number = lane_number(s, entry, i);
-    handle(now, number, lanes_[number], sm, call);
+    const LaneId id = lane_id(entry, i);
+    handle(now, id, lanes_[id], call);
   });
-  if ((sm.occupied & bit(entry)) != 0) count_wait(now, sm, call);
-  if (idle) serve(now, s);
-  if (sm.ready != 0) select_soon(now, s, sm);
+  if ((occupied_ & bit(entry)) != 0) count_wait(now, call);
+  if (idle) l1_.serve(now);
+  if (ready_ != 0) select_soon(now);
 }
 
-void Machine::handle(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
+void RtUnit::handle(Cycle now, LaneId id, Lane& lane, Call& call) {
   const Event event = *lane.next;
   switch (event.kind()) {
     case EventKind::visit_internal:
-      return fetch(now, number, lane, sm, call, visit(number, event, sm, call));
+      return fetch(now, id, lane, call, visit(id, event, call));
     case EventKind::visit_instance:
     case EventKind::visit_leaf:
-      fetch(now, number, lane, sm, call, visit(number, event, sm, call));
-      if (!records_) return;
-      if (const Siblings siblings = records_->take(number, group_of(lane), event.node); siblings.mask != 0) {
-        prefetch_siblings(now, lane, sm, siblings);
-      }
+      fetch(now, id, lane, call, visit(id, event, call));
+      if (prefetcher_) prefetcher_->note_leaf(now, id, *call.group, event.node);
       return;
     case EventKind::cull:
-      ++sm.rt.scheduler.culls;
-      return complete(now, number, lane, EventEffect(event), sm, call);
+      ++counters_.scheduler.culls;
+      return complete(now, id, lane, EventEffect(event), call);
     default:
-      if (!header_.checkpoint) refuse(number, kRuleReplayNeedsCheckpoints);
-      if (read_checkpoint(now, number)) return replay(now, number, lane, sm, call);
-      call.checkpointing |= lane_bit(number);
+      if (!shared_.header.checkpoint) refuse(id, kRuleReplayNeedsCheckpoints);
+      if (checkpoints_.read(now, id)) return replay(now, id, lane, call);
+      call.checkpointing |= lane_bit(id);
   }
 }
 
 /// The source entry is there.
-void Machine::replay(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
+void RtUnit::replay(Cycle now, LaneId id, Lane& lane, Call& call) {
   const Event event = *lane.next;
-  ++(event.kind() == EventKind::replay_take ? sm.rt.scheduler.replay_takes : sm.rt.scheduler.replay_forwards);
-  complete(now, number, lane, EventEffect(event), sm, call);
+  RtScheduler::Counters& counters = counters_.scheduler;
+  ++(event.kind() == EventKind::replay_take ? counters.replay_takes : counters.replay_forwards);
+  complete(now, id, lane, EventEffect(event), call);
 }
 
 /// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
-void Machine::lane_event(Cycle now, Number number, Lane& lane) {
-  Sm& sm = sms_[lane.sm];
-  Call& call = sm.calls[lane.entry];
-  if (lane.settling) return settled(now, number, lane, sm, call);
+void RtUnit::lane_event(Cycle now, LaneId id) {
+  Lane& lane = lanes_[id];
+  Call& call = call_of(id);
+  if (lane.settling) return settled(now, id, lane, call);
   const Event event = *lane.next;
   const EventEffect effect(event);
   if (effect.replays()) {
-    call.checkpointing &= ~lane_bit(number);
-    return replay(now, number, lane, sm, call);
+    call.checkpointing &= ~lane_bit(id);
+    return replay(now, id, lane, call);
   }
   if (lane.shaded) {
     lane.shaded = false;
-    call.in_any_hit &= ~lane_bit(number);
-    end_event(now, number, lane, 0, sm, call);
-    if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, lane.sm, lane.entry);
+    call.in_any_hit &= ~lane_bit(id);
+    end_event(now, id, lane, 0, call);
+    if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, entry_of(id));
     return;
   }
-  if (event.kind() == EventKind::visit_internal && records_) {
-    records_->note(number, group_of(lane), event.node, event.pushed());
+  if (event.kind() == EventKind::visit_internal && prefetcher_) {
+    prefetcher_->note_internal(id, *call.group, event.node, event.pushed());
   }
-  if (!effect.calls_any_hit()) return complete(now, number, lane, effect, sm, call);
-  move_stack(number, lane, effect, sm);
+  if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);
+  move_stack(id, lane, effect);
   lane.shaded = true;
-  any_hit_arrives(now, number, lane, sm, call);
+  any_hit_arrives(now, id, call);
 }
 
-void Machine::complete(Cycle now, Number number, Lane& lane, const EventEffect& effect, Sm& sm, Call& call) {
-  move_stack(number, lane, effect, sm);
-  end_event(now, number, lane, effect.checkpoints(), sm, call);
+void RtUnit::complete(Cycle now, LaneId id, Lane& lane, const EventEffect& effect, Call& call) {
+  move_stack(id, lane, effect);
+  end_event(now, id, lane, effect.checkpoints(), call);
 }
 
-void Machine::end_event(Cycle now, Number number, Lane& lane, unsigned checkpoints, Sm& sm, Call& call) {
+void RtUnit::end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {
   ++lane.next;
-  if (header_.checkpoint) {
-    const Cycle taken = write_checkpoints(now, number, checkpoints, lane.next == lane.end);
+  if (shared_.header.checkpoint) {
+    const Cycle taken = checkpoints_.write(now, id, checkpoints, lane.next == lane.end);
     if (taken > now) {
       lane.settling = true;
-      call.checkpointing |= lane_bit(number);
-      wheel_.add(taken, number);
+      call.checkpointing |= lane_bit(id);
+      shared_.agenda.add(taken, {What::lane, sm_, id});
       return;
     }
   } else if (checkpoints != 0) {
-    refuse(number, kRuleEntriesNeedCheckpoints);
+    refuse(id, kRuleEntriesNeedCheckpoints);
   }
-  settled(now, number, lane, sm, call);
+  settled(now, id, lane, call);
 }
 
-void Machine::settled(Cycle now, Number number, Lane& lane, Sm& sm, Call& call) {
+void RtUnit::settled(Cycle now, LaneId id, Lane& lane, Call& call) {
   if (lane.settling) {
     lane.settling = false;
-    call.checkpointing &= ~lane_bit(number);
+    call.checkpointing &= ~lane_bit(id);
   }
-  if (lane.end - lane.next <= lane.owed) warm(number, lane, sm, call, lane.owed);
-  if (lane.next != lane.end) return make_ready(now, number, lane, sm, call);
-  call.active &= ~lane_bit(number);
+  if (lane.end - lane.next <= lane.owed) warm(id, lane, call, lane.owed);
+  if (lane.next != lane.end) return make_ready(now, id, call);
+  call.active &= ~lane_bit(id);
   if (call.active == 0) {
-    retire(now, lane.sm, lane.entry);
+    retire(now, entry_of(id));
   } else if (call.waiting_any_hit != 0) {
-    consider_any_hit(now, lane.sm, lane.entry);
+    consider_any_hit(now, entry_of(id));
   }
 }
 
-void Machine::any_hit_arrives(Cycle now, Number number, const Lane& lane, Sm& sm, Call& call) {
-  ++sm.rt.scheduler.any_hit_calls;
+void RtUnit::any_hit_arrives(Cycle now, LaneId id, Call& call) {
+  ++counters_.scheduler.any_hit_calls;
   if (call.waiting_any_hit == 0) call.any_hit_since = now;
-  call.waiting_any_hit |= lane_bit(number);
-  if (call.wait == WarpWait::memory) count_wait(now, sm, call);
-  consider_any_hit(now, lane.sm, lane.entry);
+  call.waiting_any_hit |= lane_bit(id);
+  if (call.wait == WarpWait::memory) count_wait(now, call);
+  consider_any_hit(now, entry_of(id));
 }
 
-void Machine::consider_any_hit(Cycle now, unsigned s, unsigned entry) {
-  Call& call = sms_[s].calls[entry];
+void RtUnit::consider_any_hit(Cycle now, unsigned entry) {
+  Call& call = calls_[entry];
   if (call.in_any_hit != 0) return;
-  const Cycle due = call.any_hit_since + config_.rt.any_hit.timeout;
-  if (call.waiting_any_hit == call.active || due <= now) return fire(now, s, entry);
+  const Cycle due = call.any_hit_since + config_.any_hit.timeout;
+  if (call.waiting_any_hit == call.active || due <= now) return fire(now, entry);
   if (call.timing) return;
   call.timing = true;
-  wheel_.add(due, timers_from_ + s * entries_ + entry);
+  shared_.agenda.add(due, {What::any_hit_timer, sm_, entry});
 }
 
-void Machine::fire(Cycle now, unsigned s, unsigned entry) {
-  Sm& sm = sms_[s];
-  Call& call = sm.calls[entry];
-  Warp& warp = sm.warps[call.slot];
+void RtUnit::any_hit_due(Cycle now, unsigned entry) {
+  calls_[entry].timing = false;
+  if (calls_[entry].waiting_any_hit != 0) consider_any_hit(now, entry);
+}
+
+void RtUnit::fire(Cycle now, unsigned entry) {
+  Call& call = calls_[entry];
   AnyHitBatch batch;
   batch.slot = call.slot;
-  batch.round = sm.program.round(call.slot);
-  for_each_bit(call.waiting_any_hit, [&](unsigned i) { add_lane(batch, i, *lanes_[lane_number(s, entry, i)].next); });
-  AnyHitCollector::Counters& counters = sm.rt.any_hit;
+  batch.round = call.round;
+  for_each_bit(call.waiting_any_hit, [&](unsigned i) { add_lane(batch, i, *lanes_[lane_id(entry, i)].next); });
+  AnyHitCollector::Counters& counters = counters_.any_hit;
   ++counters.batches;
   counters.lanes += static_cast<unsigned>(std::popcount(batch.lanes));
   if (batch.lanes != call.active) ++counters.timeouts;
   counters.wait_cycles += now - call.any_hit_since;
-  call.in_any_hit = warp.service_lanes = batch.lanes;
+  call.in_any_hit = batch.lanes;
   call.waiting_any_hit = 0;
-  warp.in_service = true;
-  any_hit(sm, batch, sm.timed_any_hits);
-  load(now + config_.sm_links.message_latency, s, call.slot);
+  simt_.serve(now + shared_.config.sm_links.message_latency, entry, batch);
+}
+
+void RtUnit::any_hit_done(Cycle seen, unsigned entry, LaneMask lanes) {
+  for_each_bit(lanes, [&](unsigned i) { shared_.agenda.add(seen, {What::lane, sm_, lane_id(entry, i)}); });
+}
+
+void RtUnit::advance(Cycle now) {
+  for (IntersectionPipelines* unit : {&box_, &leaf_, &transform_}) unit->advance(now);
+  checkpoints_.advance(now);
+}
+
+RtUnitCounters RtUnit::counters() const {
+  RtUnitCounters counters = counters_;
+  counters.ray_box = box_.counters();
+  (shared_.traffic.leaf_kind() == NodeKind::triangle ? counters.ray_triangle : counters.ray_sphere) = leaf_.counters();
+  counters.ray_transform = transform_.counters();
+  counters.checkpoint = checkpoints_.counters();
+  if (prefetcher_) counters.prefetch = prefetcher_->counters();
+  return counters;
 }
 
 }  // namespace grtx::sim::fast

@@ -1,0 +1,60 @@
+#include "grtx/rtl_tlm/estimate/fast/fast_prefetcher.h"
+
+#include <bit>
+
+namespace grtx::sim::fast {
+
+using namespace modules;
+using traces::NodeKind;
+
+Prefetcher::Prefetcher(Shared& shared, L1& l1)
+    : shared_(shared),
+      l1_(l1),
+      records_(std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes, shared.config.rt.prefetcher.records,
+               shared.traffic) {}
+
+void Prefetcher::prefetch(Cycle now, const traces::RayGroup& group, const Siblings& siblings) {
+  ++counters_.triggers;
+  const bool idle = l1_.idle(kPrefetch);
+  const unsigned fresh = requests_.fresh(siblings);
+  counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
+  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
+    push(kind, std::uint64_t{child} * traces::kNodeUnit);
+  });
+  if (idle) l1_.serve(now);
+}
+
+void Prefetcher::push(NodeKind kind, std::uint64_t address) {
+  if (l1_.waits(kPrefetch, address)) {
+    ++counters_.merged;
+    return;
+  }
+  if (l1_.timed(kPrefetch) >= shared_.config.rt.prefetcher.queue) {
+    ++counters_.dropped;
+    return;
+  }
+  ++counters_.nodes;
+  const SectorRun run{address, shared_.traffic.sectors(kind), shared_.traffic.region(kind, address)};
+  counters_.sectors += run.sectors;
+  counters_.responses += run.sectors;
+  l1_.push(kPrefetch, 0, run, false, true);
+}
+
+// Siblings in one line are one access.
+void Prefetcher::warm(const traces::NodeDefinition& node, unsigned siblings) {
+  std::uint64_t line = 0;
+  std::uint8_t sectors = 0;
+  Region region{};
+  records_.for_each_child(node, siblings, [&](NodeKind kind, std::uint32_t child) {
+    const std::uint64_t begin = std::uint64_t{child} * traces::kNodeUnit;
+    region = shared_.traffic.region(kind, begin);
+    l1_.for_each_line({begin, shared_.traffic.sectors(kind)}, l1_.sectors(), [&](std::uint64_t at, std::uint8_t mask) {
+      if (at != line && sectors != 0) l1_.warm(kPrefetch, line, sectors, region, false);
+      sectors = at == line ? static_cast<std::uint8_t>(sectors | mask) : mask;
+      line = at;
+    });
+  });
+  if (sectors != 0) l1_.warm(kPrefetch, line, sectors, region, false);
+}
+
+}  // namespace grtx::sim::fast

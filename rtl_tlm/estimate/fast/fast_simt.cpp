@@ -1,0 +1,246 @@
+#include "grtx/rtl_tlm/estimate/fast/fast_simt.h"
+
+#include <bit>
+#include <utility>
+
+#include "grtx/rtl_tlm/estimate/fast/distributor.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_rt_unit.h"
+
+namespace grtx::sim::fast {
+
+using namespace modules;
+
+namespace {
+
+constexpr WarpActivity executing(PhaseKind kind) {
+  if (kind == PhaseKind::blend) return WarpActivity::blend;
+  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
+  return WarpActivity::raygen;
+}
+
+}  // namespace
+
+Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distributor)
+    : shared_(shared),
+      sm_(sm),
+      l1_(l1),
+      rt_(rt),
+      distributor_(distributor),
+      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident_warps),
+      issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency),
+      warps_(shared.config.resident_warps) {}
+
+void Simt::launch(Cycle seen, unsigned slot, const traces::RayGroup& group) {
+  Warp& warp = warps_[slot];
+  warp.group = &group;
+  program_.begin(slot, group);
+  warp.activity = WarpActivity::raygen;
+  warp.since = seen;
+  warp.step = Step::launched;
+  add(seen, slot);
+}
+
+void Simt::enter(Cycle now, Warp& warp, WarpActivity activity) {
+  counters_.warp_cycles[static_cast<std::size_t>(warp.activity)] += now - warp.since;
+  warp.activity = activity;
+  warp.since = now;
+}
+
+template <typename F>
+void Simt::for_each_line(const std::vector<SectorAccess>& sectors, F&& f) const {
+  const SectorCacheTags& tags = l1_.tags();
+  for (std::size_t i = 0; i < sectors.size();) {
+    const std::uint64_t line = tags.line_address(sectors[i].address);
+    const Region region = sectors[i].region;
+    std::uint8_t mask = 0;
+    for (; i < sectors.size() && sectors[i].region == region && tags.line_address(sectors[i].address) == line; ++i) {
+      const std::uint8_t b = tags.sector_bit(sectors[i].address);
+      if ((mask & b) != 0 || static_cast<unsigned>(std::popcount(mask)) == l1_.largest()) break;
+      mask |= b;
+    }
+    f(line, mask, region);
+  }
+}
+
+void Simt::start(Cycle now, unsigned slot, Step step) {
+  warps_[slot].step = step;
+  switch (step) {
+    case Step::prologue:
+      program_.prologue(slot, shared_.phase);
+      break;
+    case Step::evict_move:
+      program_.evict_move(slot, shared_.phase);
+      break;
+    case Step::trace_call:
+      program_.trace_call(slot, shared_.phase);
+      break;
+    case Step::sort:
+      program_.sort(slot, shared_.phase);
+      break;
+    case Step::blend:
+      program_.blend(slot, shared_.phase);
+      break;
+    default:
+      program_.epilogue(slot, shared_.phase);
+  }
+  load(now, slot);
+}
+
+void Simt::load(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  warp.kind = shared_.phase.kind;
+  warp.instructions = shared_.phase.instructions;
+  warp.stores.swap(shared_.phase.stores);
+  warp.loads_seen = 0;
+  warp.shortened =
+      shared_.stride > 1 && warp.kind != PhaseKind::any_hit;  // any-hit shaders of other events are not timed
+  if (shared_.phase.loads.empty()) return issue(now, slot);
+  enter(now, warp, WarpActivity::memory);
+  warp.loading = true;
+  warp.loads_from = now;
+  warp.loads_timed = 0;
+  const bool idle = l1_.idle(kSimt);
+  const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
+  for_each_line(shared_.phase.loads, [&](std::uint64_t line, std::uint8_t mask, Region region) {
+    if (warp.shortened && !shared_.chosen(line, key)) return l1_.warm(kSimt, line, mask, region, false);
+    counters_.memory.loads[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
+    ++warp.loads_pending;
+    ++warp.loads_timed;
+    l1_.push(kSimt, {line, slot, mask, region, false, true});
+  });
+  if (warp.loads_timed == 0) return add(now + shared_.usual_wait / (16 * shared_.stride), slot);
+  if (idle) l1_.serve(now);
+}
+
+// What the requests of a shortened phase take one after the other is as much less than a whole one's as there are fewer
+// of them; the rest of its wait is not.
+Cycle Simt::loaded(const Warp& warp, Cycle seen) {
+  if (!warp.shortened) return seen;
+  const Cycle wait = seen - std::min(seen, warp.loads_from);
+  shared_.usual_wait += wait - shared_.usual_wait / 16;
+  const Cycle in_turn = std::min<Cycle>(wait, warp.loads_timed);
+  return warp.loads_from + in_turn + (wait - in_turn) / shared_.stride;
+}
+
+void Simt::issue(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  enter(now, warp, executing(warp.kind));
+  counters_.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
+  ++counters_.phases[static_cast<std::size_t>(warp.kind)];
+  if (!warp.shortened) return add(issue_.reserve(slot, warp.instructions, now), slot);
+  shared_.instructions_left += warp.instructions;
+  const Cycle latency = shared_.config.simt.instruction_latency;
+  const Cycle issued = issue_.reserve(slot, shared_.instructions_left / shared_.stride, now) - latency;
+  shared_.instructions_left %= shared_.stride;
+  add(issued + latency / shared_.stride, slot);
+}
+
+void Simt::store(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  if (warp.stores.empty()) return;
+  const bool idle = l1_.idle(kSimt);
+  const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
+  for_each_line(warp.stores, [&](std::uint64_t line, std::uint8_t mask, Region region) {
+    if (warp.shortened && !shared_.chosen(line, key)) return l1_.warm(kSimt, line, mask, region, true);
+    counters_.memory.stores[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
+    ++warp.stores_pending;
+    l1_.push(kSimt, {line, slot, mask, region, true, true});
+  });
+  warp.stores.clear();
+  if (idle && !l1_.idle(kSimt)) l1_.serve(now);
+}
+
+void Simt::warp_event(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  if (std::exchange(warp.loading, false)) return issue(now, slot);
+  if (warp.in_service) return service_ends(now, slot);
+  if (warp.step != Step::tracing && warp.step != Step::draining) store(now, slot);
+  switch (warp.step) {
+    case Step::launched:
+      start(now, slot, Step::prologue);
+      break;
+    case Step::prologue:
+    case Step::blend:
+      if (program_.active_lanes(slot) == 0) {
+        start(now, slot, Step::epilogue);
+      } else {
+        start(now, slot, program_.moves_evictions() ? Step::evict_move : Step::trace_call);
+      }
+      break;
+    case Step::evict_move:
+      start(now, slot, Step::trace_call);
+      break;
+    case Step::trace_call:
+      warp.step = Step::tracing;
+      enter(now, warp, WarpActivity::trace);
+      rt_.call(now + shared_.config.sm_links.message_latency,
+               {warp.group, program_.round(slot), static_cast<std::uint16_t>(slot), program_.active_lanes(slot)});
+      break;
+    case Step::tracing:
+    case Step::sort:
+      start(now, slot, program_.sorts(slot) ? Step::sort : Step::blend);
+      break;
+    case Step::epilogue:
+      warp.step = Step::draining;
+      enter(now, warp, WarpActivity::drain);
+      if (warp.stores_pending == 0) add(std::max(now, warp.stores_seen), slot);
+      break;
+    case Step::draining:
+      enter(now, warp, warp.activity);
+      ++counters_.warps;
+      distributor_.ended(now, sm_, slot);
+  }
+}
+
+void Simt::service_ends(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  warp.in_service = false;
+  enter(now, warp, WarpActivity::trace);
+  store(now, slot);
+  rt_.any_hit_done(now + 1 + shared_.config.sm_links.message_latency, warp.entry, warp.service_lanes);
+}
+
+void Simt::answered(std::uint32_t slot, Cycle seen, bool write) {
+  Warp& warp = warps_[slot];
+  if (write) {
+    warp.stores_seen = std::max(warp.stores_seen, seen);
+    if (--warp.stores_pending == 0 && warp.step == Step::draining) add(warp.stores_seen, slot);
+    return;
+  }
+  warp.loads_seen = std::max(warp.loads_seen, seen);
+  if (--warp.loads_pending == 0) add(loaded(warp, warp.loads_seen), slot);
+}
+
+void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
+  Warp& warp = warps_[batch.slot];
+  warp.entry = entry;
+  warp.service_lanes = batch.lanes;
+  warp.in_service = true;
+  run_any_hit(batch, timed_any_hits_);
+  load(now, batch.slot);
+}
+
+void Simt::warm_any_hit(const AnyHitBatch& batch) {
+  run_any_hit(batch, warming_any_hits_);
+  for (const SectorAccess& sector : shared_.phase.loads) l1_.warm(kSimt, sector, false);
+  for (const SectorAccess& sector : shared_.phase.stores) l1_.warm(kSimt, sector, true);
+}
+
+void Simt::run_any_hit(const AnyHitBatch& batch, AnyHitWork& counted) {
+  const ShaderCounters& counters = program_.counters();
+  const std::uint64_t loads = counters.load_instructions, stores = counters.store_instructions;
+  program_.any_hit(batch, shared_.phase);
+  ++counted.batches;
+  counted.loads += counters.load_instructions - loads;
+  counted.stores += counters.store_instructions - stores;
+}
+
+SimtCounters Simt::counters() const {
+  SimtCounters counters = counters_;
+  counters.issue_busy_cycles = issue_.busy_cycles();
+  counters.issue_wait_cycles = issue_.wait_cycles();
+  counters.shader = program_.counters();
+  return counters;
+}
+
+}  // namespace grtx::sim::fast

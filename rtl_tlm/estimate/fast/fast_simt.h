@@ -1,0 +1,100 @@
+// The SIMT core of an SM in fast mode: the phases of the shaders, each of which loads, computes and stores.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/issue_slots.h"
+#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
+#include "grtx/rtl_tlm/estimate/fast/timed_share.h"
+
+namespace grtx::sim::fast {
+
+class Distributor;
+class RtUnit;
+
+class Simt {
+ public:
+  Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distributor);
+  Simt(const Simt&) = delete;
+
+  /// A warp comes to a free slot in cycle `seen`.
+  void launch(Cycle seen, unsigned slot, const traces::RayGroup& group);
+  /// The RT unit calls the any-hit shader, for lanes of the warp in an entry of its buffer.
+  void serve(Cycle now, unsigned entry, const modules::AnyHitBatch& batch);
+  /// The same without time.
+  void warm_any_hit(const modules::AnyHitBatch& batch);
+
+  // ---- Events
+  /// The warp's loads are there, its phase has been executed, its call has left the RT unit, or its stores are done.
+  void warp_event(Cycle now, unsigned slot);
+  /// The L1 has answered a request of the warp.
+  void answered(std::uint32_t slot, Cycle seen, bool write);
+
+  const AnyHitWork& timed_any_hits() const { return timed_any_hits_; }
+  const AnyHitWork& warming_any_hits() const { return warming_any_hits_; }
+  modules::SimtCounters counters() const;
+
+ private:
+  enum class Step : std::uint8_t {
+    launched,
+    prologue,
+    evict_move,
+    trace_call,
+    tracing,
+    sort,
+    blend,
+    epilogue,
+    draining
+  };
+
+  struct Warp {
+    const traces::RayGroup* group = nullptr;
+    Step step = Step::prologue;
+    bool loading = false;     ///< the present phase's loads are on the way
+    bool in_service = false;  ///< runs the any-hit shader
+    LaneMask service_lanes = 0;
+    unsigned entry = 0;  ///< of the warp buffer, of these
+    modules::PhaseKind kind{};
+    modules::WarpActivity activity{};
+    Cycle since = 0;  ///< of the activity
+    std::uint64_t instructions = 0;
+    std::vector<modules::SectorAccess> stores;
+    std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
+    Cycle loads_seen = 0, stores_seen = 0;
+    // Of a phase in which one in so many requests takes time, and everything as much less of it.
+    bool shortened = false;
+    Cycle loads_from = 0;
+    std::uint32_t loads_timed = 0;  ///< requests
+  };
+
+  void start(Cycle now, unsigned slot, Step step);
+  void load(Cycle now, unsigned slot);
+  void issue(Cycle now, unsigned slot);
+  void store(Cycle now, unsigned slot);
+  void service_ends(Cycle now, unsigned slot);
+  void enter(Cycle now, Warp& warp, modules::WarpActivity activity);
+  /// When the phase has what it loads, of which the last is there in cycle `seen`.
+  Cycle loaded(const Warp& warp, Cycle seen);
+  void add(Cycle at, unsigned slot) { shared_.agenda.add(at, {What::warp, sm_, slot}); }
+  void run_any_hit(const modules::AnyHitBatch& batch, AnyHitWork& counted);
+  /// Consecutive sectors of a line and region are one request.
+  template <typename F>
+  void for_each_line(const std::vector<modules::SectorAccess>& sectors, F&& f) const;
+
+  Shared& shared_;
+  unsigned sm_;
+  L1& l1_;
+  RtUnit& rt_;
+  Distributor& distributor_;
+  modules::ShaderProgram program_;
+  modules::IssueSlots issue_;
+  std::vector<Warp> warps_;  ///< by slot
+  modules::SimtCounters counters_;
+  AnyHitWork timed_any_hits_, warming_any_hits_;
+};
+
+}  // namespace grtx::sim::fast

@@ -1,0 +1,45 @@
+// What the units of all SMs share in fast mode: the configuration, the trace's header, time and the memory behind the
+// L1s.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/warp_selection.h"
+#include "grtx/modules/simt/shader_program.h"
+#include "grtx/rtl_tlm/estimate/fast/agenda.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_memory.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::sim::fast {
+
+struct Shared {
+  /// stride: one in so many of a lane's events takes time, a power of two.
+  Shared(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries, unsigned stride);
+
+  std::uint64_t draw() {
+    drawn = drawn * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX
+    return drawn >> 33;
+  }
+  /// Whether a line's requests take time: one in so many lines, others for each key.
+  bool chosen(std::uint64_t line, std::uint64_t key) const {
+    return stride == 1 || ((line ^ key << 33) * 0x9E3779B97F4A7C15u >> 40) % stride == 0;
+  }
+
+  GpuConfig config;
+  const traces::Header& header;
+  modules::NodeTraffic traffic;
+  modules::MemoryMap map;
+  unsigned stride;
+  Agenda agenda;
+  FastMemory memory;
+  std::unique_ptr<modules::WarpSelection> selection;
+  modules::ShaderPhase phase;           ///< that is being executed
+  std::uint64_t drawn;                  ///< state of draw()
+  std::uint64_t instructions_left = 0;  ///< of shortened phases, less than a whole one
+  Cycle usual_wait;                     ///< of a phase for its loads, a running mean, in 16ths of a cycle
+};
+
+}  // namespace grtx::sim::fast
