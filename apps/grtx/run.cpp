@@ -196,6 +196,7 @@ int run(const Options& options, bool quiet) {
   refuse_objects(options.scene, "run");
   const GpuConfig config = load_config(options.config, options.settings);
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
+  warn_of_ignored_keys(config, options.mode, sampled);
   for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.triangle_test == "world") {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");

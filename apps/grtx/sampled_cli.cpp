@@ -7,7 +7,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 
 namespace grtx::sim {
 namespace {
@@ -60,6 +60,15 @@ SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, u
   options.price = describe_energy;
   check_sampled(options);
   return options;
+}
+
+void warn_of_ignored_keys(const GpuConfig& config, const std::string& mode, const SampledOptions& sampled) {
+  std::vector<SimulationMode> modes = {mode == "fast" ? SimulationMode::fast : SimulationMode::cycle};
+  if (mode == "sampled") {
+    modes = {sampled.engine};
+    if (sampled.model == SampleModel::visits) modes.push_back(SimulationMode::fast);
+  }
+  warn_of_ignored_keys(config, modes, "--mode " + mode);
 }
 
 void print_sampled(const SampledResult& r) {

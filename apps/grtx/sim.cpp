@@ -60,12 +60,12 @@ int report_violations(const SimulationResult& result) {
   return result.violations.empty() ? 0 : 1;
 }
 
-int run_sampled(const Options& options, const SampledOptions& sampled, bool quiet) {
+int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled, bool quiet) {
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
       !options.heatmaps.empty()) {
     throw Error("sim", "--mode sampled", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
-  const SampledResult result = simulate_sampled(options.trace, load_config(options.config, options.settings), sampled);
+  const SampledResult result = simulate_sampled(options.trace, config, sampled);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (!quiet) {
     print_summary(result.result);
@@ -81,8 +81,9 @@ int run_simulation(Options options, bool quiet) {
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
-  if (options.mode == "sampled") return run_sampled(options, sampled, quiet);
   const GpuConfig config = load_config(options.config, options.settings);
+  warn_of_ignored_keys(config, options.mode, sampled);
+  if (options.mode == "sampled") return run_sampled(options, config, sampled, quiet);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   options.simulation.waveform.level = options.level == "units" ? WaveLevel::units : WaveLevel::signals;
   if (!options.timeline_window.empty()) {

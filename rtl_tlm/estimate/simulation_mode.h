@@ -2,18 +2,14 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 namespace grtx::sim {
 
-enum class SimulationMode : std::uint8_t {
-  cycle,  ///< every module, cycle by cycle, in SystemC
-  fast    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
-};
 inline constexpr std::array<std::string_view, 2> kSimulationModeNames = {"cycle", "fast"};
 
 /// simulate() with the engine of that mode.

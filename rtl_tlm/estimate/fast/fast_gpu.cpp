@@ -2,27 +2,24 @@
 
 #include <algorithm>
 #include <bit>
+#include <string>
 #include <utility>
 
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_machine.h"
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 
 namespace grtx::sim {
 namespace {
 
 const GpuConfig& checked(const GpuConfig& config) {
-  if (const Unmodelled lack = unmodelled_by_fast(config)) throw Error("configuration", lack.key, lack.rule);
+  if (const Unmodelled lack = unmodelled(config, SimulationMode::fast)) {
+    throw Error("configuration", std::string(lack.key), lack.rule);
+  }
   return config;
 }
 
 }  // namespace
-
-Unmodelled unmodelled_by_fast(const GpuConfig& config) {
-  if (config.rt.warp_buffer.spill) return {"rt.warp_buffer.spill", "is not modelled by --mode fast"};
-  if (config.rt.memory.by_shader) return {"rt.memory.by_shader", "is not modelled by --mode fast"};
-  if (config.rt_units != 1) return {"gpu.rt_units", "must be 1 with --mode fast"};
-  return {};
-}
 
 unsigned fast_stride(const GpuConfig& config, std::uint64_t visits) {
   constexpr std::uint64_t kTimedVisits = 250000, kLargest = 4;

@@ -14,14 +14,6 @@
 
 namespace grtx::sim {
 
-/// What a configuration asks for that fast mode does not model; an empty key: nothing.
-struct Unmodelled {
-  const char* key = "";
-  const char* rule = "";
-  explicit operator bool() const { return *key != '\0'; }
-};
-Unmodelled unmodelled_by_fast(const GpuConfig& config);
-
 /// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 250,000 that take time: then
 /// cycles change by some 1 % (docs/model/fast-mode.md).
 unsigned fast_stride(const GpuConfig& config, std::uint64_t visits);

@@ -9,8 +9,6 @@
 namespace grtx::sim {
 namespace {
 
-constexpr unsigned kDecodeAhead = 8;
-
 class NotingSource final : public modules::GroupSource {
  public:
   NotingSource(modules::GroupSource& source, const std::function<void(const traces::RayGroup&)>& acquired)
@@ -57,6 +55,7 @@ FastRun run_fast(const traces::Reader& reader, const std::vector<std::uint64_t>&
   FastRun run;
   run.group_end.resize(groups.size());
   run.group_sm.resize(groups.size());
+  constexpr unsigned kDecodeAhead = 8;
   TraceSource file(reader, groups, kDecodeAhead);
   NotingSource source(file, acquired);
   const std::uint64_t visits =

@@ -10,7 +10,6 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/fast_correction.h"
 #include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
@@ -18,6 +17,7 @@
 #include "grtx/rtl_tlm/estimate/sampled/sampler.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
@@ -85,7 +85,7 @@ class SampledRun {
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
       : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
     reader_.verify_content();
-    if (unmodelled_by_fast(config)) options_.model = SampleModel::calls;
+    if (unmodelled(config, SimulationMode::fast)) options_.model = SampleModel::calls;
   }
 
   SampledResult run() {

@@ -1,0 +1,41 @@
+// Configuration keys that a mode refuses or does not look at: one table, by name.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::sim {
+
+/// The clocks that a whole trace can be run with (estimate/simulation_mode.h).
+enum class SimulationMode : std::uint8_t {
+  cycle,  ///< every module, cycle by cycle, in SystemC
+  fast    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+};
+
+/// A key that has no effect in a mode.
+struct ModeKey {
+  SimulationMode mode{};
+  std::string_view key;
+  const char* refused = nullptr;  ///< rule that another value than the default breaks; nullptr: it is ignored
+};
+const std::vector<ModeKey>& mode_keys();
+
+/// What a configuration asks for that a mode does not model; an empty key: nothing.
+struct Unmodelled {
+  std::string_view key;
+  const char* rule = "";
+  explicit operator bool() const { return !key.empty(); }
+};
+/// The first key of the table that is set to another value than its default and refused in that mode.
+Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode);
+
+/// Keys that are set to another value than their default and ignored by all of these modes, in order of the table.
+std::vector<std::string_view> ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes);
+
+/// One line on stderr that names them, if there are any. what: the mode as the user knows it.
+void warn_of_ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes, std::string_view what);
+
+}  // namespace grtx::sim

@@ -1,0 +1,80 @@
+// Keys without effect in a mode: the table names keys that exist, what it calls ignored is ignored, and what is set is
+// named.
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "grtx/base/error.h"
+#include "rtl_tlm/observe/observed_run.h"
+
+namespace grtx::sim {
+namespace {
+
+using Names = std::vector<std::string_view>;
+
+/// Another value of the key than its default.
+std::string other_value(std::string_view key) {
+  const auto value = config_json(GpuConfig{}).at(std::string(key));
+  if (value.is_boolean()) return value.get<bool>() ? "false" : "true";
+  return std::to_string(value.get<std::uint64_t>() + 2);
+}
+
+std::string setting(std::string_view key) { return std::string(key) + "=" + other_value(key); }
+
+nlohmann::ordered_json without_cost(const nlohmann::ordered_json& stats) {
+  nlohmann::ordered_json rest = nlohmann::ordered_json::object();
+  for (const auto& [name, entry] : stats.items()) {
+    if (!name.starts_with("host.") && name.find("energy") == std::string::npos) rest[name] = entry;
+  }
+  return rest;
+}
+
+TEST(ModeKeys, TheTableNamesKeysThatExist) {
+  GpuConfig config;
+  const std::vector<ConfigKey> keys = config_keys(config);
+  for (const ModeKey& key : mode_keys()) {
+    EXPECT_TRUE(std::any_of(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.name == key.key; }))
+        << key.key;
+  }
+}
+
+TEST(ModeKeys, OnlyWhatIsSetIsNamed) {
+  EXPECT_EQ(ignored_keys(load_config("", {}), {SimulationMode::fast}), Names{});
+  const GpuConfig set = load_config("", {"dram.age_cap=7", "l1.mshr_merges=3", "l1.banks=8", "fast.seed=5"});
+  EXPECT_EQ(ignored_keys(set, {SimulationMode::fast}), (Names{"l1.mshr_merges", "dram.age_cap"}));
+  EXPECT_EQ(ignored_keys(set, {SimulationMode::cycle}), Names{"fast.seed"});
+  EXPECT_EQ(ignored_keys(set, {SimulationMode::fast, SimulationMode::cycle}), Names{}) << "one of the two looks at it";
+  EXPECT_EQ(ignored_keys(load_config("", {"l1.mshr_merges=8"}), {SimulationMode::fast}), Names{}) << "the default";
+}
+
+TEST(ModeKeys, TheLineNamesKeysAndMode) {
+  testing::internal::CaptureStderr();
+  warn_of_ignored_keys(load_config("", {"dram.age_cap=7", "l1.mshr_merges=3"}), {SimulationMode::fast}, "--mode fast");
+  warn_of_ignored_keys(load_config("", {}), {SimulationMode::fast}, "--mode fast");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "grtx: configuration: l1.mshr_merges, dram.age_cap have no effect in --mode fast\n");
+}
+
+TEST(ModeKeys, WhatIsRefusedIsRefusedByName) {
+  for (const ModeKey& key : mode_keys()) {
+    const Unmodelled lack = unmodelled(load_config("", {setting(key.key)}), key.mode);
+    EXPECT_EQ(lack.key, key.refused != nullptr ? key.key : "");
+  }
+}
+
+TEST(ModeKeys, WhatFastModeIgnoresChangesNothingInIt) {
+  const test::ObservedRun run(true, true);
+  const auto plain = without_cost(run.run({}, {}, SimulationMode::fast));
+  for (const ModeKey& key : mode_keys()) {
+    if (key.mode != SimulationMode::fast || key.refused != nullptr) continue;
+    EXPECT_EQ(without_cost(run.run({}, {setting(key.key)}, SimulationMode::fast)), plain) << key.key;
+  }
+  EXPECT_NE(without_cost(run.run({}, {"l1.latency=50"}, SimulationMode::fast)), plain) << "others do";
+}
+
+}  // namespace
+}  // namespace grtx::sim
