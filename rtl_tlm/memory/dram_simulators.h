@@ -1,0 +1,18 @@
+// The DRAM simulators of others that this build was linked with (GRTX_DRAMSYS, GRTX_RAMULATOR).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/rtl_tlm/memory/ported_dram.h"
+
+namespace grtx::sim {
+
+/// "dramsys", "ramulator" or none; values of dram.model.
+std::vector<std::string> dram_simulators();
+/// Builds one of them by name, as a module called `module`.
+std::unique_ptr<PortedDram> build_dram_simulator(const std::string& simulator, const char* module,
+                                                 const PortedDramConfig& config);
+
+}  // namespace grtx::sim

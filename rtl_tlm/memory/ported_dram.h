@@ -1,0 +1,34 @@
+// A DRAM that is simulated by others, behind one DramPort a slice: what the adapters have in common.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/rtl_tlm/memory/dram_port.h"
+
+namespace grtx::sim {
+
+struct PortedDramConfig {
+  std::string file;  ///< the simulator's own configuration
+  modules::AddressInterleave interleave{};
+  bool per_slice = true;               ///< each slice has a memory of its own with local addresses, else one memory for
+                                       ///< all with global addresses
+  std::uint64_t bytes = 0;             ///< size of the memory map; addresses beyond are refused; 0: unlimited
+  std::uint64_t fixed_latency_fs = 0;  ///< added to every response, rounded up to the DRAM's clock
+};
+
+class PortedDram {
+ public:
+  virtual ~PortedDram() = default;
+  virtual unsigned ports() const = 0;
+  virtual DramPort& port(unsigned slice) = 0;
+  virtual const DramPort& port(unsigned slice) const = 0;
+  virtual std::uint64_t period_fs() const = 0;  ///< of the DRAM's clock
+  virtual unsigned burst_bytes() const = 0;     ///< moved by one access
+  virtual bool idle() const = 0;                ///< nothing under way
+  virtual void dump_state(std::ostream& out) const = 0;
+};
+
+}  // namespace grtx::sim
