@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <string>
 #include <utility>
+
+#include "grtx/base/error.h"
 
 namespace grtx::modules {
 
@@ -12,6 +15,11 @@ void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::S
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
     : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
   assert(mhz > 0.0);
+  if (const sc_core::sc_time unit = sc_core::sc_get_time_resolution(); std::abs(unit.to_seconds() - 1e-15) > 1e-18) {
+    throw Error("SystemC kernel", "clock domain " + std::string(this->name()),
+                "needs a time resolution of 1 fs, not " + unit.to_string() +
+                    ": call set_time_resolution_to_fs() before anything else of SystemC");
+  }
   SC_METHOD(on_wake);
   sensitive << wake_;
   dont_initialize();
