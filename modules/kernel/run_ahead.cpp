@@ -22,15 +22,15 @@ bool RunAhead::run() {
   const std::uint64_t kernel = sc_core::sc_time_stamp().value();
   if (!enabled_ || until_fs_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
   for (ClockDomain* domain : domains_) domain->wake_.cancel();
-  std::uint64_t until = until_fs_;
-  if (sc_core::sc_pending_activity()) {
-    until = std::min<std::uint64_t>(until, kernel + sc_core::sc_time_to_pending_activity().value());
-  }
   running_ = true;
   kernel_fs_ = kernel;
   do {
+    // Looked at after each tick: what it called may have given the kernel something to do.
+    std::uint64_t at = until_fs_;
+    if (sc_core::sc_pending_activity()) {
+      at = std::min<std::uint64_t>(at, kernel + sc_core::sc_time_to_pending_activity().value());
+    }
     ClockDomain* earliest = nullptr;
-    std::uint64_t at = until;
     for (ClockDomain* domain : domains_) {
       if (domain->next_ == kNever || domain->next_ * domain->period_fs_ >= at) continue;
       earliest = domain;
