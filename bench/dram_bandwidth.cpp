@@ -88,7 +88,7 @@ class Readers final : public modules::ClockedModule {
     for (unsigned i = 0; i < readers_.size(); ++i) {
       Reader& reader = *readers_[i];
       while (const modules::AtInitiator::Completion* done = reader.initiator.front(now)) {
-        if (!done->ok) throw Error("dram_bandwidth", fmt::format("address {}", done->address), "was refused");
+        if (!done->ok()) throw Error("dram_bandwidth", fmt::format("address {}", done->address), "was refused");
         const Cycle waited = now - reader.began[done->context];
         latency_ += waited;
         longest_ = std::max(longest_, waited);

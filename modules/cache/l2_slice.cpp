@@ -84,9 +84,7 @@ bool L2Slice::stall(L2Stall reason) {
 void L2Slice::take_completion(Cycle now) {
   const AtInitiator::Completion* completion = dram.front(now);
   if (completion == nullptr) return;
-  if (!completion->ok) {
-    throw Error("dram", "address " + std::to_string(completion->address), "the DRAM model refused the transaction");
-  }
+  if (!completion->ok()) dram.report_refusal(*completion);
   if (completion->context != kWriteBack && !fill(now, completion->context)) {
     stall(L2Stall::fill);
     return;

@@ -49,6 +49,11 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     port.responding = nullptr;
     port.response_free = edge;
     payload.release();
+    if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // the clock in which one may be ready is booked
+    const Cycle next = std::max(edge, port.responses.front().due);
+    port.due = std::min(port.due, next);
+    alarm_.request(next);
+    return ::tlm::TLM_ACCEPTED;
   } else {
     return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
   }
@@ -86,7 +91,7 @@ void Dram::take_arrival(unsigned id, Port& port, Cycle now) {
   const ::tlm::tlm_response_status status = check(payload);
   const unsigned bytes = payload.get_data_length();
   if (status != ::tlm::TLM_OK_RESPONSE || config_.perfect) {
-    if (status != ::tlm::TLM_OK_RESPONSE) ++refused_;
+    if (status != ::tlm::TLM_OK_RESPONSE) ++port.refused;
     if (config_.perfect) port.channel.count_unqueued(bytes, payload.is_write());
     port.responses.push({&payload, now + config_.fixed_latency});
   } else {
@@ -119,7 +124,7 @@ void Dram::begin_response(unsigned id, Port& port, Cycle now) {
   ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
   sc_core::sc_time delay = clock_.ahead_of_kernel();
   const ::tlm::tlm_sync_enum status = sockets[id]->nb_transport_bw(payload, phase, delay);
-  ++responses_;
+  ++port.responded;
   --port.outstanding;
   const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
   if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
@@ -151,9 +156,11 @@ Cycle Dram::next_due(Port& port, Cycle now) {
 
 DramCounters Dram::counters() const {
   DramCounters sum;
-  for (const Port& port : ports_) sum.channel += port.channel.counters();
-  sum.responses = responses_;
-  sum.refused = refused_;
+  for (const Port& port : ports_) {
+    sum.channel += port.channel.counters();
+    sum.responses += port.responded;
+    sum.refused += port.refused;
+  }
   sum.full_clocks = full_clocks_;
   sum.clocks = clock_.now_fs() / clock_.period_fs();
   const double peak = static_cast<double>(ports_.size()) * config_.channel.burst_bytes / config_.channel.timing.ccd;

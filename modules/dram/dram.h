@@ -57,6 +57,8 @@ class Dram final : public ClockedModule {
   bool idle() const;
   unsigned channels() const { return static_cast<unsigned>(ports_.size()); }
   std::uint64_t outstanding(unsigned channel) const { return ports_[channel].outstanding; }  ///< requests inside
+  std::uint64_t responses(unsigned channel) const { return ports_[channel].responded; }
+  std::uint64_t refused(unsigned channel) const { return ports_[channel].refused; }
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }
 
@@ -75,6 +77,8 @@ class Dram final : public ClockedModule {
     Cycle response_free = 0;                           ///< clock from which the next response may begin
     Cycle due = kNever;
     std::uint64_t outstanding = 0;
+    std::uint64_t responded = 0;  ///< responses begun
+    std::uint64_t refused = 0;
   };
 
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
@@ -89,8 +93,6 @@ class Dram final : public ClockedModule {
 
   Config config_;
   std::vector<Port> ports_;
-  std::uint64_t responses_ = 0;
-  std::uint64_t refused_ = 0;
   std::uint64_t full_clocks_ = 0;
 };
 

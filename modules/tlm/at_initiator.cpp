@@ -2,28 +2,49 @@
 
 #include <bit>
 #include <cassert>
+#include <sstream>
+#include <utility>
+
+#include "grtx/modules/tlm/at_payload_attributes.h"
 
 namespace grtx::modules {
+namespace {
+
+const char* status_name(::tlm::tlm_response_status status) {
+  switch (status) {
+    case ::tlm::TLM_OK_RESPONSE:
+      return "TLM_OK_RESPONSE";
+    case ::tlm::TLM_INCOMPLETE_RESPONSE:
+      return "TLM_INCOMPLETE_RESPONSE";
+    case ::tlm::TLM_GENERIC_ERROR_RESPONSE:
+      return "TLM_GENERIC_ERROR_RESPONSE";
+    case ::tlm::TLM_ADDRESS_ERROR_RESPONSE:
+      return "TLM_ADDRESS_ERROR_RESPONSE";
+    case ::tlm::TLM_COMMAND_ERROR_RESPONSE:
+      return "TLM_COMMAND_ERROR_RESPONSE";
+    case ::tlm::TLM_BURST_ERROR_RESPONSE:
+      return "TLM_BURST_ERROR_RESPONSE";
+    case ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE:
+      return "TLM_BYTE_ENABLE_ERROR_RESPONSE";
+  }
+  return "an unknown status";
+}
+
+}  // namespace
 
 AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock)
-    : socket(socket_name), clock_(clock), clock_period_(sc_core::sc_time::from_value(clock.period_fs())) {
+    : socket(socket_name), clock_(clock), end_alarm_(clock, *this) {
   socket.register_nb_transport_bw(this, &AtInitiator::nb_transport_bw);
 }
 
 void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
+  // An END_RESP of this very cycle goes first, whoever runs first in it: the target may answer within the call below.
+  if (responding_ != nullptr) tick(clock_.cycle());
   AtPayload& payload = pool_.acquire();
   payload.context = context;
-  payload.sent_address = address;
-  payload.set_command(write ? ::tlm::TLM_WRITE_COMMAND : ::tlm::TLM_READ_COMMAND);
-  payload.set_address(address);
-  payload.set_data_ptr(payload.data.data());
-  payload.set_data_length(bytes);
-  payload.set_streaming_width(bytes);
-  payload.set_byte_enable_ptr(nullptr);
-  payload.set_dmi_allowed(false);
-  payload.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
+  set_attributes(payload, address, bytes, write);
   requesting_ = &payload;
   ++outstanding_;
 
@@ -34,13 +55,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
       break;
     case ::tlm::TLM_UPDATED:
       end_request(payload, delay);
-      if (phase == tlm::BEGIN_RESP) {
-        complete(payload, delay);
-        ::tlm::tlm_phase end = tlm::END_RESP;
-        delay += clock_period_;
-        socket->nb_transport_fw(payload, end, delay);
-        payload.release();
-      }
+      if (phase == tlm::BEGIN_RESP) begin_response(payload, delay);
       break;
     case ::tlm::TLM_COMPLETED:
       end_request(payload, delay);
@@ -59,12 +74,36 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   }
   if (phase != tlm::BEGIN_RESP) return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
   end_request(payload, delay);                               // BEGIN_RESP implies END_REQ
+  begin_response(payload, delay);
+  return ::tlm::TLM_ACCEPTED;
+}
+
+void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& delay) {
+  if (responding_ != nullptr) SC_REPORT_ERROR(kReport, "BEGIN_RESP before END_RESP of the previous response");
   complete(payload, delay);
-  // Never TLM_COMPLETED here: legal, but it hangs DRAMSys 5.1. The target keeps a reference of its own until END_RESP.
-  phase = tlm::END_RESP;
-  delay += clock_period_;
+  responding_ = &payload;
+  end_cycle_ = clock_.edge_after(delay.value());
+  end_fs_ = clock_.now_fs() - clock_.ahead_of_kernel().value() + delay.value() + clock_.period_fs();
+  end_alarm_.request(end_cycle_);
+}
+
+// At the first edge after BEGIN_RESP: not later than one clock after it, so the rest of that clock is the delay.
+Cycle AtInitiator::tick(Cycle now) {
+  if (responding_ == nullptr) return kNever;
+  if (now < end_cycle_) return end_cycle_;
+  AtPayload& payload = *std::exchange(responding_, nullptr);
+  ::tlm::tlm_phase phase = tlm::END_RESP;
+  sc_core::sc_time delay = clock_.ahead_of_kernel() + sc_core::sc_time::from_value(end_fs_ - now * clock_.period_fs());
+  socket->nb_transport_fw(payload, phase, delay);
   payload.release();
-  return ::tlm::TLM_UPDATED;
+  return responding_ != nullptr ? end_cycle_ : kNever;  // the target may have begun the next one in that call
+}
+
+void AtInitiator::report_refusal(const Completion& completion) const {
+  std::ostringstream text;
+  text << socket.name() << ": address 0x" << std::hex << completion.address << ": the memory answered a "
+       << (completion.write ? "write" : "read") << " with " << status_name(completion.status);
+  SC_REPORT_ERROR(kReport, text.str().c_str());
 }
 
 void AtInitiator::end_request(const AtPayload& payload, const sc_core::sc_time& delay) {
@@ -82,8 +121,8 @@ void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
   // Annotated delays may overtake; the queue hands completions over in the order of their calls.
   if (!completions_.empty() && visible < last_visible_) visible = last_visible_;
   last_visible_ = visible;
-  completions_.push({payload.context, payload.is_write(), payload.get_response_status() == ::tlm::TLM_OK_RESPONSE,
-                     payload.sent_address, visible});
+  completions_.push(
+      {payload.context, payload.is_write(), payload.get_response_status(), payload.sent_address, visible});
   make_visible(visible);
 }
 

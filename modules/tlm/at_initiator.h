@@ -13,17 +13,22 @@
 namespace grtx::modules {
 
 /// A member of a clocked module, which drives it from its tick. One request is in its request phase at a time: withheld
-/// END_REQ is the back-pressure. Responses are always taken, in any order, with END_RESP one clock later. Whatever
-/// arrives at time t is seen by the module at its first edge after t, and that edge is booked in the clock domain.
-class AtInitiator {
+/// END_REQ is the back-pressure. Responses are always taken, in any order. BEGIN_RESP is answered with TLM_ACCEPTED,
+/// and END_RESP is a forward call that takes effect one clock later: targets with a time grid of their own round what
+/// calls them, but not what they are returned (DRAMSys 5.1). Whatever arrives at time t is seen by the module at its
+/// first edge after t, and that edge is booked in the clock domain.
+class AtInitiator final : private Clocked {
  public:
   struct Completion {
     std::uint32_t context = 0;
     bool write = false;
-    bool ok = false;            ///< response status was TLM_OK_RESPONSE
+    ::tlm::tlm_response_status status = ::tlm::TLM_INCOMPLETE_RESPONSE;
     std::uint64_t address = 0;  ///< as sent
     Cycle visible = 0;
+    bool ok() const { return status == ::tlm::TLM_OK_RESPONSE; }
   };
+  /// Type of the kernel's report on what the memory did wrong; its text is "socket: place: rule".
+  static constexpr const char* kReport = "/grtx/memory";
 
   AtInitiator(const char* socket_name, ClockDomain& clock);
   /// The alarm of the module's process, which is then set for what arrives; without one the domain ticks.
@@ -49,13 +54,20 @@ class AtInitiator {
   /// Requests sent whose response has not begun.
   std::uint64_t outstanding() const { return outstanding_; }
   const AtPayloadPool& pool() const { return pool_; }
-  bool idle() const { return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr; }
+  bool idle() const {
+    return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr && responding_ == nullptr;
+  }
+  /// Ends the simulation with a report on a completion that is not ok().
+  void report_refusal(const Completion& completion) const;
 
  private:
   ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
   void complete(AtPayload& payload, const sc_core::sc_time& delay);
+  void begin_response(AtPayload& payload, const sc_core::sc_time& delay);
+  /// Sends END_RESP.
+  Cycle tick(Cycle now) override;
   void make_visible(Cycle cycle) {
     if (process_ != nullptr) return process_->request(cycle);
     clock_.request(cycle);
@@ -63,11 +75,14 @@ class AtInitiator {
 
   ClockDomain& clock_;
   Alarm* process_ = nullptr;
-  sc_core::sc_time clock_period_;
   AtPayloadPool pool_;
   const AtPayload* requesting_ = nullptr;
   Cycle free_from_ = 0;
   std::uint64_t outstanding_ = 0;
+  Alarm end_alarm_;
+  AtPayload* responding_ = nullptr;  ///< in its response phase
+  Cycle end_cycle_ = 0;              ///< in which END_RESP is sent
+  std::uint64_t end_fs_ = 0;         ///< time at which it takes effect
   Cycle last_visible_ = 0;
   RingQueue<Completion> completions_;
 };

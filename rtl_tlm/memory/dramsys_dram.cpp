@@ -124,7 +124,7 @@ Cycle DramsysDram::Front::serve(Slice& slice, Cycle now) {
   DramPort& port = slice.port;
   modules::AtInitiator& initiator = slice.initiator;
   while (const modules::AtInitiator::Completion* done = initiator.front(now)) {
-    port.complete(*slice.sent[done->context], now, done->ok);
+    port.complete(*slice.sent[done->context], now, done->ok());
     slice.free.push_back(done->context);
     initiator.pop();
   }

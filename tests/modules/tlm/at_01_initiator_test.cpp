@@ -40,7 +40,7 @@ TEST_F(AtInitiatorTest, EveryLegalHabitOfATarget) {
     EXPECT_EQ(bench.checker.transactions(), 50u);
     EXPECT_EQ(bench.checker.outstanding(), 0u);
     for (const auto& answer : bench.driver.answers()) {
-      EXPECT_TRUE(answer.completion.ok);
+      EXPECT_TRUE(answer.completion.ok());
       EXPECT_EQ(answer.completion.address, 0x1000 + answer.completion.context * 32) << "the address as it was sent";
       EXPECT_EQ(answer.completion.write, answer.completion.context % 3 == 0);
     }

@@ -241,6 +241,7 @@ class RawAtInitiator final : public sc_core::sc_module {
   tlm_utils::simple_initiator_socket<RawAtInitiator, 32> socket;
   AtPayloadPool pool;
   ::tlm::tlm_sync_enum answer = ::tlm::TLM_UPDATED;  ///< to BEGIN_RESP
+  sc_core::sc_time end_response_after{1, sc_core::SC_NS};
 
   /// A correct 32 B read.
   AtPayload& payload(std::uint64_t address = 0) {
@@ -263,7 +264,7 @@ class RawAtInitiator final : public sc_core::sc_module {
     if (phase != tlm::BEGIN_RESP) return ::tlm::TLM_ACCEPTED;
     if (answer == ::tlm::TLM_UPDATED) {
       phase = tlm::END_RESP;
-      delay += sc_core::sc_time(1, sc_core::SC_NS);
+      delay += end_response_after;
     }
     return answer;
   }

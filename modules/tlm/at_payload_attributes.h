@@ -1,0 +1,21 @@
+// The attributes of a payload as every initiator of this project sets them.
+#pragma once
+
+#include "grtx/modules/tlm/at_payload_pool.h"
+
+namespace grtx::modules {
+
+/// bytes: at most AtPayload::kMaxBytes.
+inline void set_attributes(AtPayload& payload, std::uint64_t address, unsigned bytes, bool write) {
+  payload.sent_address = address;
+  payload.set_command(write ? ::tlm::TLM_WRITE_COMMAND : ::tlm::TLM_READ_COMMAND);
+  payload.set_address(address);
+  payload.set_data_ptr(payload.data.data());
+  payload.set_data_length(bytes);
+  payload.set_streaming_width(bytes);
+  payload.set_byte_enable_ptr(nullptr);
+  payload.set_dmi_allowed(false);
+  payload.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
+}
+
+}  // namespace grtx::modules
