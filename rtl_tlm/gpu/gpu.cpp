@@ -173,17 +173,6 @@ void Gpu::dump_state(std::ostream& out) const {
   for (const auto& slice : slices_) slice->dump_state(out);
 }
 
-BuiltInDram::BuiltInDram(Gpu& gpu, const BuildOptions& build)
-    : clock("memory_clock", gpu.config().memory_mhz, build.idle_skip),
-      dram("dram", gpu.config().dram_config(gpu.map().bytes()), clock),
-      ahead(gpu.core(), clock, build.run_ahead) {}
-
-std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build) {
-  auto memory = std::make_unique<BuiltInDram>(gpu, build);
-  for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(memory->dram.sockets[i]);
-  return memory;
-}
-
 void run_for(Gpu& gpu, Cycle cycles) {
   const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
   gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -42,7 +41,7 @@ class Gpu final : public sc_core::sc_module {
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
 
-  /// One a slice; bind each to a base-protocol target. bind_built_in_dram() binds the model's own.
+  /// One a slice; bind each to a base-protocol target, or leave it to a MemorySystem. Addresses are global.
   sc_core::sc_vector<::tlm::tlm_initiator_socket<32>> dram;
 
   modules::ClockDomain& core() { return core_; }
@@ -98,18 +97,6 @@ class Gpu final : public sc_core::sc_module {
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
 };
-
-/// The built-in DRAM with its memory clock.
-struct BuiltInDram {
-  modules::ClockDomain clock;
-  modules::Dram dram;
-  modules::RunAhead ahead;  ///< of both clocks
-  BuiltInDram(Gpu& gpu, const BuildOptions& build);
-};
-
-/// Builds the built-in DRAM and binds it to all sockets of the GPU. Bind other targets to gpu.dram instead to use an
-/// external DRAM simulator.
-std::unique_ptr<BuiltInDram> bind_built_in_dram(Gpu& gpu, const BuildOptions& build);
 
 /// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.
 void run_for(Gpu& gpu, Cycle cycles);

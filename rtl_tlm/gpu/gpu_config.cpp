@@ -77,6 +77,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   require(!config.rt.warp_buffer.spill || config.rt.warp_buffer.stack_entries >= 2, "rt.warp_buffer.stack_entries",
           "must be at least 2 with rt.warp_buffer.spill");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
+  memory_system(config.dram_model);  // throws for an unknown name
   const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
   require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
 }
@@ -107,7 +108,11 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
   return json;
 }
 
-std::string config_hash(const GpuConfig& config) { return hex(xxh3(config_json(config).dump())); }
+std::string config_hash(const GpuConfig& config) {
+  nlohmann::ordered_json json = config_json(config);
+  if (config.dram_model == kBuiltInMemory) json.erase("dram.model");
+  return hex(xxh3(json.dump()));
+}
 
 std::string config_reference() {
   GpuConfig defaults;

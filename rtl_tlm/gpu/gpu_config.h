@@ -14,6 +14,7 @@
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/config/config_key.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 
 namespace grtx::sim {
@@ -37,6 +38,7 @@ struct GpuConfig {
   unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
+  std::string dram_model = kBuiltInMemory;  ///< what stands behind the memory sockets
   modules::RtUnitConfig rt;
   modules::SimtCoreConfig simt;
   modules::L1Cache::Config l1;
@@ -68,7 +70,8 @@ void check_config(const GpuConfig& config, const std::string& origin);
 
 /// Every key with its resolved value, in table order.
 nlohmann::ordered_json config_json(const GpuConfig& config);
-/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values.
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. dram.model
+/// counts where it is not the built-in one, so that hashes on record stay.
 std::string config_hash(const GpuConfig& config);
 /// The reference table of all keys, in Markdown (docs/model/configuration.md).
 std::string config_reference();

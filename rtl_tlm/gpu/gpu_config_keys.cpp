@@ -199,7 +199,12 @@ void add_dram(std::vector<ConfigKey>& keys, GpuConfig& config) {
   modules::DramChannelConfig& channel = c.channel;
   keys.insert(
       keys.end(),
-      {{"dram.mhz", &config.memory_mhz, 1, 100000, "MHz", "memory (command) clock", kTable1, kPaper},
+      {{"dram.model",
+        Choice{memory_system_names(), [&config] { return config.dram_model; },
+               [&config](const std::string& name) { config.dram_model = name; }},
+        0, 0, "", "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
+        kAssumed},
+       {"dram.mhz", &config.memory_mhz, 1, 100000, "MHz", "memory (command) clock", kTable1, kPaper},
        {"dram.banks", &channel.banks, 1, 64, "banks", "of a channel", kVulkanSim, kPublic},
        {"dram.row_bytes", &channel.row_bytes, 32, 1e6, "B", "row of a bank", kVulkanSim, kPublic},
        {"dram.burst_bytes", &channel.burst_bytes, 1, 4096, "B", "moved by one column command", kVulkanSim, kPublic},

@@ -28,7 +28,7 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
 
 }  // namespace
 
-EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
+EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
   EndOfRun end;
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
@@ -36,13 +36,11 @@ EndOfRun settle(Gpu& gpu, const modules::Dram& dram) {
       end.rt_of.push_back(rt->counters());
     }
   }
-  for (std::size_t i = 0; i < gpu.slices().size(); ++i) {
-    end.dram_of.push_back(dram.channel_counters(static_cast<unsigned>(i)));
-  }
+  end.memory_busy_cycles = memory.busy_core_cycles();
   return end;
 }
 
-GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end) {
+GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end) {
   GpuCounters c;
   c.cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
@@ -53,7 +51,6 @@ GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const En
       c.rt_of.back().warp_buffer = at_end.warp_buffer;
     }
   }
-  c.dram_of = end.dram_of;
   for (const auto& sm : gpu.sms()) {
     c.simt_of.push_back(sm->simt().counters());
     c.l1_of.push_back(sm->l1().counters());
@@ -63,8 +60,8 @@ GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const En
   c.period_fs = gpu.core().period_fs();
   c.distributor = gpu.distributor().counters();
   for (const auto& slice : gpu.slices()) c.l2_dirty_sectors += slice->dirty_sectors();
-  c.dram = dram.counters();
-  c.dram_channels = dram.all_channel_counters();
+  c.memory = {memory.model(), memory.total(), end.memory_busy_cycles, {}};
+  memory.statistics(c.memory.statistics, "gpu.dram");
   add_up(c);
   return c;
 }
@@ -105,7 +102,9 @@ void describe(const GpuCounters& c, StatisticList& list) {
   c.l2.describe(list, "gpu.l2");
   add_histogram(list, "gpu.l2.miss_latency.histogram", c.l2.miss_latency, "misses", "L2 misses");
   list.add("gpu.l2.dirty_at_end", c.l2_dirty_sectors, "sectors", "dirty sectors left in the L2 when the run ended");
-  describe(c.dram, c.dram_channels, list, "gpu.dram");
+  for (const modules::Statistic& s : c.memory.statistics.items()) {
+    std::visit([&](auto value) { list.add(s.name, value, s.unit, s.description); }, s.value);
+  }
 }
 
 }  // namespace grtx::sim

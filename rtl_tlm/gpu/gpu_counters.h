@@ -5,11 +5,11 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 
 namespace grtx::sim {
 
@@ -19,7 +19,6 @@ struct GpuCounters {
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;
-  std::vector<modules::DramChannelCounters> dram_of;  ///< at the end of the run, not drained
   modules::RtUnitCounters rt;
   modules::SimtCounters simt;
   modules::L1Counters l1;
@@ -28,20 +27,19 @@ struct GpuCounters {
   // Filled by collect_counters() and by models other than the cycle model.
   std::uint64_t period_fs = 0;  ///< of the core clock
   modules::DistributorCounters distributor;
-  std::uint64_t l2_dirty_sectors = 0;                       ///< left in the L2 at the end
-  modules::DramCounters dram;                               ///< drained
-  std::vector<modules::DramChannelCounters> dram_channels;  ///< drained
+  std::uint64_t l2_dirty_sectors = 0;  ///< left in the L2 at the end
+  MemoryCounters memory;
 };
 
 /// What must be read when the last warp has ended, before prefetches and write-backs drain.
 struct EndOfRun {
   std::vector<modules::RtUnitCounters> rt_of;
-  std::vector<modules::DramChannelCounters> dram_of;
+  double memory_busy_cycles = 0.0;
 };
 /// Closes the per-cycle counts of the RT units and reads them.
-EndOfRun settle(Gpu& gpu, const modules::Dram& dram);
+EndOfRun settle(Gpu& gpu, const MemorySystem& memory);
 /// Counts after draining, but for what RT units count per cycle and what a data bus moved, which are those of `end`.
-GpuCounters collect_counters(const Gpu& gpu, const modules::Dram& dram, const EndOfRun& end);
+GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end);
 /// Adds up what is counted by SM and slice.
 void add_up(GpuCounters& counters);
 

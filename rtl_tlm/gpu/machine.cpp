@@ -1,6 +1,7 @@
 #include "grtx/rtl_tlm/gpu/machine.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "grtx/traces/node_layout.h"
 
@@ -35,21 +36,23 @@ traces::Header header_of(const MachineUse& use) {
 
 }  // namespace
 
-std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram) {
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem& memory) {
   std::vector<modules::Inventory> all = gpu.inventory();
-  all.push_back(dram.inventory());
-  all.back().module = "gpu.dram_controllers";
+  if (std::optional<modules::Inventory> controllers = memory.inventory()) {
+    all.push_back(std::move(*controllers));
+    all.back().module = "gpu.dram_controllers";
+  }
   return all;
 }
 
 IdleMachine::IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries)
     : none_(std::make_unique<NoGroups>()),
       gpu_(std::make_unique<Gpu>("gpu", config, header, eviction_entries, *none_, BuildOptions{})),
-      dram_(bind_built_in_dram(*gpu_, {})) {}
+      memory_(memory_system(config.dram_model)(*gpu_, {})) {}
 
 IdleMachine::~IdleMachine() = default;
 
-std::vector<modules::Inventory> IdleMachine::inventory() const { return inventory_of(*gpu_, dram_->dram); }
+std::vector<modules::Inventory> IdleMachine::inventory() const { return inventory_of(*gpu_, *memory_); }
 
 std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use) {
   if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {

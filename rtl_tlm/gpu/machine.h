@@ -9,6 +9,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 
 namespace grtx::sim {
 
@@ -18,8 +19,8 @@ struct MachineUse {
   bool spheres = false;         ///< sphere units in place of triangle units
 };
 
-/// Of an elaborated machine: all modules of the GPU and the controllers of its DRAM.
-std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const modules::Dram& dram);
+/// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.
+std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem& memory);
 
 /// A GPU that is built, and elaborated with whatever else the process elaborates, but has no work.
 class IdleMachine {
@@ -35,7 +36,7 @@ class IdleMachine {
  private:
   std::unique_ptr<modules::GroupSource> none_;
   std::unique_ptr<Gpu> gpu_;
-  std::unique_ptr<BuiltInDram> dram_;
+  std::unique_ptr<MemorySystem> memory_;
 };
 
 /// Elaborates the GPU once; like a simulation, once a process.

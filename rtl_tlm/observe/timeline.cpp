@@ -21,11 +21,11 @@ double rate(std::uint64_t part_of, std::uint64_t all) {
 
 }  // namespace
 
-Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram& dram, const std::string& trace_hash,
+Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem& memory, const std::string& trace_hash,
                    const std::string& config_hash)
     : options_(options),
       gpu_(gpu),
-      dram_(dram),
+      memory_(memory),
       writer_(options.path, {{"program", std::string("grtx ") + GRTX_VERSION},
                              {"trace", trace_hash},
                              {"config", config_hash},
@@ -60,7 +60,7 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram
   for (std::size_t i = 0; i < gpu.slices().size(); ++i) {
     slices_.push_back({writer_.track(memory_process_, fmt::format("l2_slice{}", i)), kNothing, ""});
   }
-  for (unsigned i = 0; i < dram.channels(); ++i) {
+  for (unsigned i = 0; i < memory.channels(); ++i) {
     channels_.push_back({writer_.track(memory_process_, fmt::format("dram.channel{}", i)), kNothing, ""});
   }
 }
@@ -136,7 +136,7 @@ void Timeline::sample(Cycle now) {
     show(slices_[i], misses ? 1 : slice.idle() ? kNothing : 0, misses ? "misses" : "busy", now);
   }
   for (unsigned i = 0; i < channels_.size(); ++i) {
-    show(channels_[i], dram_.outstanding(i) != 0 ? 0 : kNothing, "requests", now);
+    show(channels_[i], memory_.outstanding(i) != 0 ? 0 : kNothing, "requests", now);
   }
   begun_ = true;
   if (now + 1 - counted_ >= options_.counter_cycles) count(now + 1, true);
@@ -156,13 +156,13 @@ void Timeline::count(Cycle end, bool write) {
     tracks.nodes = nodes;
     tracks.occupancy = 0;
   }
-  std::uint64_t reads = 0, hits = 0, bytes = 0;
+  std::uint64_t reads = 0, hits = 0;
+  const std::uint64_t bytes = memory_.total().bytes;
   for (const auto& slice : gpu_.slices()) {
     const modules::L2Counters::ByRegion all = slice->counters().all();
     reads += all.reads;
     hits += all.hits;
   }
-  for (unsigned i = 0; i < dram_.channels(); ++i) bytes += dram_.channel_counters(i).bytes;
   if (write) {
     writer_.counter(memory_process_, counted_, "L2 hit rate", {{"hits", rate(hits - l2_hits_, reads - l2_reads_)}});
     writer_.counter(memory_process_, counted_, "DRAM bandwidth",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observation.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/trace_event_writer.h"
@@ -22,7 +23,7 @@ struct TimelineOptions {
 class Timeline final : private CycleObserver {
  public:
   /// Build after the GPU. trace_hash, config_hash: kept in the file.
-  Timeline(const TimelineOptions& options, Gpu& gpu, const modules::Dram& dram, const std::string& trace_hash,
+  Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem& memory, const std::string& trace_hash,
            const std::string& config_hash);
   void finish();
 
@@ -71,7 +72,7 @@ class Timeline final : private CycleObserver {
 
   TimelineOptions options_;
   Gpu& gpu_;
-  const modules::Dram& dram_;
+  const MemorySystem& memory_;
   TraceEventWriter writer_;
   std::vector<SmTracks> sms_;
   unsigned memory_process_ = 0;

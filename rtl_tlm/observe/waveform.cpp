@@ -14,11 +14,11 @@ std::string save_file_of(const std::string& vcd_path) {
   return stem + ".gtkw";
 }
 
-Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram& dram, const traces::Header& header,
+Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem& memory, const traces::Header& header,
                    const std::string& comment)
     : options_(options),
       gpu_(gpu),
-      dram_(dram),
+      memory_(memory),
       comment_(comment),
       writer_(options.path),
       wires_(writer_, options.scope, options.level),
@@ -51,8 +51,13 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram
       l2_slices_.emplace_back(wires_, slice->name(), *own);
     }
   }
-  for (unsigned i = 0; i < dram.channels(); ++i) {
+  for (unsigned i = 0; i < memory.channels(); ++i) {
     dram_outstanding_.push_back(wires_.add(fmt::format("gpu.dram.channel{}.outstanding", i), 16));
+  }
+  for (MemoryProbe& probe : memory.probes()) {
+    const std::size_t before = wires_.selected();
+    const Wire wire = wires_.add("gpu.dram." + probe.name, probe.width);
+    if (wires_.selected() != before) memory_probes_.emplace_back(std::move(probe), wire);
   }
   if (wires_.selected() == 0) {
     throw Error("--vcd-scope", options.scope, "matches no signal; scopes begin with gpu, sm0, l2_slice0 or dram");
@@ -72,7 +77,8 @@ void Waveform::sample(Cycle now) {
   const modules::CrossbarCounters crossbar = gpu_.crossbar().counters();
   crossbar_requests_.set(crossbar.request.packets_in);
   crossbar_replies_.set(crossbar.reply.packets_in);
-  for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(dram_.outstanding(i));
+  for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(memory_.outstanding(i));
+  for (auto& [probe, wire] : memory_probes_) wire.set(probe.value());
   const auto sample_all = [now](auto& probes) {
     for (auto& probe : probes) probe.sample(now);
   };

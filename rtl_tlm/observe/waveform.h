@@ -6,9 +6,11 @@
 #include <string>
 #include <systemc>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observation.h"
 #include "grtx/rtl_tlm/observe/unit_probes.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
@@ -29,7 +31,7 @@ std::string save_file_of(const std::string& vcd_path);
 class Waveform final : private CycleObserver {
  public:
   /// Build after the GPU. comment: lines for the header of the file. Throws Error when the scope matches no signal.
-  Waveform(const WaveformOptions& options, Gpu& gpu, const modules::Dram& dram, const traces::Header& header,
+  Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem& memory, const traces::Header& header,
            const std::string& comment);
 
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
@@ -41,7 +43,7 @@ class Waveform final : private CycleObserver {
 
   WaveformOptions options_;
   Gpu& gpu_;
-  const modules::Dram& dram_;
+  const MemorySystem& memory_;
   std::string comment_;
   VcdWriter writer_;
   Wires wires_;
@@ -51,6 +53,7 @@ class Waveform final : private CycleObserver {
   std::vector<L1Probe> l1_caches_;
   std::vector<L2Probe> l2_slices_;
   std::vector<Wire> dram_outstanding_;  ///< by channel
+  std::vector<std::pair<MemoryProbe, Wire>> memory_probes_;
   template <typename... T>
   using LinkProbes = std::tuple<std::vector<LinkProbe<T>>...>;
   /// By what they carry; those with a selected signal.

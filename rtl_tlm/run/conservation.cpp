@@ -6,8 +6,7 @@
 
 namespace grtx::sim {
 
-std::vector<std::string> count_violations(const GpuCounters& c, const modules::DramCounters& memory,
-                                          const traces::Totals& totals, std::uint64_t groups) {
+std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups) {
   std::vector<std::string> violations;
   const auto equal = [&](const char* what, std::uint64_t executed, std::uint64_t expected) {
     if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
@@ -53,8 +52,9 @@ std::vector<std::string> count_violations(const GpuCounters& c, const modules::D
   equal("L2 replies", c.l2.replies_out, c.l2.requests_in);
   equal("packets into the reply network", c.crossbar.reply.packets_in, c.l2.replies_out);
   equal("packets out of the reply network", c.crossbar.reply.packets_out, c.crossbar.reply.packets_in);
-  equal("DRAM reads", memory.channel.reads, c.l2.dram_reads);
-  equal("DRAM writes", memory.channel.writes, c.l2.dram_writes);
+  const MemoryTraffic& memory = c.memory.traffic;
+  equal("DRAM reads", memory.reads, c.l2.dram_reads);
+  equal("DRAM writes", memory.writes, c.l2.dram_writes);
   equal("DRAM responses", memory.responses, c.l2.dram_reads + c.l2.dram_writes);
   equal("DRAM refusals", memory.refused, 0);
 
@@ -68,10 +68,10 @@ std::vector<std::string> count_violations(const GpuCounters& c, const modules::D
   return violations;
 }
 
-std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dram& dram) {
+std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem& memory) {
   std::vector<std::string> violations;
   if (!gpu.idle()) violations.push_back("the GPU is not empty at the end");
-  if (!dram.idle()) violations.push_back("the DRAM is not empty at the end");
+  if (!memory.idle()) violations.push_back("the DRAM is not empty at the end");
   for (const auto& slice : gpu.slices()) {
     const auto* own = dynamic_cast<const modules::L2Slice*>(slice.get());
     if (own != nullptr && own->dram.pool().live() != 0)

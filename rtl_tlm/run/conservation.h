@@ -13,10 +13,10 @@ namespace grtx::sim {
 // Each returns one line for each law that does not hold; none in a correct run.
 
 /// Work and requests. totals: of the groups that ran. groups: how many.
-std::vector<std::string> count_violations(const GpuCounters& counters, const modules::DramCounters& dram,
-                                          const traces::Totals& totals, std::uint64_t groups);
+std::vector<std::string> count_violations(const GpuCounters& counters, const traces::Totals& totals,
+                                          std::uint64_t groups);
 /// Queues, MSHRs, warp slots and DRAM payloads at the end.
-std::vector<std::string> emptiness_violations(const Gpu& gpu, const modules::Dram& dram);
+std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem& memory);
 /// No run is faster than a lower bound.
 std::vector<std::string> bound_violations(Cycle cycles, const std::vector<LowerBound>& bounds);
 

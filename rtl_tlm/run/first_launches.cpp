@@ -5,6 +5,7 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 
 namespace grtx::sim {
@@ -28,7 +29,7 @@ std::string simulate_front(const traces::Reader& reader, const std::vector<std::
   TraceSource source(reader, groups, kDecodeAhead);
   LaunchList launches;
   Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});
-  const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, {});
+  const std::unique_ptr<MemorySystem> memory = memory_system(config.dram_model)(gpu, {});
   gpu.distributor().observe(&launches);
   run_for(gpu, kCycles);
   return launches.list.dump();

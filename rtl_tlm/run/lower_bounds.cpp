@@ -27,14 +27,7 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
   Cycle l1_miss_port = 0, l2_port = 0;
   for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
   for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());
-  // A data bus moves one burst in CCD memory clocks. The first burst's command may come in clock 0, and the channel may
-  // have decided on one command ahead of time, so two bursts do not count.
-  double dram = 0.0;
-  for (const modules::DramChannelCounters& channel : c.dram_of) {
-    if (config.dram.perfect || channel.bursts < 2) continue;
-    const double clocks = static_cast<double>(channel.bursts - 2) * config.dram.channel.timing.ccd;
-    dram = std::max(dram, std::floor(clocks * config.core_mhz / config.memory_mhz));
-  }
+  const auto dram = static_cast<Cycle>(std::floor(c.memory.busy_cycles));
   return {{"issue", issue, "cycles in which the busiest RT unit scheduled a warp"},
           {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"},
           {"unit.box", box, "busiest ray-box units: tests x interval / count"},
@@ -45,7 +38,7 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
           {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
           {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
           {"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},
-          {"dram_bandwidth", static_cast<Cycle>(dram), "bursts of the busiest DRAM channel on its data bus"},
+          {"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"},
           {"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency"},
           {"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane"}};
 }

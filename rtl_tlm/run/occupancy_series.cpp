@@ -13,7 +13,7 @@ OccupancySeries::Point OccupancySeries::point(Cycle cycle) const {
       p.rt_selections += rt->selections();
     }
   }
-  p.dram_bytes = dram_.counters().channel.bytes;
+  p.dram_bytes = memory_.total().bytes;
   p.resident = gpu_.distributor().running();
   return p;
 }

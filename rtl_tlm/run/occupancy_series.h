@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "grtx/modules/dram/dram.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 
 namespace grtx::sim {
 
@@ -16,7 +16,7 @@ class OccupancySeries {
   static constexpr std::size_t kMost = 64;
 
   /// Both must outlive the series.
-  OccupancySeries(const Gpu& gpu, const modules::Dram& dram) : gpu_(gpu), dram_(dram) {}
+  OccupancySeries(const Gpu& gpu, const MemorySystem& memory) : gpu_(gpu), memory_(memory) {}
 
   /// The cycle of the next point: step the kernel there, then call sample().
   Cycle next() const { return next_; }
@@ -37,7 +37,7 @@ class OccupancySeries {
   Point point(Cycle cycle) const;
 
   const Gpu& gpu_;
-  const modules::Dram& dram_;
+  const MemorySystem& memory_;
   Cycle interval_ = 256;
   Cycle next_ = 256;
   std::vector<Point> points_;

@@ -52,42 +52,42 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
-[[noreturn]] void stand_still(const Gpu& gpu, const modules::Dram& dram, const std::string& why) {
+[[noreturn]] void stand_still(const Gpu& gpu, const MemorySystem& memory, const std::string& why) {
   gpu.dump_state(std::cerr);
-  dram.dump_state(std::cerr);
+  memory.dump_state(std::cerr);
   throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
 }
 
 /// Fails when the model stands still although work remains.
 class Watchdog {
  public:
-  Watchdog(const Gpu& gpu, const modules::Dram& dram, Cycle limit) : gpu_(gpu), dram_(dram), limit_(limit) {}
+  Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit) : gpu_(gpu), memory_(memory), limit_(limit) {}
 
   void look(const std::string& remaining) {
-    const std::uint64_t progress = gpu_.progress() + dram_.counters().responses;
+    const std::uint64_t progress = gpu_.progress() + memory_.progress();
     const Cycle now = gpu_.core().edge_at_or_after_now();
     if (progress != progress_) {
       progress_ = progress;
       since_ = now;
     }
-    if (!sc_core::sc_pending_activity()) stand_still(gpu_, dram_, "nothing is scheduled but " + remaining);
+    if (!sc_core::sc_pending_activity()) stand_still(gpu_, memory_, "nothing is scheduled but " + remaining);
     if (now - since_ > limit_) {
-      stand_still(gpu_, dram_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
+      stand_still(gpu_, memory_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
     }
   }
 
  private:
   const Gpu& gpu_;
-  const modules::Dram& dram_;
+  const MemorySystem& memory_;
   Cycle limit_;
   std::uint64_t progress_ = ~std::uint64_t{0};
   Cycle since_ = 0;
 };
 
 /// Steps the kernel until the last warp has ended (the GPU pauses it there).
-void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const SimulationOptions& options,
+void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, const SimulationOptions& options,
                 OccupancySeries& series) {
-  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
+  Watchdog watchdog(gpu, memory, options.watchdog_cycles);
   Progress progress("simulate", groups, "warps", options.quiet);
   const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
   Cycle at = 0;
@@ -104,11 +104,11 @@ void run_to_end(Gpu& gpu, const modules::Dram& dram, std::uint64_t groups, const
 }
 
 /// Steps on until nothing is under way.
-void drain(Gpu& gpu, const modules::Dram& dram, const SimulationOptions& options) {
-  Watchdog watchdog(gpu, dram, options.watchdog_cycles);
-  while (!(gpu.idle() && dram.idle())) {
+void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& options) {
+  Watchdog watchdog(gpu, memory, options.watchdog_cycles);
+  while (!(gpu.idle() && memory.idle())) {
     run_for(gpu, kDrainStepCycles);
-    if (!(gpu.idle() && dram.idle())) watchdog.look("requests are under way after the last warp");
+    if (!(gpu.idle() && memory.idle())) watchdog.look("requests are under way after the last warp");
   }
 }
 
@@ -147,6 +147,9 @@ void add_host_statistics(modules::StatisticList& host, const GpuCounters& counte
 [[noreturn]] void rethrow(const traces::Reader& reader, const MeasuredSource& source,
                           const sc_core::sc_report& report) {
   if (source.failure()) std::rethrow_exception(source.failure());
+  if (report.get_msg_type() == std::string_view(modules::AtInitiator::kReport)) {
+    throw Error("memory", "", report.get_msg());  // a memory system that does not fit the run is bad input, too
+  }
   traces::check(reader, true);
   throw std::runtime_error(report.get_msg());
 }
@@ -166,17 +169,17 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   const traces::Header& header = reader.header();
   FinishedRun finished;
   Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
-  const std::unique_ptr<BuiltInDram> memory = bind_built_in_dram(gpu, options.build);
+  const std::unique_ptr<MemorySystem> memory =
+      (options.memory ? options.memory : memory_system(config.dram_model))(gpu, options.build);
   std::unique_ptr<Waveform> waveform;
   if (!options.waveform.path.empty()) {
     waveform =
-        std::make_unique<Waveform>(options.waveform, gpu, memory->dram, header,
+        std::make_unique<Waveform>(options.waveform, gpu, *memory, header,
                                    fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
   }
   std::unique_ptr<Timeline> timeline;
   if (!options.timeline.path.empty()) {
-    timeline =
-        std::make_unique<Timeline>(options.timeline, gpu, memory->dram, reader.content_hash(), config_hash(config));
+    timeline = std::make_unique<Timeline>(options.timeline, gpu, *memory, reader.content_hash(), config_hash(config));
   }
   gpu.distributor().observe(options.observer);
   std::unique_ptr<PixelCycles> pixel_cycles;
@@ -184,11 +187,11 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
     pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
     gpu.distributor().observe(pixel_cycles.get());
   }
-  OccupancySeries series(gpu, memory->dram);
-  run_to_end(gpu, memory->dram, source.count(), options, series);
-  const EndOfRun end = settle(gpu, memory->dram);
+  OccupancySeries series(gpu, *memory);
+  run_to_end(gpu, *memory, source.count(), options, series);
+  const EndOfRun end = settle(gpu, *memory);
   finished.over_time = series.json(gpu.distributor().end_cycle());
-  drain(gpu, memory->dram, options);
+  drain(gpu, *memory, options);
   if (waveform) waveform->finish();
   if (timeline) timeline->finish();
   if (pixel_cycles) {
@@ -196,9 +199,10 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
     finished.height = header.height;
     finished.pixel_cycles = pixel_cycles->cycles();
   }
-  finished.counters = collect_counters(gpu, memory->dram, end);
-  finished.violations = emptiness_violations(gpu, memory->dram);
-  finished.inventories = inventory_of(gpu, memory->dram);
+  finished.counters = collect_counters(gpu, *memory, end);
+  finished.violations = emptiness_violations(gpu, *memory);
+  for (std::string& violation : memory->violations()) finished.violations.push_back(std::move(violation));
+  finished.inventories = inventory_of(gpu, *memory);
   finished.ticks = gpu.core().ticks();
   return finished;
 }
@@ -240,13 +244,14 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     FinishedRun finished = engine.run(work, source);
     const GpuCounters& counters = finished.counters;
     over_time = std::move(finished.over_time);
+    if (counters.memory.model != config.dram_model) result.inputs["memory"] = counters.memory.model;
     result.width = finished.width;
     result.height = finished.height;
     result.pixel_cycles = std::move(finished.pixel_cycles);
     const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
     result.cycles = counters.cycles;
     result.binding_bound = binding_bound(bounds).name;
-    result.violations = count_violations(counters, counters.dram, source.totals(), groups.size());
+    result.violations = count_violations(counters, source.totals(), groups.size());
     for (const auto& more : {finished.violations, bound_violations(counters.cycles, bounds)}) {
       result.violations.insert(result.violations.end(), more.begin(), more.end());
     }

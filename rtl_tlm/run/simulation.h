@@ -14,6 +14,7 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/timeline.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
 #include "grtx/traces/reader.h"
@@ -35,6 +36,7 @@ struct SimulationOptions {
   modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
   EnergyPricing price;                        ///< none: the run has no energy statistics
   BuildOptions build;
+  MemorySystemFactory memory;  ///< stands in for what dram.model names; cycle mode only
 };
 
 /// What a run leaves behind, whichever engine ran.

@@ -17,6 +17,9 @@ void FastEngine::prepare(const Work& work) {
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
     throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
+  if (options.memory || work.config.dram_model != kBuiltInMemory) {
+    throw Error("sim", "--mode fast", "has the built-in DRAM only (dram.model): use --mode cycle");
+  }
   if (work.groups.size() > std::size_t{work.config.sms} * work.config.resident_warps) {
     try {
       first_ = first_launches(work.reader, work.groups, work.config);

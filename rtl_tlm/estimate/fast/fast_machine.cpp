@@ -5,6 +5,7 @@
 
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
+#include "grtx/rtl_tlm/gpu/built_in_memory.h"
 
 namespace grtx::sim::fast {
 
@@ -87,10 +88,9 @@ GpuCounters Machine::counters() const {
     network->packets_in = network->packets_out = packets;
   }
   c.l2_dirty_sectors = memory.dirty_sectors();
-  c.dram_of = memory.channels();
-  for (DramChannelCounters& channel : c.dram_of) scale_up(channel, doublings);
-  c.dram_channels = c.dram_of;
-  c.dram = memory.dram(c.dram_of, c.cycles);
+  std::vector<DramChannelCounters> channels = memory.channels();
+  for (DramChannelCounters& channel : channels) scale_up(channel, doublings);
+  c.memory = built_in_counters(shared_.config, channels, memory.dram(channels, c.cycles), channels);
   add_up(c);
   return c;
 }

@@ -274,7 +274,7 @@ class SampledRun {
       add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
       add("fast.l1_hit_rate", ratio(l1.hits + l1.hits_on_miss, l1.reads), "ratio", "of fast mode");
       add("fast.l2_accesses", whole_fast_.counters.l2.accesses(), "sectors", "of fast mode");
-      add("fast.dram_sectors", whole_fast_.counters.dram.responses, "sectors", "of fast mode");
+      add("fast.dram_sectors", whole_fast_.counters.memory.traffic.responses, "sectors", "of fast mode");
       return;
     }
     const ModelRates rates = rates_of(fit_.log_rates);
@@ -463,6 +463,9 @@ void check_sampled(const SampledOptions& options) {
 SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options) {
   check_sampled(options);
   check_config(config, "configuration");
+  if (config.dram_model != kBuiltInMemory) {
+    throw Error("sampled mode", "dram.model", "must be built_in: fast mode has no other");
+  }
   return SampledRun(trace_path, config, options).run();
 }
 

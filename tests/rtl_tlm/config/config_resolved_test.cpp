@@ -81,6 +81,7 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
     // Another allowed value for each kind of key.
     std::string other;
     if (const auto* names = std::get_if<Choice>(&probe.value)) {
+      if (names->names.size() == 1) continue;  // dram.model, until a program registers more
       other = names->names.back();
     } else if (std::holds_alternative<bool*>(probe.value)) {
       other = value_text(probe) == "true" ? "false" : "true";

@@ -21,7 +21,7 @@ GpuCounters idle_run() {
   return c;
 }
 
-TEST(Conservation, HoldsForAnIdleRun) { EXPECT_THAT(count_violations(idle_run(), {}, {}, 0), ::testing::IsEmpty()); }
+TEST(Conservation, HoldsForAnIdleRun) { EXPECT_THAT(count_violations(idle_run(), {}, 0), ::testing::IsEmpty()); }
 
 TEST(Conservation, EveryTotalOfTheTraceIsChecked) {
   using traces::Totals;
@@ -40,13 +40,13 @@ TEST(Conservation, EveryTotalOfTheTraceIsChecked) {
   for (const auto& [member, text] : cases) {
     Totals totals;
     totals.*member = 1;
-    EXPECT_THAT(count_violations(idle_run(), {}, totals, 0), ::testing::Contains(HasSubstr(text)));
+    EXPECT_THAT(count_violations(idle_run(), totals, 0), ::testing::Contains(HasSubstr(text)));
   }
-  EXPECT_THAT(count_violations(idle_run(), {}, {}, 3), ElementsAre("warps ended: 0 instead of 3"));
+  EXPECT_THAT(count_violations(idle_run(), {}, 3), ElementsAre("warps ended: 0 instead of 3"));
 }
 
 TEST(Conservation, EveryLevelAnswersItsRequests) {
-  using Change = std::function<void(GpuCounters&, modules::DramCounters&)>;
+  using Change = std::function<void(GpuCounters&, MemoryTraffic&)>;
   const std::vector<std::pair<Change, const char*>> cases = {
       {[](auto& c, auto&) { c.rt.prefetch.sectors = 1; }, "L1 accesses: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.prefetches = 1; }, "L1 responses: 0 instead of 1"},
@@ -63,9 +63,8 @@ TEST(Conservation, EveryLevelAnswersItsRequests) {
       {[](auto& c, auto&) { c.simt.shader.k_buffer_mismatches = 1; }, "k-buffer mismatches: 1 instead of 0"}};
   for (const auto& [change, text] : cases) {
     GpuCounters counters = idle_run();
-    modules::DramCounters dram;
-    change(counters, dram);
-    EXPECT_THAT(count_violations(counters, dram, {}, 0), ::testing::Contains(text));
+    change(counters, counters.memory.traffic);
+    EXPECT_THAT(count_violations(counters, {}, 0), ::testing::Contains(text));
   }
 }
 

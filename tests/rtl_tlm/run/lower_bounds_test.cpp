@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "grtx/rtl_tlm/gpu/built_in_memory.h"
 #include "rtl_tlm/tiny_trace.h"
 
 namespace grtx::sim {
@@ -22,7 +23,6 @@ GpuCounters two_sms() {
   c.simt_of.resize(2);
   c.l1_of.resize(2);
   c.l2_of.resize(2);
-  c.dram_of.resize(2);
   return c;
 }
 
@@ -39,7 +39,9 @@ TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
   c.l1_of[1].sent_reads = 5;
   c.l1_of[1].sent_writes = 6;
   c.l2_of[0].region[0].reads = 12;
-  c.dram_of[1].bursts = 1002;
+  std::vector<modules::DramChannelCounters> channels(2);
+  channels[1].bursts = 1002;
+  c.memory = built_in_counters(config, channels, {}, channels);
   const auto bounds = bounds_of(c, {500, 600}, config);
   EXPECT_EQ(bounds.at("issue"), 30U);
   EXPECT_EQ(bounds.at("unit.box"), 101U);     // ceil(401 / 4 pipelines)
@@ -59,7 +61,9 @@ TEST(LowerBounds, PerfectDramHasNoDataBus) {
   GpuConfig config;
   config.dram.perfect = true;
   GpuCounters c = two_sms();
-  c.dram_of[0].bursts = 1000;
+  std::vector<modules::DramChannelCounters> channels(2);
+  channels[0].bursts = 1000;
+  c.memory = built_in_counters(config, channels, {}, channels);
   EXPECT_EQ(bounds_of(c, {}, config).at("dram_bandwidth"), 0U);
 }
 

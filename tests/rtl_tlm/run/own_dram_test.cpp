@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
+#include "grtx/base/atomic_file.h"
 #include "paths.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -68,10 +70,25 @@ TEST_F(OwnDram, TakesThePlaceOfTheBuiltInModel) {
   EXPECT_EQ(result_of(own_dram(file_.path() + " 40")).cycles, fast.cycles);
 }
 
+TEST_F(OwnDram, ANarrowBusIsTheLargestBoundAndTheWaveformShowsTheChannel) {
+  const std::string waves = file_.path() + ".vcd";
+  const Outcome outcome = own_dram(file_.path() + " 40 0.05 " + waves);
+  const Result r = result_of(outcome);
+  const std::size_t at = outcome.out.find("bound ");
+  ASSERT_NE(at, std::string::npos) << outcome.out;
+  const auto bound = static_cast<double>(std::stoul(outcome.out.substr(at + 6)));
+  // 32 B take 640 ns, 873.6 cycles, on the busier of two channels.
+  EXPECT_GE(bound, static_cast<double>(r.reads) / 2 * 873.0);
+  EXPECT_LE(bound, static_cast<double>(r.cycles));
+  const std::string text = read_file(waves);
+  EXPECT_NE(text.find("inside"), std::string::npos);
+  std::filesystem::remove(waves);
+  std::filesystem::remove(file_.path() + ".gtkw");
+}
+
 TEST_F(OwnDram, RefusesBadArguments) {
   EXPECT_EQ(own_dram("").code, 2);
   EXPECT_EQ(own_dram(file_.path() + " quick").code, 2);
-  EXPECT_EQ(own_dram(file_.path() + " 40 1000").code, 2);
   EXPECT_EQ(own_dram(file_.path() + ".missing").code, 2);
 }
 

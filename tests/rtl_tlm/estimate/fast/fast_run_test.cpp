@@ -55,7 +55,7 @@ TEST_P(FastRunTest, IsCloseToCycleMode) {
   // These warps are short: some latencies that the model leaves out count more than in a scene.
   EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.06);
   EXPECT_NEAR(static_cast<double>(run.counters.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.counters.dram.channel.bursts) / value("gpu.dram.bursts"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.counters.memory.traffic.bytes) / value("gpu.dram.bytes"), 1.0, 0.06);
   EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
 }
 
@@ -82,7 +82,7 @@ TEST_P(FastRunTest, PerfectCachesAskNobody) {
   const Cycle with = whole(reader).cycles();
   config_.l2.perfect = true;
   const FastRun no_dram = whole(reader);
-  EXPECT_EQ(no_dram.counters.dram.responses, 0U);
+  EXPECT_EQ(no_dram.counters.memory.traffic.responses, 0U);
   EXPECT_GT(no_dram.counters.l2.accesses(), 0U);
   EXPECT_LT(no_dram.cycles(), with);
   config_.l1.perfect = true;

@@ -1,0 +1,44 @@
+// Counts what passes a 32-bit TLM-2.0 socket, approximately timed or blocking: put in line between an initiator and its
+// target. Changes nothing. Costs a few additions a call.
+#pragma once
+
+#include <tlm_utils/simple_initiator_socket.h>
+#include <tlm_utils/simple_target_socket.h>
+
+#include <cstdint>
+#include <systemc>
+#include <tlm>
+
+#include "grtx/modules/tlm/memory_traffic.h"
+
+namespace grtx::modules {
+
+class AtMonitor final : public sc_core::sc_module {
+ public:
+  explicit AtMonitor(const sc_core::sc_module_name& name);
+
+  tlm_utils::simple_target_socket<AtMonitor, 32> target;        ///< bind the initiator to this
+  tlm_utils::simple_initiator_socket<AtMonitor, 32> initiator;  ///< bind this to the target
+
+  const MemoryTraffic& traffic() const { return traffic_; }
+  /// Begun and not answered.
+  std::uint64_t outstanding() const { return traffic_.reads + traffic_.writes - traffic_.responses; }
+  /// Every transaction has ended, response phases included.
+  bool idle() const { return ended_ == traffic_.reads + traffic_.writes; }
+  /// Mean of (begin of response - begin of request); exact when nothing is outstanding.
+  double mean_latency_ns() const;
+
+ private:
+  ::tlm::tlm_sync_enum forward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
+  ::tlm::tlm_sync_enum backward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
+  void blocking(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  unsigned debug(::tlm::tlm_generic_payload& payload) { return initiator->transport_dbg(payload); }
+  void count_request(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void count_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+
+  MemoryTraffic traffic_;
+  std::uint64_t ended_ = 0;
+  std::uint64_t latency_ = 0;  ///< times of responses - times of requests, in units of the resolution, modulo 2^64
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,53 @@
+#include "grtx/rtl_tlm/gpu/built_in_memory.h"
+
+#include <algorithm>
+
+namespace grtx::sim {
+namespace {
+
+/// A data bus moves one burst in CCD memory clocks. The first burst's command may come in clock 0, and the channel may
+/// have decided on one command ahead of time, so two bursts do not count.
+double busy_core_cycles_of(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& channels) {
+  double busiest = 0.0;
+  for (const modules::DramChannelCounters& channel : channels) {
+    if (config.dram.perfect || channel.bursts < 2) continue;
+    const double clocks = static_cast<double>(channel.bursts - 2) * config.dram.channel.timing.ccd;
+    busiest = std::max(busiest, clocks * config.core_mhz / config.memory_mhz);
+  }
+  return busiest;
+}
+
+}  // namespace
+
+BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
+    : config_(gpu.config()),
+      clock_("memory_clock", config_.memory_mhz, build.idle_skip),
+      dram_("dram", config_.dram_config(gpu.map().bytes()), clock_),
+      ahead_(gpu.core(), clock_, build.run_ahead) {
+  for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(dram_.sockets[i]);
+}
+
+MemoryTraffic BuiltInMemory::traffic(unsigned channel) const {
+  const modules::DramChannelCounters& c = dram_.channel_counters(channel);
+  return {c.reads, c.writes, c.bytes, dram_.responses(channel), dram_.refused(channel)};
+}
+
+double BuiltInMemory::busy_core_cycles() const { return busy_core_cycles_of(config_, dram_.all_channel_counters()); }
+
+std::unique_ptr<MemorySystem> build_built_in_memory(Gpu& gpu, const BuildOptions& build) {
+  return std::make_unique<BuiltInMemory>(gpu, build);
+}
+
+MemoryCounters built_in_counters(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& at_end,
+                                 const modules::DramCounters& drained,
+                                 const std::vector<modules::DramChannelCounters>& drained_channels) {
+  MemoryCounters counters;
+  counters.model = kBuiltInMemory;
+  counters.traffic = {drained.channel.reads, drained.channel.writes, drained.channel.bytes, drained.responses,
+                      drained.refused};
+  counters.busy_cycles = busy_core_cycles_of(config, at_end);
+  modules::describe(drained, drained_channels, counters.statistics, "gpu.dram");
+  return counters;
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,50 @@
+// The built-in DRAM with its memory clock as a memory system.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/kernel/run_ahead.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
+
+namespace grtx::sim {
+
+class BuiltInMemory final : public MemorySystem {
+ public:
+  /// Binds itself to all sockets of the GPU.
+  BuiltInMemory(Gpu& gpu, const BuildOptions& build);
+
+  std::string model() const override { return kBuiltInMemory; }
+  unsigned channels() const override { return dram_.channels(); }
+  MemoryTraffic traffic(unsigned channel) const override;
+  std::uint64_t outstanding(unsigned channel) const override { return dram_.outstanding(channel); }
+  bool idle() const override { return dram_.idle(); }
+  void dump_state(std::ostream& out) const override { dram_.dump_state(out); }
+  void statistics(modules::StatisticList& list, const std::string& prefix) const override {
+    dram_.statistics(list, prefix);
+  }
+  double busy_core_cycles() const override;
+  std::optional<modules::Inventory> inventory() const override { return dram_.inventory(); }
+
+  const modules::Dram& dram() const { return dram_; }
+
+ private:
+  GpuConfig config_;
+  modules::ClockDomain clock_;
+  modules::Dram dram_;
+  modules::RunAhead ahead_;  ///< of both clocks
+};
+
+/// The factory of dram.model = built_in.
+std::unique_ptr<MemorySystem> build_built_in_memory(Gpu& gpu, const BuildOptions& build);
+
+/// What a run keeps, from the counts of a model of this DRAM. at_end: of each channel when the last warp had ended.
+MemoryCounters built_in_counters(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& at_end,
+                                 const modules::DramCounters& drained,
+                                 const std::vector<modules::DramChannelCounters>& drained_channels);
+
+}  // namespace grtx::sim
