@@ -1,0 +1,97 @@
+#include "grtx/modules/tlm/link_to_tlm.h"
+
+#include <algorithm>
+#include <ostream>
+
+#include "grtx/modules/tlm/at_payload_attributes.h"
+
+namespace grtx::modules {
+
+LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : ClockedModule(name, clock),
+      request("request"),
+      response("response"),
+      memory("memory", clock),
+      config_(config),
+      slots_(config.outstanding) {
+  for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
+  if (config_.blocking) SC_THREAD(call);
+}
+
+void LinkToTlm::end_of_elaboration() {
+  request->wake(&alarm_);
+  memory.wake(&alarm_);
+}
+
+Cycle LinkToTlm::tick(Cycle now) {
+  take_completion(now);
+  send(now);
+  Cycle next = memory.next_visible();
+  if (!returned_.empty()) next = std::min(next, returned_.begin()->first);
+  if (!free_.empty() && !calling_) {
+    const Cycle can = config_.blocking ? next_call_ : memory.next_send();
+    if (can != kNever) next = std::min(next, std::max(can, request->next_visible()));
+  }
+  return next;
+}
+
+bool LinkToTlm::answer(Cycle now, std::uint32_t slot) {
+  if (!response->can_push(now)) return false;
+  const MemoryRequest& r = slots_[slot];
+  response->push(now, {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch});
+  free_.push_back(slot);
+  return true;
+}
+
+// One response a cycle.
+void LinkToTlm::take_completion(Cycle now) {
+  if (const AtInitiator::Completion* completion = memory.front(now); completion != nullptr) {
+    if (!completion->ok()) memory.report_refusal(*completion);
+    if (answer(now, completion->context)) memory.pop();
+  } else if (!returned_.empty() && returned_.begin()->first <= now) {
+    if (answer(now, returned_.begin()->second)) returned_.erase(returned_.begin());
+  }
+}
+
+void LinkToTlm::send(Cycle now) {
+  const MemoryRequest* head = request->front(now);
+  if (head == nullptr || free_.empty()) return;
+  if (config_.blocking ? calling_ || next_call_ > now : !memory.can_send(now)) return;
+  const std::uint32_t slot = free_.back();
+  free_.pop_back();
+  slots_[slot] = *head;
+  request->pop(now);
+  ++requests_;
+  if (!config_.blocking) return memory.send(slots_[slot].address, kSectorBytes, slots_[slot].write, slot);
+  calling_ = true;
+  calling_slot_ = slot;
+  called_.notify(clock_.ahead_of_kernel());
+}
+
+// A thread, because the target may wait.
+void LinkToTlm::call() {
+  while (true) {
+    wait(called_);
+    const MemoryRequest& head = slots_[calling_slot_];
+    AtPayload& payload = pool_.acquire();
+    set_attributes(payload, head.address, kSectorBytes, head.write);
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    memory.socket->b_transport(payload, delay);
+    if (!payload.is_response_ok()) {
+      memory.report_refusal({calling_slot_, head.write, payload.get_response_status(), head.address, 0});
+    }
+    payload.release();
+    const Cycle visible = clock_.edge_after(delay.value());
+    returned_.emplace(visible, calling_slot_);
+    calling_ = false;
+    next_call_ = clock_.edge_after();
+    alarm_.request(std::min(visible, next_call_));
+  }
+}
+
+void LinkToTlm::dump_state(std::ostream& out) const {
+  out << name() << ": " << slots_.size() - free_.size() << " requests under way, outstanding in the memory "
+      << memory.outstanding() << (calling_ ? ", inside b_transport" : "") << '\n';
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,172 @@
+#include "grtx/modules/tlm/tlm_to_link.h"
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+namespace grtx::modules {
+
+using sc_core::sc_time;
+using ::tlm::tlm_generic_payload;
+
+TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
+    : ClockedModule(name, clock),
+      socket("socket"),
+      request("request"),
+      response("response"),
+      config_(config),
+      slots_(config.outstanding) {
+  for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
+  socket.register_nb_transport_fw(this, &TlmToLink::nb_transport_fw);
+  socket.register_b_transport(this, &TlmToLink::b_transport);
+}
+
+void TlmToLink::end_of_elaboration() { response->wake(&alarm_); }
+
+::tlm::tlm_response_status TlmToLink::check(const tlm_generic_payload& payload) {
+  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
+  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (payload.get_data_length() == 0 || payload.get_streaming_width() < payload.get_data_length()) {
+    return ::tlm::TLM_BURST_ERROR_RESPONSE;
+  }
+  if (payload.get_address() + payload.get_data_length() > std::uint64_t{1} << kAddressBits) {
+    return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  }
+  return ::tlm::TLM_OK_RESPONSE;
+}
+
+bool TlmToLink::refuse(tlm_generic_payload& payload) {
+  const ::tlm::tlm_response_status status = check(payload);
+  if (status == ::tlm::TLM_OK_RESPONSE) return false;
+  payload.set_response_status(status);
+  ++refused_;
+  return true;
+}
+
+::tlm::tlm_sync_enum TlmToLink::nb_transport_fw(tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_time& delay) {
+  const Cycle edge = clock_.edge_after(delay.value());
+  if (phase == tlm::BEGIN_REQ) {
+    if (refuse(payload)) return ::tlm::TLM_COMPLETED;
+    if (arriving_ != nullptr) SC_REPORT_ERROR("/grtx/tlm_to_link", "BEGIN_REQ before END_REQ of the previous request");
+    payload.acquire();
+    arriving_ = &payload;
+    arrival_ = edge;
+    alarm_.request(edge);
+  } else if (phase == tlm::END_RESP) {
+    if (responding_ != &payload) SC_REPORT_ERROR("/grtx/tlm_to_link", "END_RESP without BEGIN_RESP");
+    end_response(edge);
+  }
+  return ::tlm::TLM_ACCEPTED;
+}
+
+void TlmToLink::b_transport(tlm_generic_payload& payload, sc_time& delay) {
+  if (refuse(payload)) return;
+  if (delay != sc_core::SC_ZERO_TIME) wait(delay);  // loosely timed initiators may be ahead: here they synchronise
+  delay = sc_core::SC_ZERO_TIME;
+  while (!room()) wait(room_);
+  sc_core::sc_event done;
+  enter(payload, &done);
+  alarm_.request(clock_.edge_after());
+  wait(done);
+}
+
+void TlmToLink::enter(tlm_generic_payload& payload, sc_core::sc_event* done) {
+  const std::uint32_t slot = free_.back();
+  free_.pop_back();
+  const std::uint64_t first = payload.get_address() / kSectorBytes * kSectorBytes;
+  const std::uint64_t last = (payload.get_address() + payload.get_data_length() - 1) / kSectorBytes * kSectorBytes;
+  const std::uint64_t sectors = (last - first) / kSectorBytes + 1;
+  slots_[slot] = {&payload, done, first, sectors, sectors, payload.is_write()};
+  sending_.push_back(slot);
+  ++inside_;
+}
+
+Cycle TlmToLink::tick(Cycle now) {
+  take_responses(now);
+  take_arrival(now);
+  send_sector(now);
+  begin_response(now);
+  Cycle next = response->next_visible();
+  if (!sending_.empty()) next = std::min(next, now + 1);
+  if (arriving_ != nullptr && room()) next = std::min(next, arrival_);
+  if (!answered_.empty() && responding_ == nullptr) next = std::min(next, response_free_);
+  return next;
+}
+
+void TlmToLink::take_responses(Cycle now) {
+  while (const MemoryResponse* arrived = response->front(now)) {
+    const std::uint32_t slot = arrived->tag;
+    response->pop(now);
+    Transaction& transaction = slots_.at(slot);
+    if (--transaction.to_come > 0) continue;
+    transaction.payload->set_response_status(::tlm::TLM_OK_RESPONSE);
+    if (transaction.done != nullptr) {
+      transaction.done->notify(clock_.ahead_of_kernel());
+      leave();
+    } else {
+      answered_.push_back(transaction.payload);
+    }
+    transaction = {};
+    free_.push_back(slot);
+  }
+}
+
+void TlmToLink::take_arrival(Cycle now) {
+  if (arriving_ == nullptr || arrival_ > now || !room()) return;
+  tlm_generic_payload& payload = *std::exchange(arriving_, nullptr);
+  enter(payload, nullptr);
+  ::tlm::tlm_phase phase = tlm::END_REQ;
+  sc_time delay = clock_.ahead_of_kernel();
+  socket->nb_transport_bw(payload, phase, delay);
+}
+
+void TlmToLink::send_sector(Cycle now) {
+  while (!sending_.empty() && slots_[sending_.front()].to_send == 0) sending_.pop_front();
+  if (sending_.empty() || !request->can_push(now)) return;
+  const std::uint32_t slot = sending_.front();
+  Transaction& transaction = slots_[slot];
+  MemoryRequest sector;
+  sector.address = transaction.next_sector;
+  sector.tag = slot;
+  sector.client = config_.client;
+  sector.sm = config_.sm;
+  sector.region = config_.region;
+  sector.write = transaction.write;
+  request->push(now, sector);
+  ++sectors_;
+  transaction.next_sector += kSectorBytes;
+  if (--transaction.to_send == 0) sending_.pop_front();
+}
+
+void TlmToLink::begin_response(Cycle now) {
+  if (answered_.empty() || responding_ != nullptr || response_free_ > now) return;
+  tlm_generic_payload& payload = *answered_.front();
+  answered_.pop_front();
+  responding_ = &payload;
+  ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
+  sc_time delay = clock_.ahead_of_kernel();
+  const ::tlm::tlm_sync_enum status = socket->nb_transport_bw(payload, phase, delay);
+  const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
+  if (ended && responding_ != nullptr) end_response(clock_.edge_after(delay.value()));
+}
+
+void TlmToLink::end_response(Cycle free_from) {
+  std::exchange(responding_, nullptr)->release();
+  response_free_ = free_from;
+  leave();
+  if (!answered_.empty() || arriving_ != nullptr) alarm_.request(free_from);
+}
+
+void TlmToLink::leave() {
+  ++transactions_;
+  --inside_;
+  room_.notify(clock_.ahead_of_kernel());
+}
+
+void TlmToLink::dump_state(std::ostream& out) const {
+  out << name() << ": " << inside_ << " transactions inside, " << sending_.size() << " with sectors to send, "
+      << answered_.size() << " answered" << (arriving_ != nullptr ? ", request waiting" : "")
+      << (responding_ != nullptr ? ", response open" : "") << '\n';
+}
+
+}  // namespace grtx::modules
