@@ -10,6 +10,7 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/rtl_tlm/memory/dram_simulators.h"
 
 namespace {
 
@@ -88,6 +89,7 @@ int sc_main(int argc, char** argv) {
   sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
   try {
+    grtx::sim::register_dram_simulators();
     return run(argc, argv);
   } catch (const grtx::Error& error) {
     print_error(error);

@@ -61,7 +61,7 @@ std::string value_text(const ConfigKey& key) {
 }
 
 std::string range_text(const ConfigKey& key) {
-  if (const auto* names = std::get_if<Choice>(&key.value)) return joined(names->names);
+  if (const auto* names = std::get_if<Choice>(&key.value)) return names->names.empty() ? "text" : joined(names->names);
   if (std::holds_alternative<bool*>(key.value)) return "true, false";
   if (std::isinf(key.max)) return "at least " + number_text(key.min);
   return number_text(key.min) + " to " + number_text(key.max);
@@ -103,9 +103,9 @@ std::string assign_bool(const ConfigKey& key, bool value) {
 std::string assign_string(const ConfigKey& key, const std::string& value) {
   const auto* names = std::get_if<Choice>(&key.value);
   if (names == nullptr) return wrong_type(key, fmt::format("the text '{}'", value));
-  if (std::find(names->names.begin(), names->names.end(), value) == names->names.end()) {
-    return fmt::format("must be one of {}, not '{}'; the nearest is '{}'", range_text(key), value,
-                       nearest_name(value, names->names));
+  if (!names->names.empty() && std::find(names->names.begin(), names->names.end(), value) == names->names.end()) {
+    return fmt::format("must be one of {}, not '{}'; the nearest is '{}'{}", range_text(key), value,
+                       nearest_name(value, names->names), names->hint.empty() ? "" : "; " + names->hint);
   }
   names->set(value);
   return {};

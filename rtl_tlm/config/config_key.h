@@ -13,11 +13,12 @@
 
 namespace grtx::sim {
 
-/// A value that is one of a few names.
+/// A value that is one of a few names, or any text.
 struct Choice {
-  std::vector<std::string> names;
+  std::vector<std::string> names;  ///< empty: any text
   std::function<std::string()> get;
   std::function<void(const std::string&)> set;
+  std::string hint = {};  ///< for who misses a name
 };
 
 /// How well a default is known: A = stated in the paper, B = taken from a public simulator or product,

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/config/config_file.h"
@@ -78,6 +80,10 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must be at least 2 with rt.warp_buffer.spill");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
+  const std::vector<std::string> with_file = memory_systems_with_file();
+  require(std::find(with_file.begin(), with_file.end(), config.dram_model) == with_file.end() ||
+              !config.dram_simulator.file.empty(),
+          "dram.simulator.config", "names no file, but dram.model needs one");
   const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
   require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
 }
@@ -110,7 +116,9 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
 
 std::string config_hash(const GpuConfig& config) {
   nlohmann::ordered_json json = config_json(config);
-  if (config.dram_model == kBuiltInMemory) json.erase("dram.model");
+  if (config.dram_model == kBuiltInMemory) {
+    for (const char* key : {"dram.model", "dram.simulator.config", "dram.simulator.per_slice"}) json.erase(key);
+  }
   return hex(xxh3(json.dump()));
 }
 

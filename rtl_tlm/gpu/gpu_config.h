@@ -32,6 +32,12 @@ struct FastModel {
   std::uint64_t seed = 1;  ///< which of them
 };
 
+/// For memory systems that have a configuration of their own.
+struct DramSimulatorConfig {
+  std::string file;
+  bool per_slice = true;  ///< a memory for each slice with local addresses, else one for all with global addresses
+};
+
 struct GpuConfig {
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
@@ -39,6 +45,7 @@ struct GpuConfig {
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
   std::string dram_model = kBuiltInMemory;  ///< what stands behind the memory sockets
+  DramSimulatorConfig dram_simulator;
   modules::RtUnitConfig rt;
   modules::SimtCoreConfig simt;
   modules::L1Cache::Config l1;

@@ -194,6 +194,17 @@ void add_fast(std::vector<ConfigKey>& keys, FastModel& c) {
       {"fast.seed", &c.seed, 0, 4294967295.0, "", "fast mode: which of a lane's events take time", kOurs, kAssumed});
 }
 
+/// Offered where a program has registered memory systems that are configured by a file.
+void add_dram_simulator(std::vector<ConfigKey>& keys, DramSimulatorConfig& c) {
+  if (memory_systems_with_file().empty()) return;
+  keys.insert(
+      keys.end(),
+      {{"dram.simulator.config", Choice{{}, [&c] { return c.file; }, [&c](const std::string& file) { c.file = file; }},
+        0, 0, "", "the DRAM simulator's own configuration file", kOurs, kAssumed},
+       {"dram.simulator.per_slice", &c.per_slice, 0, 0, "",
+        "a memory for each slice with local addresses, else one for all with global ones", kOurs, kAssumed}});
+}
+
 void add_dram(std::vector<ConfigKey>& keys, GpuConfig& config) {
   modules::Dram::Config& c = config.dram;
   modules::DramChannelConfig& channel = c.channel;
@@ -201,7 +212,8 @@ void add_dram(std::vector<ConfigKey>& keys, GpuConfig& config) {
       keys.end(),
       {{"dram.model",
         Choice{memory_system_names(), [&config] { return config.dram_model; },
-               [&config](const std::string& name) { config.dram_model = name; }},
+               [&config](const std::string& name) { config.dram_model = name; },
+               "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)"},
         0, 0, "", "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
         kAssumed},
        {"dram.mhz", &config.memory_mhz, 1, 100000, "MHz", "memory (command) clock", kTable1, kPaper},
@@ -234,6 +246,7 @@ void add_dram(std::vector<ConfigKey>& keys, GpuConfig& config) {
     keys.push_back({std::string("dram.timing.") + timing.name, timing.value, min, 10000, "clocks", timing.description,
                     kVulkanSim, kPublic});
   }
+  add_dram_simulator(keys, config.dram_simulator);
 }
 
 }  // namespace

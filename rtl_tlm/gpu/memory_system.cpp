@@ -10,7 +10,11 @@
 namespace grtx::sim {
 namespace {
 
-using Registered = std::pair<std::string, MemorySystemFactory>;
+struct Registered {
+  std::string name;
+  MemorySystemFactory factory;
+  bool needs_file = false;
+};
 
 /// The one table of names that configuration keys are checked against.
 std::vector<Registered>& registered() {
@@ -37,24 +41,32 @@ void MemorySystem::describe_traffic(modules::StatisticList& list, const std::str
   }
 }
 
-void register_memory_system(const std::string& name, MemorySystemFactory factory) {
+void register_memory_system(const std::string& name, MemorySystemFactory factory, bool needs_file) {
   for (const Registered& known : registered()) {
-    if (known.first == name) throw Error("dram.model", name, "is registered already");
+    if (known.name == name) throw Error("dram.model", name, "is registered already");
   }
-  registered().emplace_back(name, std::move(factory));
+  registered().push_back({name, std::move(factory), needs_file});
 }
 
 std::vector<std::string> memory_system_names() {
   std::vector<std::string> names;
-  for (const Registered& known : registered()) names.push_back(known.first);
+  for (const Registered& known : registered()) names.push_back(known.name);
+  return names;
+}
+
+std::vector<std::string> memory_systems_with_file() {
+  std::vector<std::string> names;
+  for (const Registered& known : registered()) {
+    if (known.needs_file) names.push_back(known.name);
+  }
   return names;
 }
 
 const MemorySystemFactory& memory_system(const std::string& name) {
   std::string names;
   for (const Registered& known : registered()) {
-    if (known.first == name) return known.second;
-    names += (names.empty() ? "" : ", ") + known.first;
+    if (known.name == name) return known.factory;
+    names += (names.empty() ? "" : ", ") + known.name;
   }
   throw Error("configuration", "dram.model", fmt::format("must be one of {}, not '{}'", names, name));
 }

@@ -87,9 +87,12 @@ inline constexpr const char* kBuiltInMemory = "built_in";
 
 /// Makes `name` a value of dram.model, to be called before configurations are read. Throws Error for a name that is
 /// taken.
-void register_memory_system(const std::string& name, MemorySystemFactory factory);
+/// needs_file: it reads dram.simulator.config, which is then offered as a key.
+void register_memory_system(const std::string& name, MemorySystemFactory factory, bool needs_file = false);
 /// kBuiltInMemory, then those registered, in order.
 std::vector<std::string> memory_system_names();
+/// Those that were registered with needs_file.
+std::vector<std::string> memory_systems_with_file();
 /// Throws Error, which lists the names, for one that is not registered.
 const MemorySystemFactory& memory_system(const std::string& name);
 

@@ -1,6 +1,8 @@
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/memory/ported_memory.h"
 
 #ifdef GRTX_WITH_DRAMSYS
 #include "grtx/rtl_tlm/memory/dramsys_dram.h"
@@ -31,6 +33,18 @@ std::unique_ptr<PortedDram> build_dram_simulator(const std::string& simulator, [
   if (simulator == "ramulator") return std::make_unique<RamulatorDram>(module, config);
 #endif
   throw Error("configuration", "dram.model", "this program was built without '" + simulator + "'");
+}
+
+void register_dram_simulators() {
+  static bool done = false;
+  if (done) return;
+  done = true;
+  for (const std::string& name : dram_simulators()) {
+    const auto build = [name](const PortedDramConfig& config) { return build_dram_simulator(name, "dram", config); };
+    register_memory_system(
+        name, [name, build](Gpu& gpu, const BuildOptions&) { return std::make_unique<PortedMemory>(name, build, gpu); },
+        true);
+  }
 }
 
 }  // namespace grtx::sim

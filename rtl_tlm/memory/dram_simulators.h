@@ -14,5 +14,7 @@ std::vector<std::string> dram_simulators();
 /// Builds one of them by name, as a module called `module`.
 std::unique_ptr<PortedDram> build_dram_simulator(const std::string& simulator, const char* module,
                                                  const PortedDramConfig& config);
+/// Makes them values of dram.model. Call before configurations are read; more calls than one do nothing.
+void register_dram_simulators();
 
 }  // namespace grtx::sim

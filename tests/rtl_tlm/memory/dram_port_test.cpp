@@ -126,10 +126,13 @@ TEST_F(DramPortAt, MalformedRequestsAreRefusedAndGoNoFurther) {
   config.bytes = 4096;
   config.longest = 64;
   Bench bench(config);
-  bench.driver.at(1, 4096 - 32);
-  bench.driver.at(2, 4096);
-  bench.driver.at(3, 0, false, 128);
+  const auto good = bench.driver.at(1, 4096 - 32);
+  const auto beyond = bench.driver.at(2, 4096);
+  const auto longer = bench.driver.at(3, 0, false, 128);
   EXPECT_TRUE(run_until_quiet(bench.core, 100'000));
+  std::map<std::uint32_t, bool> ok;
+  for (const auto& answer : bench.driver.answers()) ok[answer.completion.context] = answer.completion.ok();
+  EXPECT_EQ(ok, (std::map<std::uint32_t, bool>{{good, true}, {beyond, false}, {longer, false}}));
   EXPECT_EQ(bench.device.taken, 1u);
   EXPECT_EQ(bench.device.port.counters().refused, 2u);
 }
