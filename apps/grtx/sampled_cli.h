@@ -12,14 +12,14 @@ struct SampledCli {
   double share = SampledOptions{}.share;
   std::string target_error;
   std::uint64_t seed = SampledOptions{}.seed;
-  std::string model = "visits";
-  std::string engine = "cycle";
+  SampleModel model = SampledOptions{}.model;
+  SimulationMode engine = SampledOptions{}.engine;
 };
 
 /// --share, --target-error, --seed, --sample-model, --sample-engine.
 void add_sampled_options(CLI::App* command, SampledCli& cli);
 /// Throws Error for options out of range, and for those given without `--mode sampled`.
-SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, unsigned jobs);
+SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsigned jobs);
 /// "x ± half-width" of a confidence interval, as a line for people: what was simulated, how sure the estimate is.
 void print_sampled(const SampledResult& result);
 

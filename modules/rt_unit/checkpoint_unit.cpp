@@ -38,11 +38,11 @@ void CheckpointUnit::Counters::describe(StatisticList& list, const std::string& 
 }
 
 CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                               const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm)
+                               traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm)
     : CheckpointModule(name),
       config_(config),
       map_(map),
-      lifo_(order == "lifo"),
+      lifo_(order == traces::CheckpointOrder::lifo),
       capacity_(capacity),
       sm_(sm),
       lanes_(std::size_t{entries} * kMaxLanes),

@@ -18,6 +18,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::modules {
 
@@ -47,7 +48,7 @@ class CheckpointUnit final : public CheckpointModule {
 
   /// order: the trace's checkpoint_order. capacity: entries of a buffer. sm: whose per-ray buffers are addressed.
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                 const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm);
+                 traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm);
 
   void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) override;
   bool reads_backwards() const override { return lifo_; }

@@ -19,7 +19,7 @@ class NodeTraffic {
  public:
   NodeTraffic(const traces::Header& header, const NodeTrafficConfig& config)
       : config_(config), bvh_width_(header.bvh_width), two_level_(header.two_level), blas_base_(header.blas_base) {
-    procedural_ = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+    procedural_ = traces::has_procedural_leaves(header.accel);
   }
 
   /// Kind of every primitive leaf of the trace: one structure holds one kind only.

@@ -4,19 +4,23 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 namespace grtx::sim {
 
 enum class SimulationMode : std::uint8_t {
-  cycle,  ///< every module, cycle by cycle, in SystemC
-  fast    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+  cycle,   ///< every module, cycle by cycle, in SystemC
+  fast,    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+  sampled  ///< estimated from a share of the warps, which one of the others simulates (estimate/sampled)
 };
-inline constexpr std::array<std::string_view, 2> kSimulationModeNames = {"cycle", "fast"};
+constexpr auto enum_names(SimulationMode) {
+  using enum SimulationMode;
+  return std::to_array<EnumName<SimulationMode>>({{cycle, "cycle"}, {fast, "fast"}, {sampled, "sampled"}});
+}
 
-/// simulate() with the engine of that mode.
+/// simulate() with the engine of that mode: cycle or fast.
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
                           SimulationMode mode);
 

@@ -17,7 +17,7 @@ void Machine::begin_checkpoints(unsigned s, unsigned slot, unsigned i, std::uint
   c = {};
   c.destination = map_.checkpoint_entry(ray, round & 1, 0);
   c.source = map_.checkpoint_entry(ray, (round & 1) ^ 1, 0);
-  if (header_.checkpoint_order != "lifo" || !replay) return;
+  if (header_.checkpoint_order != traces::CheckpointOrder::lifo || !replay) return;
   c.source_entries =
       static_cast<std::uint32_t>(std::count_if(lanes_[number].next, lanes_[number].end, [](const Event& e) {
         return e.kind() == EventKind::replay_take || e.kind() == EventKind::replay_forward;
@@ -86,7 +86,7 @@ Cycle Machine::write_checkpoints(Cycle now, Number number, unsigned entries, boo
 
 Machine::Source Machine::take_source(Number number) {
   Checkpoints& c = checkpoints_[number];
-  const bool lifo = header_.checkpoint_order == "lifo";
+  const bool lifo = header_.checkpoint_order == traces::CheckpointOrder::lifo;
   const std::uint64_t index = lifo ? c.source_entries - 1 - c.read : c.read;
   if (index >= header_.checkpoint_capacity) {
     refuse(number, "reads more checkpoint entries than the header's checkpoint_capacity");
