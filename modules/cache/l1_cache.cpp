@@ -30,9 +30,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
     if (!holds) throw Error("configuration", "l1", rule);
   };
   require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
-  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
-  require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
-  require(config.miss_queue >= 1, "the miss queue needs an entry");
+  require_allowed("l1", config);
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
 }
 

@@ -16,6 +16,7 @@
 #include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
@@ -70,16 +71,31 @@ class L1Cache final : public L1CacheModule {
   struct Config {
     unsigned clients = 2;  ///< request/response port pairs; by the assembly
     std::uint8_t sm = 0;   ///< number that requests carry into the crossbar; by the assembly
-    /// 128 KB, 128 B lines, 256 ways = 4 sets: paper Table I [A]. 32 B sectors: Vulkan-Sim [B].
     SectorCacheTags::Geometry geometry{};
-    unsigned latency = 20;     ///< cycles from request visible to hit response visible; paper Table I [A]
-    unsigned tag_latency = 1;  ///< cycles from acceptance to a miss leaving the cache, at least 1 [D: not in the paper]
-    unsigned banks = 4;        ///< sector-interleaved, one access a cycle each; Vulkan-Sim [B]
-    unsigned mshr_entries = 256;    ///< sectors outstanding; Vulkan-Sim [B]
-    unsigned mshr_merges = 8;       ///< requests of an entry, the first included; Vulkan-Sim [B]
-    unsigned miss_queue = 16;       ///< misses and writes waiting for the crossbar; Vulkan-Sim [B]
-    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first [D]
-    bool perfect = false;           ///< every access hits and nothing leaves the cache
+    unsigned latency = 20;
+    unsigned tag_latency = 1;
+    unsigned banks = 4;
+    unsigned mshr_entries = 256;
+    unsigned mshr_merges = 8;
+    unsigned miss_queue = 16;
+    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
+    bool perfect = false;           ///< nothing leaves the cache
+    void parameters(ParameterList& list) {
+      list.add("bytes", geometry.bytes, {32, 1e9}, "B", "size of the L1 data cache", kTable1);
+      geometry.shape_parameters(list);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from request to response of a hit", kTable1);
+      list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache",
+               kOurs);
+      list.add("banks", banks, {1, 64}, "banks", "sector-interleaved banks, one access a cycle each", kVulkanSim);
+      list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding", kVulkanSim);
+      list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
+               kVulkanSim);
+      list.add("miss_queue", miss_queue, {1, kMaxEntries}, "requests", "misses and writes waiting for the crossbar",
+               kVulkanSim);
+      list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
+               kOurs);
+      list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+    }
   };
 
   /// clock: core domain. Throws Error for an impossible configuration.

@@ -22,7 +22,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.slice < config.interleave.slices, "slice number must be below the number of slices");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   require(config.geometry.line_bytes <= config.interleave.bytes, "a line must not be longer than the interleave");
-  require(config.queue >= 1, "the queue needs an entry");
+  require_allowed("l2", config);
   require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
   require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
 }

@@ -14,6 +14,7 @@
 #include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
@@ -61,16 +62,28 @@ class L2Slice final : public L2SliceModule {
   struct Config {
     unsigned slice = 0;  ///< number of this slice; by the assembly
     AddressInterleave interleave{};
-    /// Of this slice: 4 MB / 4 slices, 16 ways, 128 B lines: paper Table I [A], slices [C]; 32 B sectors [B].
-    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};
-    unsigned latency = 165;       ///< from request visible to hit reply pushed; tags are probed at its end, so a miss
-                                  ///< pays it too, as behind GPGPU-Sim's ROP delay; paper Table I [A]
-    unsigned queue = 64;          ///< accesses waiting at the tags; Vulkan-Sim [B]
-    unsigned mshr_entries = 192;  ///< sectors outstanding; Vulkan-Sim [B]
-    unsigned mshr_merges = 4;     ///< requests of an entry, the first included; Vulkan-Sim [B]
-    unsigned reply_queue = 64;    ///< Vulkan-Sim [B]
-    unsigned dram_queue = 64;     ///< reads and write-backs towards DRAM; Vulkan-Sim [B]
-    bool perfect = false;         ///< every access hits and DRAM is never asked
+    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};  ///< of this slice
+    unsigned latency = 165;  ///< tags are probed at its end, so a miss pays it too, as behind GPGPU-Sim's ROP delay
+    unsigned queue = 64;
+    unsigned mshr_entries = 192;
+    unsigned mshr_merges = 4;
+    unsigned reply_queue = 64;
+    unsigned dram_queue = 64;
+    bool perfect = false;  ///< DRAM is never asked
+    /// But for the size, which is that of all slices.
+    void parameters(ParameterList& list) {
+      geometry.shape_parameters(list);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles",
+               "from request at the slice to the reply of a hit; misses pay it too", kTable1);
+      list.add("queue", queue, {1, kMaxEntries}, "requests", "accesses waiting at the tags", kVulkanSim);
+      list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding of a slice", kVulkanSim);
+      list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
+               kVulkanSim);
+      list.add("reply_queue", reply_queue, {1, kMaxEntries}, "replies", "waiting for the crossbar", kVulkanSim);
+      list.add("dram_queue", dram_queue, {1, kMaxEntries}, "requests", "reads and write-backs waiting for DRAM",
+               kVulkanSim);
+      list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+    }
   };
 
   /// clock: core domain. Throws Error for an impossible configuration.

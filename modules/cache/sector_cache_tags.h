@@ -10,6 +10,7 @@
 
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/equal_keys.h"
+#include "grtx/modules/kernel/parameter.h"
 
 namespace grtx::modules {
 
@@ -25,6 +26,10 @@ class SectorCacheTags {
     unsigned ways = 256;
     std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down, any number
     unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
+    void shape_parameters(ParameterList& list) {
+      list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
+      list.add("ways", ways, {1, kMaxEntries}, "ways", "associativity, LRU", kTable1);
+    }
   };
 
   /// What a line held when insert() evicted it.

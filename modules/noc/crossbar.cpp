@@ -109,7 +109,7 @@ Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, Cl
       requests_(clock, config.interleave, config.sms, config.interleave.slices, config.latency, config.output_buffer),
       replies_(clock, config.interleave, config.interleave.slices, config.sms, config.latency, config.output_buffer) {
   require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
-  require(config.latency >= 1, "latency must be at least 1 cycle");
+  require_allowed("crossbar", config);
   config.interleave.check();
 }
 

@@ -9,6 +9,7 @@
 
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
@@ -22,7 +23,11 @@ AnyHitBatch batch_of(const Warp& warp);
 class AnyHitCollector final : public AnyHitModule {
  public:
   struct Config {
-    std::uint64_t timeout = 64;  ///< cycles after the first waiting lane; not in the paper
+    std::uint64_t timeout = 64;
+    void parameters(ParameterList& list) {
+      list.add("timeout", timeout, {0, 1e9}, "cycles",
+               "an any-hit batch is sent this long after its first lane began to wait", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t batches = 0;

@@ -49,8 +49,7 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
       writes_(config.write_queue > 0 ? config.write_queue : 1) {
-  if (config.lanes < 1) throw Error("configuration", "rt.checkpoint.lanes", "must be at least 1");
-  if (config.write_queue < 2) throw Error("configuration", "rt.checkpoint.write_queue", "must hold 2 sectors");
+  require_allowed("rt.checkpoint", config);
 }
 
 void CheckpointUnit::end_of_elaboration() {

@@ -13,6 +13,7 @@
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -25,11 +26,18 @@ namespace grtx::modules {
 class CheckpointUnit final : public CheckpointModule {
  public:
   struct Config {
-    unsigned lanes = 4;         ///< entries (or last sectors) taken from lanes in a cycle, >= 1
-    unsigned write_queue = 16;  ///< sectors waiting to be written, >= 2
-    bool write_combine =
-        true;  ///< a lane's entries gather in its open sector; else each entry writes every sector it touches
-    bool read_buffer = true;  ///< a lane keeps the last sector it read; else each entry reads every sector it touches
+    unsigned lanes = 4;  ///< or last sectors
+    unsigned write_queue = 16;
+    bool write_combine = true;  ///< else each entry writes every sector it touches
+    bool read_buffer = true;    ///< else each entry reads every sector it touches
+    void parameters(ParameterList& list) {
+      list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
+      list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
+               kOurs);
+      list.add("write_combine", write_combine, "a lane's entries gather in its open sector before they are written",
+               kOurs);
+      list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t entries_written = 0;

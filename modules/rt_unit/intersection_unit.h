@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
@@ -25,9 +26,15 @@ struct DataPath {
 class IntersectionUnit final : public IntersectionModule {
  public:
   struct Config {
-    unsigned count = 4;     ///< pipelines
-    unsigned latency = 13;  ///< cycles from start to result, >= 1
-    unsigned interval = 1;  ///< cycles between two starts of a pipeline, >= 1
+    unsigned count = 4;
+    unsigned latency = 13;
+    unsigned interval = 1;
+    /// what: the unit's name; origin: of all three.
+    void parameters(ParameterList& list, const std::string& what, Origin origin) {
+      list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin);
+      list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
+    }
   };
   struct Counters {
     std::uint64_t operations = 0;    ///< lane operations started

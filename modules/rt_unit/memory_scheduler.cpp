@@ -58,7 +58,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
       merge_(entries, AddressIndex(kMaxLanes)) {
-  if (config.queue < kMaxLanes) throw Error("configuration", "rt.memory.queue", "must hold the 32 fetches of a warp");
+  require_allowed("rt.memory", config);
   if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
     throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
   }

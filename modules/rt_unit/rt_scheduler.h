@@ -11,6 +11,7 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
@@ -37,7 +38,10 @@ inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "
 class RtScheduler final : public RtSchedulerModule {
  public:
   struct Config {
-    std::string policy = "oldest_first";  ///< oldest_first (Vulkan-Sim), round_robin, greedy_then_oldest
+    std::string policy = "oldest_first";  ///< name of a WarpSelection
+    void parameters(ParameterList& list) {
+      list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
+    }
   };
   struct Counters {
     std::uint64_t selections = 0;     ///< cycles in which a warp was scheduled

@@ -36,10 +36,7 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
       records_(std::size_t{entries} * kMaxLanes * config.records),
       newest_(std::size_t{entries} * kMaxLanes),
       queue_(config.queue > 0 ? config.queue : 1) {
-  if (config.records < 1 || config.records > kMaxRecords) {
-    throw Error("configuration", "rt.prefetch.records", "must be 1..8");
-  }
-  if (config.queue < 1) throw Error("configuration", "rt.prefetch.queue", "must be at least 1");
+  require_allowed("rt.prefetch", config);
   for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
     units_[static_cast<std::size_t>(kind)] = static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
   }

@@ -13,6 +13,7 @@
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -24,9 +25,14 @@ namespace grtx::modules {
 
 class SiblingPrefetcher final : public PrefetchModule {
  public:
+  static constexpr unsigned kMaxRecords = 8;
   struct Config {
-    unsigned records = 4;  ///< internal visits remembered a lane, 1..8; a new one replaces the oldest
-    unsigned queue = 32;   ///< nodes waiting for issue, >= 1; a prefetch that finds it full is dropped
+    unsigned records = 4;  ///< a new one replaces the oldest
+    unsigned queue = 32;   ///< a prefetch that finds it full is dropped
+    void parameters(ParameterList& list) {
+      list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
+      list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t triggers = 0;  ///< internal visits whose siblings were prefetched
@@ -67,7 +73,6 @@ class SiblingPrefetcher final : public PrefetchModule {
   void dump_state(std::ostream& out) const override;
 
  private:
-  static constexpr unsigned kMaxRecords = 8;
   struct Record {
     std::uint32_t definition = 0;
     std::uint32_t begin = 0;  ///< addresses of the children, in kNodeUnit, as [begin, end)

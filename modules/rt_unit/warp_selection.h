@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/base/named_enum.h"
 #include "grtx/base/strong.h"
 
 namespace grtx::modules {
@@ -69,13 +70,15 @@ class GreedyThenOldest final : public WarpSelection {
   std::uint64_t age_ = 0;
 };
 
-/// oldest_first, round_robin or greedy_then_oldest; anything else is an Error.
+/// The registered policies.
+inline std::vector<std::string> warp_selection_names() { return {"oldest_first", "round_robin", "greedy_then_oldest"}; }
+
+/// By its name; anything else is an Error.
 inline std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) {
   if (name == "oldest_first") return std::make_unique<OldestFirst>();
   if (name == "round_robin") return std::make_unique<RoundRobin>();
   if (name == "greedy_then_oldest") return std::make_unique<GreedyThenOldest>();
-  throw Error("configuration", "rt.scheduler.policy",
-              "'" + std::string(name) + "' is not oldest_first, round_robin or greedy_then_oldest");
+  throw Error("configuration", "rt.scheduler.policy", unknown_name(name, warp_selection_names()));
 }
 
 }  // namespace grtx::modules

@@ -23,6 +23,40 @@ std::string cell(const std::string& text) {
 
 }  // namespace
 
+void GpuConfig::parameters(modules::ParameterList& list) {
+  using namespace modules;
+  list.under("gpu", [&](ParameterList& keys) {
+    keys.add("sms", sms, {1, 256}, "SMs", "streaming multiprocessors", kTable1);
+    keys.add("core_mhz", core_mhz, {1, 100000}, "MHz", "clock of SMs, crossbar and L2", kTable1);
+    keys.add("resident_warps", resident_warps, {1, 64}, "warps", "warp slots of an SM", kVulkanSim);
+    keys.add("rt_units", rt_units, {1, 16}, "units", "RT units of an SM; its warp slots take turns", kTable1);
+  });
+  list.part("rt", rt);
+  list.part("simt", simt);
+  list.under("simt", [&](ParameterList& keys) { sm_links.message_parameters(keys); });
+  list.part("simt.cost", simt.costs);
+  list.part("l1", l1);
+  list.under("l1", [&](ParameterList& keys) { sm_links.l1_parameters(keys); });
+  list.part("crossbar", crossbar);
+  list.part("crossbar", links);
+  list.under("l2", [&](ParameterList& keys) {
+    keys.add("bytes", l2_bytes, {32, 1e12}, "B", "size of the L2, all slices", kTable1);
+  });
+  list.part("l2", interleave);
+  list.part("l2", l2);
+  list.under("dram", [&](ParameterList& keys) {
+    keys.add("mhz", memory_mhz, {1, 100000}, "MHz", "memory (command) clock", kTable1);
+  });
+  list.part("dram", dram);
+  list.part("fast", fast);
+}
+
+std::vector<modules::Parameter> config_keys(GpuConfig& config) {
+  modules::ParameterList list;
+  config.parameters(list);
+  return list.items();
+}
+
 SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident_warps, simt, rt, l1, sm_links}; }
 
 modules::Crossbar::Config GpuConfig::crossbar_config() const {
@@ -83,7 +117,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
 
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
   GpuConfig config;
-  const std::vector<ConfigKey> keys = config_keys(config);
+  const std::vector<modules::Parameter> keys = config_keys(config);
   if (!path.empty()) load_config_file(path, keys);
   for (const std::string& setting : settings) apply_setting(setting, keys);
   check_config(config, settings.empty() ? path : "configuration");
@@ -93,10 +127,10 @@ GpuConfig load_config(const std::string& path, const std::vector<std::string>& s
 nlohmann::ordered_json config_json(const GpuConfig& config) {
   GpuConfig copy = config;  // keys point to mutable values
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const ConfigKey& key : config_keys(copy)) {
+  for (const modules::Parameter& key : config_keys(copy)) {
     std::visit(
         [&](const auto& target) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, Choice>) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, modules::Choice>) {
             json[key.name] = target.get();
           } else {
             json[key.name] = *target;
@@ -113,7 +147,7 @@ std::string config_reference() {
   GpuConfig defaults;
   std::string text;
   std::string table;
-  for (const ConfigKey& key : config_keys(defaults)) {
+  for (const modules::Parameter& key : config_keys(defaults)) {
     if (const std::string t = table_of(key.name); t != table) {
       table = t;
       text += fmt::format(
@@ -121,8 +155,9 @@ std::string config_reference() {
           "|---|---|---|---|---|---|---|\n",
           text.empty() ? "" : "\n", table);
     }
-    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", key.name, value_text(key), range_text(key),
-                        key.unit, cell(key.description), cell(key.source), static_cast<char>(key.confidence));
+    text +=
+        fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", key.name, value_text(key), range_text(key), key.unit,
+                    cell(key.description), cell(key.origin.source), static_cast<char>(key.origin.confidence));
   }
   return text;
 }

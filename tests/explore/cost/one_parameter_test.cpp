@@ -263,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(Tables, OneParameter,
 TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) {
   GpuConfig config;
   std::set<std::string> keys, classified;
-  for (const ConfigKey& key : config_keys(config)) {
+  for (const modules::Parameter& key : config_keys(config)) {
     if (!key.name.starts_with("fast.")) keys.insert(key.name);  // how fast mode approximates: no hardware
   }
   for (const Mutation& m : mutations()) {
