@@ -184,7 +184,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
     ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
     return true;
   }
-  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
   ++(hit ? region.hits : miss ? region.misses : region.hits_on_miss);
   if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
@@ -192,7 +192,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
 }
 
 bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
-  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     answer_hit(now, client, access);
     ++region.writes;

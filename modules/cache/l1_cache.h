@@ -11,6 +11,7 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/l1_cache_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
@@ -30,16 +31,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(L1Stall::
     "response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"};
 
 /// Plain counts of one cache; the assembly adds those of several SMs. Demand and prefetch accesses are kept apart.
-struct L1Counters {
-  struct ByRegion {
-    std::uint64_t reads = 0;         ///< demand sector reads accepted = hits + hits_on_miss + misses
-    std::uint64_t hits = 0;          ///< sector present
-    std::uint64_t hits_on_miss = 0;  ///< merged into a pending MSHR
-    std::uint64_t misses = 0;        ///< allocated an MSHR
-    std::uint64_t writes = 0;        ///< sector writes accepted, all forwarded
-    std::uint64_t write_hits = 0;    ///< of these, sector present
-  };
-  std::array<ByRegion, kRegionCount> region{};
+struct L1Counters : CacheRegions {
   std::array<std::uint64_t, static_cast<std::size_t>(L1Stall::count)> stalls{};  ///< client-cycles
   std::uint64_t prefetches = 0;                                                  ///< accepted = redundant + fetched
   std::uint64_t prefetches_redundant = 0;                                        ///< sector present or already pending
@@ -57,13 +49,13 @@ struct L1Counters {
 
   /// Demand and prefetch requests accepted.
   std::uint64_t accesses() const;
-  /// Demand reads of node regions only.
-  ByRegion nodes() const;
-  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
-  ByRegion all() const;
-  L1Counters& operator+=(const L1Counters& other);
+  static const CounterTable<L1Counters>& table();
+  L1Counters& operator+=(const L1Counters& other) {
+    table().add(*this, other);
+    return *this;
+  }
   /// Appends them as prefix + ".name".
-  void describe(StatisticList& list, const std::string& prefix) const;
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 class L1Cache final : public L1CacheModule {

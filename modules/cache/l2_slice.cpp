@@ -126,7 +126,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(local);
   const bool hit =
       config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & tags_.sector_bit(local)) != 0);
-  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (hit) {
     if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
     reply(access);
@@ -150,7 +150,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
 // A write covers its sector, so nothing is fetched; a fill that is still under way for the sector changes nothing.
 bool L2Slice::write(const MemoryRequest& access) {
   if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
-  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     ++region.write_hits;
   } else {

@@ -9,6 +9,7 @@
 #include <string>
 #include <systemc>
 
+#include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
@@ -29,16 +30,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(L2Stall::
     "reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"};
 
 /// Plain counts of one slice; the assembly adds those of all slices.
-struct L2Counters {
-  struct ByRegion {
-    std::uint64_t reads = 0;  ///< = hits + hits_on_miss + misses
-    std::uint64_t hits = 0;
-    std::uint64_t hits_on_miss = 0;
-    std::uint64_t misses = 0;
-    std::uint64_t writes = 0;
-    std::uint64_t write_hits = 0;  ///< sector present; other writes allocate without a fetch
-  };
-  std::array<ByRegion, kRegionCount> region{};
+struct L2Counters : CacheRegions {
   std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> stalls{};
   std::uint64_t requests_in = 0;
   std::uint64_t replies_out = 0;
@@ -49,12 +41,13 @@ struct L2Counters {
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
 
   std::uint64_t accesses() const;
-  ByRegion nodes() const;
-  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
-  ByRegion all() const;
-  L2Counters& operator+=(const L2Counters& other);
+  static const CounterTable<L2Counters>& table();
+  L2Counters& operator+=(const L2Counters& other) {
+    table().add(*this, other);
+    return *this;
+  }
   /// Appends them as prefix + ".name".
-  void describe(StatisticList& list, const std::string& prefix) const;
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 class L2Slice final : public L2SliceModule {

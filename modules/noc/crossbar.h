@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
@@ -29,6 +30,7 @@ struct CrossbarCounters {
     std::uint64_t packets_out = 0;
     std::uint64_t conflict_cycles = 0;  ///< a head packet lost the arbitration for its output
     std::uint64_t blocked_cycles = 0;   ///< a head packet's output buffer was full
+    static const CounterTable<Network>& table();
   };
   Network request;
   Network reply;

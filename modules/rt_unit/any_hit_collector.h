@@ -7,6 +7,7 @@
 #include <iosfwd>
 #include <systemc>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -34,8 +35,9 @@ class AnyHitCollector final : public AnyHitModule {
     std::uint64_t lanes = 0;        ///< lanes in all batches
     std::uint64_t timeouts = 0;     ///< batches sent although an unfinished lane had no hit yet
     std::uint64_t wait_cycles = 0;  ///< batch cycles from the first waiting lane to the invocation
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -50,8 +51,9 @@ class CheckpointUnit final : public CheckpointModule {
     std::uint64_t straddling_read = 0;
     std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
     std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// order: the trace's checkpoint_order. capacity: entries of a buffer. sm: whose per-ray buffers are addressed.

@@ -9,6 +9,7 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
@@ -42,8 +43,9 @@ class IntersectionUnit final : public IntersectionModule {
     std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
     std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
     std::uint64_t queue_max = 0;     ///< longest queue
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer. path: of one pipeline.

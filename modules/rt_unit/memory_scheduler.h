@@ -12,6 +12,7 @@
 
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -51,8 +52,9 @@ class MemoryScheduler final : public NodeFetchModule {
     std::uint64_t node_visits() const;
     std::uint64_t node_fetches() const;
     std::uint64_t node_sectors() const;
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
   MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
                   unsigned entries);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <systemc>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
@@ -62,8 +63,9 @@ class RtScheduler final : public RtSchedulerModule {
     double simt_efficiency() const {
       return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
     }
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer.

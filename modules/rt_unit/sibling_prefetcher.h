@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -41,8 +42,9 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t dropped = 0;   ///< sibling nodes that found the queue full
     std::uint64_t sectors = 0;   ///< requests sent
     std::uint64_t responses = 0;
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const NodeTraffic& traffic,

@@ -99,8 +99,6 @@ struct ShaderCounters {
   std::uint64_t store_instructions = 0;
   std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
                                           ///< every correct run
-
-  void add(const ShaderCounters& o);
 };
 
 /// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():

@@ -185,7 +185,7 @@ template <Client kClient>
 void Machine::count_access(Sm& sm, SectorCacheTags::Slot slot, const Request& r, std::uint8_t present,
                            std::uint8_t on_the_way, std::uint32_t filling) {
   L1Counters& l1 = sm.l1;
-  L1Counters::ByRegion& region = l1.region[static_cast<std::size_t>(r.region)];
+  RegionCounters& region = l1.region[static_cast<std::size_t>(r.region)];
   const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
   l1.responses += count;
   if (kClient == kPrefetch) {

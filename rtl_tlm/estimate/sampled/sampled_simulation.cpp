@@ -269,7 +269,7 @@ class SampledRun {
     add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
     if (r.estimate.whole) return;
     if (visits()) {
-      const modules::L1Counters::ByRegion l1 = whole_fast_.counters.l1.all();
+      const modules::RegionCounters l1 = whole_fast_.counters.l1.all();
       add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
       add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
       add("fast.l1_hit_rate", ratio(l1.hits + l1.hits_on_miss, l1.reads), "ratio", "of fast mode");
