@@ -12,9 +12,11 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::sim {
 namespace {
@@ -29,6 +31,7 @@ struct Options {
   std::string timeline_window;
   std::vector<std::string> heatmaps;
   bool list_config = false;
+  bool list_statistics = false;
   bool no_idle_skip = false;
   SampledCli sampled;
   unsigned jobs = 1;
@@ -76,6 +79,13 @@ int run_sampled(const Options& options, const SampledOptions& sampled, bool quie
 int run_simulation(Options options, bool quiet) {
   if (options.list_config) {
     fmt::print("{}", config_reference());
+    return 0;
+  }
+  if (options.list_statistics) {
+    modules::StatisticList kinds = statistic_kinds();
+    FastEngine().describe(kinds);
+    describe_energy({}, {}, 0, kinds);
+    fmt::print("{}", statistics_reference(kinds));
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
@@ -140,6 +150,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                       "Seed that shuffles the construction of the modules; 0 keeps the order. Results never change");
   command->add_flag("--no-idle-skip", options->no_idle_skip, "Tick every cycle. Results never change (default: off)");
   command->add_flag("--list-config", options->list_config, "Print all configuration keys as Markdown (default: off)");
+  command->add_flag("--list-statistics", options->list_statistics, "Print all statistics as Markdown (default: off)");
 }
 
 }  // namespace grtx::sim
