@@ -68,7 +68,7 @@ std::vector<Setting> settings(bool full) {
   const std::vector<ResponsePrecision> responses = {ResponsePrecision::fp32, ResponsePrecision::fp16,
                                                     ResponsePrecision::bf16};
   std::vector<Setting> all;
-  for (std::size_t a = 0; a < accel_names().size(); ++a) {
+  for (std::size_t a = 0; a < names_of<AccelKind>().size(); ++a) {
     for (const bool checkpoint : {false, true}) {
       Setting base;
       base.accel = static_cast<AccelKind>(a);
@@ -210,7 +210,7 @@ void run(const Options& options) {
   write_file(options.output + "/" + name + ".csv", csv);
   const ScatterText text{
       fmt::format("{}, {}x{}: error against time ({} settings)", name, camera.width, camera.height, all.size()),
-      "time of one thread, tri20 with the defaults = 1", "PSNR to the fp64 reference, dB", accel_names()};
+      "time of one thread, tri20 with the defaults = 1", "PSNR to the fp64 reference, dB", names_of<AccelKind>()};
   write_file(options.output + "/" + name + ".svg", scatter_svg(text, points));
 
   fmt::print("\n{}: {} Gaussians, {}x{}, {} settings; the Pareto front:\n\n", name, scene.size(), camera.width,

@@ -6,23 +6,24 @@
 #include <map>
 #include <string>
 
+#include "grtx/traces/modes.h"
+
 namespace grtx::traces {
 
 inline constexpr std::uint32_t kFormatVersion = 4;
 
 struct Header {
   // What was traced.
-  std::string accel = "tri20";
-  std::string tracing = "multi";  ///< how a round collects hits (traces/event.h): multi, single, closest
-  unsigned k = 8;                 ///< entries of the k-buffer; 1 when closest
+  AccelKind accel = AccelKind::tri20;
+  Tracing tracing = Tracing::multi;
+  unsigned k = 8;  ///< entries of the k-buffer; 1 when closest
   bool checkpoint = false;
-  std::string checkpoint_order =
-      "fifo";  ///< order in which a replay round reads the source buffer: fifo, lifo, nearest
-  std::string child_order = "near_first";
+  CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
+  ChildOrder child_order = ChildOrder::near_first;
   unsigned width = 0;   ///< image, pixels
   unsigned height = 0;  ///< image, pixels
   unsigned warp_size = 32;
-  std::string warp_mapping = "tile8x4";  ///< how pixels form groups: tile8x4 or linear
+  WarpMapping warp_mapping = WarpMapping::tile8x4;
   std::uint64_t groups = 0;
   // Node image. Addresses in events count from its first byte.
   unsigned bvh_width = 6;

@@ -29,8 +29,10 @@ int render_object_list(const std::string& scene, const frontend::Camera& camera,
                        const TracerCli& cli, bool checkpoint, const std::string& image, const std::string& statistics,
                        bool quiet) {
   if (cli.secondary.what != "none") throw Error(scene, "--secondary", "works on scenes of one object");
-  if (cli.tracing != "multi") throw Error(scene, "--tracing", "works on scenes of one object, but for multi");
-  if (cli.triangle_test == "world") throw Error(scene, "--triangle-test world", "works on scenes of one object");
+  if (cli.tracing != name_of(frontend::Tracing::multi))
+    throw Error(scene, "--tracing", "works on scenes of one object, but for multi");
+  if (cli.triangle_test == frontend::TriangleTest::world)
+    throw Error(scene, "--triangle-test world", "works on scenes of one object");
   const frontend::TracerOptions tracer = tracer_options(cli, checkpoint, accel);
   LoadedObjects loaded = load_objects(scene);
   std::map<std::string, std::string> inputs = {{"scene", scene}, {"camera", camera.name}};

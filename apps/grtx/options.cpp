@@ -20,8 +20,7 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
 }
 
 CLI::Validator one_of(std::vector<std::string> names) {
-  std::string choices;
-  for (const std::string& name : names) choices += (choices.empty() ? "" : ", ") + name;
+  const std::string choices = joined_names(names);
   return CLI::Validator(
       [names = std::move(names), choices](std::string& value) -> std::string {
         if (std::find(names.begin(), names.end(), value) != names.end()) return {};
@@ -61,12 +60,6 @@ frontend::Camera select_camera(const ViewOptions& view) {
   if (width != camera.width || height != camera.height) camera = camera.resized(width, height);
   if (view.fov_scale != 1.0) camera = camera.fov_scaled(view.fov_scale);
   return camera;
-}
-
-const std::vector<std::string>& accel_names() {
-  static const std::vector<std::string> names = {"tri20",      "tri80",      "ellipsoid",
-                                                 "tlas-tri20", "tlas-tri80", "tlas-sphere"};
-  return names;
 }
 
 }  // namespace grtx::sim

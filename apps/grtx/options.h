@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/base/named_enum.h"
 #include "grtx/frontend/camera/camera.h"
 
 namespace grtx::sim {
@@ -18,6 +19,18 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
 
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
+
+/// An option that takes the name of one of an enumeration's values; allowed: if not empty, only of these.
+template <NamedEnum Enum>
+CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value, const std::string& description,
+                        const std::vector<Enum>& allowed = {}) {
+  std::vector<std::string> names;
+  for (const Enum one : allowed) names.emplace_back(name_of(one));
+  const auto assign = [&value](const std::string& name) { value = *from_name<Enum>(name); };
+  return command->add_option_function<std::string>(flag, assign, description)
+      ->default_str(std::string(name_of(value)))
+      ->check(one_of(allowed.empty() ? names_of<Enum>() : names));
+}
 
 /// Which picture of which camera file.
 struct ViewOptions {
@@ -31,8 +44,5 @@ struct ViewOptions {
 void add_view_options(CLI::App* command, ViewOptions& view);
 /// Loads the cameras and applies the options. Throws Error when the view does not exist.
 frontend::Camera select_camera(const ViewOptions& view);
-
-/// The accepted values of --accel.
-const std::vector<std::string>& accel_names();
 
 }  // namespace grtx::sim

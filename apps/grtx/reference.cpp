@@ -19,10 +19,10 @@ struct Options {
   ViewOptions view;
   std::string proxy = "icosahedron20";
   std::string accel;
-  std::string sort_key = "entry";
-  std::string kernel_radius = "adaptive";
-  std::string inside = "skip";
-  std::string sh_dir = "ray";
+  frontend::SortKey sort_key = frontend::SortKey::entry;
+  KernelRadius kernel_radius = KernelRadius::adaptive;
+  frontend::InsideRule inside = frontend::InsideRule::skip;
+  frontend::ShDirection sh_dir = frontend::ShDirection::ray;
   SecondaryCli secondary;
   frontend::ReferenceOptions render;
   std::string output;
@@ -31,8 +31,14 @@ struct Options {
 frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& accel) {
   using frontend::ReferenceProxy;
   if (!accel.empty()) {
-    if (accel == "ellipsoid" || accel == "tlas-sphere") return ReferenceProxy::sphere;
-    return accel.ends_with("tri80") ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
+    switch (frontend::proxy_of(frontend::accel_from_name(accel))) {
+      case frontend::ProxyKind::icosahedron20:
+        return ReferenceProxy::icosahedron20;
+      case frontend::ProxyKind::icosphere80:
+        return ReferenceProxy::icosphere80;
+      case frontend::ProxyKind::sphere:
+        return ReferenceProxy::sphere;
+    }
   }
   if (proxy == "sphere") return ReferenceProxy::sphere;
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
@@ -50,10 +56,10 @@ frontend::Scene load(const std::string& path) {
 int render(Options options, bool quiet) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
-  render.sort_by_peak = options.sort_key == "peak";
-  render.adaptive_radius = options.kernel_radius == "adaptive";
-  render.count_inside = options.inside == "count";
-  render.sh_from_centre = options.sh_dir == "centre";
+  render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
+  render.adaptive_radius = options.kernel_radius == KernelRadius::adaptive;
+  render.count_inside = options.inside == frontend::InsideRule::count;
+  render.sh_from_centre = options.sh_dir == frontend::ShDirection::centre;
   render.quiet = quiet;
   if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
@@ -76,18 +82,14 @@ void add_reference(CLI::App& app, CommonOptions& common) {
   CLI::Option* proxy = command->add_option("--proxy", options->proxy, "Bounding geometry of a Gaussian")
                            ->check(one_of({"icosahedron20", "icosphere80", "sphere"}));
   command->add_option("--accel", options->accel, "Takes the proxy of this acceleration structure (default: none)")
-      ->check(one_of(accel_names()))
+      ->check(one_of(names_of<frontend::AccelKind>()))
       ->excludes(proxy);
-  command->add_option("--sort-key", options->sort_key, "Distance that orders a ray's hits")
-      ->check(one_of({"entry", "peak"}));
-  command->add_option("--kernel-radius", options->kernel_radius, "Where a Gaussian ends")
-      ->check(one_of({"adaptive", "3sigma"}));
+  add_choice(command, "--sort-key", options->sort_key, "Distance that orders a ray's hits");
+  add_choice(command, "--kernel-radius", options->kernel_radius, "Where a Gaussian ends");
   command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--inside", options->inside, "Gaussians whose proxy holds the ray origin")
-      ->check(one_of({"skip", "count"}));
-  command->add_option("--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated")
-      ->check(one_of({"ray", "centre"}));
+  add_choice(command, "--inside", options->inside, "Gaussians whose proxy holds the ray origin");
+  add_choice(command, "--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated");
   add_secondary_options(command, options->secondary);
   command->add_option("--threads", options->render.threads, "Threads; 0 takes all");
   command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();

@@ -54,7 +54,7 @@ struct Options {
   std::vector<std::string> settings;
   std::string output;
   unsigned jobs = 0;
-  std::string mode = "cycle";
+  SimulationMode mode = SimulationMode::cycle;
   SampledCli sampled;
 };
 
@@ -66,7 +66,7 @@ struct Traced {
 /// Traces all designs; the image of the first goes to `image`. Returns whether all images are bit-identical.
 bool trace_designs(const Options& options, bool quiet, std::map<std::string, Traced>& traced, frontend::Image& image) {
   frontend::ViewTracer view(frontend::load_scene(options.scene), select_camera(options.view),
-                            options.tracer.kernel_radius == "adaptive");
+                            options.tracer.kernel_radius == KernelRadius::adaptive);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   bool identical = true;
@@ -123,19 +123,18 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
   for (const Design& design : kDesigns) {
     if (running.size() >= jobs) collect_first();
     if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
-    running.emplace_back(
-        design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
-          const std::string& trace = traced.at(name).path;
-          SimulationOptions simulation;
-          simulation.price = describe_energy;
-          const SimulationMode mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
-          const SimulationResult result = options.mode == "sampled" ? simulate_sampled(trace, config, sampled).result
-                                                                    : simulate(trace, config, simulation, mode);
-          ordered_json document = result.document;
-          document["violations"] = result.violations;
-          document["binding_bound"] = result.binding_bound;
-          return document.dump();
-        }));
+    running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
+                           const std::string& trace = traced.at(name).path;
+                           SimulationOptions simulation;
+                           simulation.price = describe_energy;
+                           const SimulationResult result = options.mode == SimulationMode::sampled
+                                                               ? simulate_sampled(trace, config, sampled).result
+                                                               : simulate(trace, config, simulation, options.mode);
+                           ordered_json document = result.document;
+                           document["violations"] = result.violations;
+                           document["binding_bound"] = result.binding_bound;
+                           return document.dump();
+                         }));
   }
   while (!running.empty()) collect_first();
   return documents;
@@ -198,7 +197,7 @@ int run(const Options& options, bool quiet) {
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
   warn_of_ignored_keys(config, options.mode, sampled);
   for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
-  if (options.tracer.triangle_test == "world") {
+  if (options.tracer.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
   std::error_code failed;
@@ -230,7 +229,7 @@ int run(const Options& options, bool quiet) {
   for (const char* name : {"sw", "hw", "grtx"}) {
     results["speedup"][name] = baseline / value(results["designs"][name], "gpu.cycles");
   }
-  if (options.mode == "sampled") {
+  if (options.mode == SimulationMode::sampled) {
     add_intervals(documents, results);
   } else if (options.tracer.secondary.what != "none") {
     add_speedups_by_kind(results);
@@ -243,7 +242,7 @@ int run(const Options& options, bool quiet) {
   write_file(options.output + "/report.html", report_page(report));
 
   print_table(results["designs"]);
-  if (options.mode == "sampled") print_intervals(results);
+  if (options.mode == SimulationMode::sampled) print_intervals(results);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
     if (!results.contains(key)) continue;
@@ -267,8 +266,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   command->add_option("--config", options->config, "Configuration file (default: the built-in values of paper.toml)");
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
-  command->add_option("--mode", options->mode, "How time is modelled, as in grtx sim")
-      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim");
   add_sampled_options(command, options->sampled);
   command->add_option(
       "--jobs", options->jobs,

@@ -31,18 +31,16 @@ void add_sampled_options(CLI::App* command, SampledCli& cli) {
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
   command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");
-  command
-      ->add_option("--sample-model", cli.model,
-                   "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
-                   "less exact)")
-      ->check(one_of({"visits", "calls"}));
-  command->add_option("--sample-engine", cli.engine, "Sampled mode: what simulates the samples")
-      ->check(one_of({"cycle", "fast"}));
+  add_choice(command, "--sample-model", cli.model,
+             "Sampled mode: what carries samples over to the whole run, node visits or traceRay calls (faster, "
+             "less exact)");
+  add_choice(command, "--sample-engine", cli.engine, "Sampled mode: what simulates the samples",
+             {SimulationMode::cycle, SimulationMode::fast});
 }
 
-SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, unsigned jobs) {
+SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsigned jobs) {
   const SampledCli defaults;
-  if (mode != "sampled") {
+  if (mode != SimulationMode::sampled) {
     const auto refuse = [](const char* option) { throw Error(option, "", "needs --mode sampled"); };
     if (cli.share != defaults.share) refuse("--share");
     if (!cli.target_error.empty()) refuse("--target-error");
@@ -54,21 +52,21 @@ SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, u
   options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
-  options.model = cli.model == "calls" ? SampleModel::calls : SampleModel::visits;
-  options.engine = cli.engine == "fast" ? SimulationMode::fast : SimulationMode::cycle;
+  options.model = cli.model;
+  options.engine = cli.engine;
   options.jobs = jobs;
   options.price = describe_energy;
   check_sampled(options);
   return options;
 }
 
-void warn_of_ignored_keys(const GpuConfig& config, const std::string& mode, const SampledOptions& sampled) {
-  std::vector<SimulationMode> modes = {mode == "fast" ? SimulationMode::fast : SimulationMode::cycle};
-  if (mode == "sampled") {
+void warn_of_ignored_keys(const GpuConfig& config, SimulationMode mode, const SampledOptions& sampled) {
+  std::vector<SimulationMode> modes = {mode};
+  if (mode == SimulationMode::sampled) {
     modes = {sampled.engine};
     if (sampled.model == SampleModel::visits) modes.push_back(SimulationMode::fast);
   }
-  warn_of_ignored_keys(config, modes, "--mode " + mode);
+  warn_of_ignored_keys(config, modes, "--mode " + std::string(name_of(mode)));
 }
 
 void print_sampled(const SampledResult& r) {

@@ -12,16 +12,16 @@ struct SampledCli {
   double share = SampledOptions{}.share;
   std::string target_error;
   std::uint64_t seed = SampledOptions{}.seed;
-  std::string model = "visits";
-  std::string engine = "cycle";
+  SampleModel model = SampledOptions{}.model;
+  SimulationMode engine = SampledOptions{}.engine;
 };
 
 /// --share, --target-error, --seed, --sample-model, --sample-engine.
 void add_sampled_options(CLI::App* command, SampledCli& cli);
 /// Throws Error for options out of range, and for those given without `--mode sampled`.
-SampledOptions sampled_options(const SampledCli& cli, const std::string& mode, unsigned jobs);
+SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsigned jobs);
 /// Names on stderr the keys that are set and have no effect in that mode.
-void warn_of_ignored_keys(const GpuConfig& config, const std::string& mode, const SampledOptions& sampled);
+void warn_of_ignored_keys(const GpuConfig& config, SimulationMode mode, const SampledOptions& sampled);
 /// "x ± half-width" of a confidence interval, as a line for people: what was simulated, how sure the estimate is.
 void print_sampled(const SampledResult& result);
 

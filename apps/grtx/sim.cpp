@@ -12,9 +12,11 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::sim {
 namespace {
@@ -24,12 +26,12 @@ struct Options {
   std::string config;
   std::vector<std::string> settings;
   std::string statistics;
-  std::string mode = "cycle";
+  SimulationMode mode = SimulationMode::cycle;
   std::string window;
-  std::string level = "signals";
   std::string timeline_window;
   std::vector<std::string> heatmaps;
   bool list_config = false;
+  bool list_statistics = false;
   bool no_idle_skip = false;
   SampledCli sampled;
   unsigned jobs = 1;
@@ -79,13 +81,19 @@ int run_simulation(Options options, bool quiet) {
     fmt::print("{}", config_reference());
     return 0;
   }
+  if (options.list_statistics) {
+    modules::StatisticList kinds = statistic_kinds();
+    FastEngine().describe(kinds);
+    describe_energy({}, {}, 0, kinds);
+    fmt::print("{}", statistics_reference(kinds));
+    return 0;
+  }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
   const GpuConfig config = load_config(options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);
-  if (options.mode == "sampled") return run_sampled(options, config, sampled, quiet);
+  if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, quiet);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
-  options.simulation.waveform.level = options.level == "units" ? WaveLevel::units : WaveLevel::signals;
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
   }
@@ -93,9 +101,8 @@ int run_simulation(Options options, bool quiet) {
   options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = quiet;
   options.simulation.price = describe_energy;
-  const SimulationMode mode = options.mode == "fast" ? SimulationMode::fast : SimulationMode::cycle;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const SimulationResult result = simulate(options.trace, config, options.simulation, mode);
+  const SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {
     write_heatmap(heatmap.path, {heatmap.name,
@@ -121,10 +128,8 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
-  command
-      ->add_option("--mode", options->mode,
-                   "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps")
-      ->check(one_of({"cycle", "fast", "sampled"}));
+  add_choice(command, "--mode", options->mode,
+             "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps");
   add_sampled_options(command, options->sampled);
   command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
       ->check(CLI::PositiveNumber);
@@ -133,8 +138,8 @@ void add_sim(CLI::App& app, CommonOptions& common) {
       "--vcd-scope", options->simulation.waveform.scope,
       "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
   command->add_option("--vcd-window", options->window, "Core cycles A:B in the waveform (default: all)");
-  command->add_option("--vcd-level", options->level, "units: their state and levels; signals: also warps, slots, links")
-      ->check(one_of({"units", "signals"}));
+  add_choice(command, "--vcd-level", options->simulation.waveform.level,
+             "units: their state and levels; signals: also warps, slots, links");
   command->add_option("--timeline", options->simulation.timeline.path,
                       "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)");
   command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
@@ -146,6 +151,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                       "Seed that shuffles the construction of the modules; 0 keeps the order. Results never change");
   command->add_flag("--no-idle-skip", options->no_idle_skip, "Tick every cycle. Results never change (default: off)");
   command->add_flag("--list-config", options->list_config, "Print all configuration keys as Markdown (default: off)");
+  command->add_flag("--list-statistics", options->list_statistics, "Print all statistics as Markdown (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -24,7 +24,7 @@ TracerCli parsed(const std::map<std::string, std::string>& options) {
   TracerCli cli;
   std::string accel, checkpoint;
   add_tracer_options(&app, cli);
-  app.add_option("--accel", accel)->check(one_of(accel_names()));
+  app.add_option("--accel", accel)->check(one_of(names_of<frontend::AccelKind>()));
   app.add_option("--checkpoint", checkpoint)->check(one_of({"on", "off"}));
   std::vector<std::string> known;
   for (const CLI::Option* option : app.get_options()) {

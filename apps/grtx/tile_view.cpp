@@ -17,7 +17,7 @@ namespace {
 
 /// Those of --tracing multi, whose image this is.
 frontend::TracerOptions tile_options(TracerCli cli, frontend::AccelKind accel) {
-  cli.tracing = "multi";
+  cli.tracing = name_of(frontend::Tracing::multi);
   const frontend::TracerOptions options = tracer_options(cli, false, accel);
   frontend::check_tile_options(options);
   return options;

@@ -129,7 +129,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   command->add_option("--scene", options->scene, "Scene file, or with --no-trace an object list .json (no default)")
       ->required();
   add_view_options(command, options->view);
-  command->add_option("--accel", options->accel, "Acceleration structure")->check(one_of(accel_names()));
+  command->add_option("--accel", options->accel, "Acceleration structure")
+      ->check(one_of(names_of<frontend::AccelKind>()));
   command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
   add_tracer_options(command, options->tracer);
   command->add_option("-o,--output", options->output, "Trace file to write (default: none)");

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -9,27 +11,40 @@
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::sim {
+
+enum class KernelRadius : std::uint8_t { adaptive, three_sigma };
+constexpr auto enum_names(KernelRadius) {
+  using enum KernelRadius;
+  return std::to_array<EnumName<KernelRadius>>({{adaptive, "adaptive"}, {three_sigma, "3sigma"}});
+}
+
+enum class InstanceBounds : std::uint8_t { tight, box_corners };
+constexpr auto enum_names(InstanceBounds) {
+  using enum InstanceBounds;
+  return std::to_array<EnumName<InstanceBounds>>({{tight, "tight"}, {box_corners, "box_corners"}});
+}
 
 struct TracerCli {
   unsigned k = 8;
   unsigned checkpoint_capacity = 1024;
   float ert = 0.001f;
-  std::string sort_key = "entry";
-  std::string resume = "exact";
-  std::string kernel_radius = "adaptive";
-  std::string child_order = "near_first";
-  std::string tmax_update = "reported";
-  std::string checkpoint_order = "fifo";
-  std::string replay_tmax = "infinity";
-  std::string inside = "skip";
-  std::string sh_dir = "ray";
-  std::string instance_bounds = "tight";
-  std::string mapping = "tile8x4";
-  std::string tracing = "multi";
-  std::string triangle_test = "canonical";
-  std::string response_precision = "fp32";
+  frontend::SortKey sort_key = frontend::SortKey::entry;
+  frontend::Resume resume = frontend::Resume::exact;
+  KernelRadius kernel_radius = KernelRadius::adaptive;
+  frontend::ChildOrder child_order = frontend::ChildOrder::near_first;
+  frontend::TmaxUpdate tmax_update = frontend::TmaxUpdate::reported;
+  frontend::CheckpointOrder checkpoint_order = frontend::CheckpointOrder::fifo;
+  frontend::ReplayTmax replay_tmax = frontend::ReplayTmax::infinity;
+  frontend::InsideRule inside = frontend::InsideRule::skip;
+  frontend::ShDirection sh_dir = frontend::ShDirection::ray;
+  InstanceBounds instance_bounds = InstanceBounds::tight;
+  traces::WarpMapping mapping = traces::WarpMapping::tile8x4;
+  std::string tracing = "multi";  ///< a name of Tracing, or "tiles"
+  frontend::TriangleTest triangle_test = frontend::TriangleTest::canonical;
+  frontend::ResponsePrecision response_precision = frontend::ResponsePrecision::fp32;
   unsigned box_bits = 8;
   unsigned bvh_width = 6;
   std::string skip = "faithful";

@@ -108,7 +108,7 @@ class PlanReader {
   }
 
   bool is_key(const std::string& name) const {
-    return std::any_of(keys_.begin(), keys_.end(), [&](const ConfigKey& key) { return key.name == name; });
+    return std::any_of(keys_.begin(), keys_.end(), [&](const modules::Parameter& key) { return key.name == name; });
   }
 
   /// Sets a scratch configuration, or asks the tracer: whatever refuses says the rule.
@@ -389,7 +389,7 @@ class PlanReader {
 
   const TracerRules& tracer_;
   GpuConfig config_;  ///< scratch: each value is tried on it alone
-  std::vector<ConfigKey> keys_;
+  std::vector<modules::Parameter> keys_;
   std::filesystem::path folder_;
   SweepPlan plan_;
   bool sets_design_ = false, has_designs_ = false, varied_ = false;

@@ -117,7 +117,7 @@ SweepTrace trace_of(const Scene& scene, unsigned view, const Structure& structur
 /// The configuration with a point's values; `broken` says why there is none.
 ordered_json config_of(const GpuConfig& base, const Coordinates& values, std::string& broken) {
   GpuConfig config = base;
-  const std::vector<ConfigKey> keys = config_keys(config);
+  const std::vector<modules::Parameter> keys = config_keys(config);
   for (const auto& [name, value] : values) {
     if (!name.starts_with("tracer.")) apply_setting(name + "=" + text_of(value), keys);
   }

@@ -68,22 +68,13 @@ struct UnitLeaf {
 
 }  // namespace
 
-const std::vector<std::string>& accel_names() {
-  static const std::vector<std::string> names = {"tri20",      "tri80",      "ellipsoid",
-                                                 "tlas-tri20", "tlas-tri80", "tlas-sphere"};
-  return names;
-}
-
 AccelKind accel_from_name(const std::string& name) {
-  const auto& names = accel_names();
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) {
-    throw Error("--accel", "'" + name + "'", "is unknown; did you mean '" + nearest_name(name, names) + "'?");
-  }
-  return static_cast<AccelKind>(found - names.begin());
+  if (const auto kind = from_name<AccelKind>(name)) return *kind;
+  throw Error("--accel", "'" + name + "'",
+              "is unknown; did you mean '" + nearest_name(name, names_of<AccelKind>()) + "'?");
 }
 
-std::string accel_name(AccelKind kind) { return accel_names()[static_cast<std::size_t>(kind)]; }
+std::string accel_name(AccelKind kind) { return std::string(name_of(kind)); }
 
 ProxyKind proxy_of(AccelKind kind) {
   switch (kind) {

@@ -8,17 +8,15 @@
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::frontend {
 
-enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, tlas_tri20, tlas_tri80, tlas_sphere };
+using traces::AccelKind;
 
-/// Names of --accel, in the order of AccelKind.
-const std::vector<std::string>& accel_names();
 AccelKind accel_from_name(const std::string& name);  ///< throws Error naming the nearest known name
 std::string accel_name(AccelKind kind);
 ProxyKind proxy_of(AccelKind kind);
-constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri20; }
 
 struct AccelOptions {
   AccelKind kind = AccelKind::tri20;

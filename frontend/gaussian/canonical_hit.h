@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"
@@ -38,8 +39,19 @@ struct UnitRay {
   float length2 = 1.0f;  ///< |direction|^2
 };
 
+/// Distance that orders a ray's hits.
 enum class SortKey : std::uint8_t { entry, peak };
+constexpr auto enum_names(SortKey) {
+  using enum SortKey;
+  return std::to_array<EnumName<SortKey>>({{entry, "entry"}, {peak, "peak"}});
+}
+
+/// Gaussians whose proxy holds the ray origin.
 enum class InsideRule : std::uint8_t { skip, count };
+constexpr auto enum_names(InsideRule) {
+  using enum InsideRule;
+  return std::to_array<EnumName<InsideRule>>({{skip, "skip"}, {count, "count"}});
+}
 
 enum class HitKind : std::uint8_t {
   miss,

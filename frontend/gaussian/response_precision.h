@@ -1,15 +1,21 @@
 // The response of a Gaussian in 16-bit arithmetic, emulated: what a blending unit of half the width would compute.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
 
 namespace grtx::frontend {
 
 /// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
 enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
+constexpr auto enum_names(ResponsePrecision) {
+  using enum ResponsePrecision;
+  return std::to_array<EnumName<ResponsePrecision>>({{fp32, "fp32"}, {fp16, "fp16"}, {bf16, "bf16"}});
+}
 
 /// Nearest value with `kept` explicit significand bits (ties to even) of a normal fp32 number.
 constexpr float round_significand(float x, unsigned kept) {

@@ -5,7 +5,7 @@
 namespace grtx::frontend {
 
 EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header& header)
-    : nodes_(image), header_(header), lifo_(header.checkpoint_order == "lifo") {}
+    : nodes_(image), header_(header), lifo_(header.checkpoint_order == traces::CheckpointOrder::lifo) {}
 
 void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;

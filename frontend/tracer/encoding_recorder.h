@@ -52,7 +52,9 @@ class EncodingRecorder {
   /// The header must outlive the recorder.
   EncodingRecorder(const NodeImage& image, const traces::Header& header);
   /// Whether it can record for this header.
-  static bool can_record(const traces::Header& header) { return header.checkpoint_order != "nearest"; }
+  static bool can_record(const traces::Header& header) {
+    return header.checkpoint_order != traces::CheckpointOrder::nearest;
+  }
 
   void begin_group(std::uint32_t index, traces::RayKind kind);
   /// Rays begin in lane order.

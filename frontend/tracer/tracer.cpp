@@ -102,20 +102,18 @@ std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned heig
 
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render) {
-  static const char* const orders[] = {"fifo", "lifo", "nearest"};
-  static const char* const tracings[] = {"multi", "single", "closest"};
   traces::Header header;
-  header.accel = accel_name(accel.options().kind);
-  header.tracing = tracings[static_cast<int>(options.tracing)];
+  header.accel = accel.options().kind;
+  header.tracing = options.tracing;
   header.k = options.k;
   header.checkpoint = options.checkpoint;
-  header.checkpoint_order = orders[static_cast<int>(options.checkpoint_order)];
-  header.child_order = options.child_order == ChildOrder::near_first ? "near_first" : "slot";
+  header.checkpoint_order = options.checkpoint_order;
+  header.child_order = options.child_order;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;
   // The tile of the usual warp; a smaller warp takes the part of it that map_pixels() gives.
-  header.warp_mapping = render.linear_mapping ? "linear" : "tile8x4";
+  header.warp_mapping = render.linear_mapping ? traces::WarpMapping::linear : traces::WarpMapping::tile8x4;
   header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
   if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
   header.bvh_width = accel.options().width;

@@ -1,6 +1,7 @@
 // Options of the tracer. The first value named is the default.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -9,22 +10,50 @@
 #include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/frontend/gaussian/simd_path.h"
 #include "grtx/frontend/tracer/skips.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::frontend {
 
-enum class Resume : std::uint8_t { exact, strict };
-enum class TmaxUpdate : std::uint8_t { reported, kth };
-enum class CheckpointOrder : std::uint8_t { fifo, lifo, nearest };
-enum class ReplayTmax : std::uint8_t { infinity, kth };
-enum class ChildOrder : std::uint8_t { near_first, slot };
-enum class ShDirection : std::uint8_t { ray, centre };
+// Modes that the hardware model obeys too are named in the trace's header.
+using traces::CheckpointOrder;
+using traces::ChildOrder;
+using traces::Tracing;
 
-/// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
-/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
-enum class Tracing : std::uint8_t { multi, single, closest };
+/// How a round continues: in the order (t, id), or with the paper's t_min < t.
+enum class Resume : std::uint8_t { exact, strict };
+constexpr auto enum_names(Resume) {
+  using enum Resume;
+  return std::to_array<EnumName<Resume>>({{exact, "exact"}, {strict, "strict"}});
+}
+
+/// t_max after an any-hit: the reported hit's t, or the k-th.
+enum class TmaxUpdate : std::uint8_t { reported, kth };
+constexpr auto enum_names(TmaxUpdate) {
+  using enum TmaxUpdate;
+  return std::to_array<EnumName<TmaxUpdate>>({{reported, "reported"}, {kth, "kth"}});
+}
+
+/// t_max at the start of a round with a preloaded k-buffer.
+enum class ReplayTmax : std::uint8_t { infinity, kth };
+constexpr auto enum_names(ReplayTmax) {
+  using enum ReplayTmax;
+  return std::to_array<EnumName<ReplayTmax>>({{infinity, "infinity"}, {kth, "kth"}});
+}
+
+/// Direction in which the spherical harmonics are evaluated.
+enum class ShDirection : std::uint8_t { ray, centre };
+constexpr auto enum_names(ShDirection) {
+  using enum ShDirection;
+  return std::to_array<EnumName<ShDirection>>({{ray, "ray"}, {centre, "centre"}});
+}
+
 /// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
 /// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
+constexpr auto enum_names(TriangleTest) {
+  using enum TriangleTest;
+  return std::to_array<EnumName<TriangleTest>>({{canonical, "canonical"}, {world, "world"}});
+}
 
 struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048

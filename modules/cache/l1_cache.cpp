@@ -30,9 +30,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
     if (!holds) throw Error("configuration", "l1", rule);
   };
   require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
-  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
-  require(config.tag_latency >= 1, "tag latency must be at least 1 cycle");
-  require(config.miss_queue >= 1, "the miss queue needs an entry");
+  require_allowed("l1", config);
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
 }
 
@@ -187,7 +185,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
     ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
     return true;
   }
-  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
   ++(hit ? region.hits : miss ? region.misses : region.hits_on_miss);
   if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
@@ -195,7 +193,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
 }
 
 bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
-  L1Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     answer_hit(now, client, access);
     ++region.writes;

@@ -11,11 +11,13 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/l1_cache_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
@@ -29,16 +31,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(L1Stall::
     "response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"};
 
 /// Plain counts of one cache; the assembly adds those of several SMs. Demand and prefetch accesses are kept apart.
-struct L1Counters {
-  struct ByRegion {
-    std::uint64_t reads = 0;         ///< demand sector reads accepted = hits + hits_on_miss + misses
-    std::uint64_t hits = 0;          ///< sector present
-    std::uint64_t hits_on_miss = 0;  ///< merged into a pending MSHR
-    std::uint64_t misses = 0;        ///< allocated an MSHR
-    std::uint64_t writes = 0;        ///< sector writes accepted, all forwarded
-    std::uint64_t write_hits = 0;    ///< of these, sector present
-  };
-  std::array<ByRegion, kRegionCount> region{};
+struct L1Counters : CacheRegions {
   std::array<std::uint64_t, static_cast<std::size_t>(L1Stall::count)> stalls{};  ///< client-cycles
   std::uint64_t prefetches = 0;                                                  ///< accepted = redundant + fetched
   std::uint64_t prefetches_redundant = 0;                                        ///< sector present or already pending
@@ -56,13 +49,13 @@ struct L1Counters {
 
   /// Demand and prefetch requests accepted.
   std::uint64_t accesses() const;
-  /// Demand reads of node regions only.
-  ByRegion nodes() const;
-  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
-  ByRegion all() const;
-  L1Counters& operator+=(const L1Counters& other);
+  static const CounterTable<L1Counters>& table();
+  L1Counters& operator+=(const L1Counters& other) {
+    table().add(*this, other);
+    return *this;
+  }
   /// Appends them as prefix + ".name".
-  void describe(StatisticList& list, const std::string& prefix) const;
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 class L1Cache final : public L1CacheModule {
@@ -70,16 +63,31 @@ class L1Cache final : public L1CacheModule {
   struct Config {
     unsigned clients = 2;  ///< request/response port pairs; by the assembly
     std::uint8_t sm = 0;   ///< number that requests carry into the crossbar; by the assembly
-    /// 128 KB, 128 B lines, 256 ways = 4 sets: paper Table I [A]. 32 B sectors: Vulkan-Sim [B].
     SectorCacheTags::Geometry geometry{};
-    unsigned latency = 20;     ///< cycles from request visible to hit response visible; paper Table I [A]
-    unsigned tag_latency = 1;  ///< cycles from acceptance to a miss leaving the cache, at least 1 [D: not in the paper]
-    unsigned banks = 4;        ///< sector-interleaved, one access a cycle each; Vulkan-Sim [B]
-    unsigned mshr_entries = 256;    ///< sectors outstanding; Vulkan-Sim [B]
-    unsigned mshr_merges = 8;       ///< requests of an entry, the first included; Vulkan-Sim [B]
-    unsigned miss_queue = 16;       ///< misses and writes waiting for the crossbar; Vulkan-Sim [B]
-    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first [D]
-    bool perfect = false;           ///< every access hits and nothing leaves the cache
+    unsigned latency = 20;
+    unsigned tag_latency = 1;
+    unsigned banks = 4;
+    unsigned mshr_entries = 256;
+    unsigned mshr_merges = 8;
+    unsigned miss_queue = 16;
+    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
+    bool perfect = false;           ///< nothing leaves the cache
+    void parameters(ParameterList& list) {
+      list.add("bytes", geometry.bytes, {32, 1e9}, "B", "size of the L1 data cache", kTable1);
+      geometry.shape_parameters(list);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from request to response of a hit", kTable1);
+      list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache",
+               kOurs);
+      list.add("banks", banks, {1, 64}, "banks", "sector-interleaved banks, one access a cycle each", kVulkanSim);
+      list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding", kVulkanSim);
+      list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
+               kVulkanSim);
+      list.add("miss_queue", miss_queue, {1, kMaxEntries}, "requests", "misses and writes waiting for the crossbar",
+               kVulkanSim);
+      list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
+               kOurs);
+      list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+    }
   };
 
   /// clock: core domain. Throws Error for an impossible configuration.

@@ -22,7 +22,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.slice < config.interleave.slices, "slice number must be below the number of slices");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   require(config.geometry.line_bytes <= config.interleave.bytes, "a line must not be longer than the interleave");
-  require(config.queue >= 1, "the queue needs an entry");
+  require_allowed("l2", config);
   require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
   require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
 }
@@ -124,7 +124,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(local);
   const bool hit =
       config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & tags_.sector_bit(local)) != 0);
-  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (hit) {
     if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
     reply(access);
@@ -148,7 +148,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
 // A write covers its sector, so nothing is fetched; a fill that is still under way for the sector changes nothing.
 bool L2Slice::write(const MemoryRequest& access) {
   if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
-  L2Counters::ByRegion& region = counters_.region[index(access.region)];
+  RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     ++region.write_hits;
   } else {

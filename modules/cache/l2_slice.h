@@ -9,11 +9,13 @@
 #include <string>
 #include <systemc>
 
+#include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
@@ -28,16 +30,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(L2Stall::
     "reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"};
 
 /// Plain counts of one slice; the assembly adds those of all slices.
-struct L2Counters {
-  struct ByRegion {
-    std::uint64_t reads = 0;  ///< = hits + hits_on_miss + misses
-    std::uint64_t hits = 0;
-    std::uint64_t hits_on_miss = 0;
-    std::uint64_t misses = 0;
-    std::uint64_t writes = 0;
-    std::uint64_t write_hits = 0;  ///< sector present; other writes allocate without a fetch
-  };
-  std::array<ByRegion, kRegionCount> region{};
+struct L2Counters : CacheRegions {
   std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> stalls{};
   std::uint64_t requests_in = 0;
   std::uint64_t replies_out = 0;
@@ -48,12 +41,13 @@ struct L2Counters {
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
 
   std::uint64_t accesses() const;
-  ByRegion nodes() const;
-  ByRegion shader_data() const;  ///< Gaussian and SH records, pixels
-  ByRegion all() const;
-  L2Counters& operator+=(const L2Counters& other);
+  static const CounterTable<L2Counters>& table();
+  L2Counters& operator+=(const L2Counters& other) {
+    table().add(*this, other);
+    return *this;
+  }
   /// Appends them as prefix + ".name".
-  void describe(StatisticList& list, const std::string& prefix) const;
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 class L2Slice final : public L2SliceModule {
@@ -61,16 +55,28 @@ class L2Slice final : public L2SliceModule {
   struct Config {
     unsigned slice = 0;  ///< number of this slice; by the assembly
     AddressInterleave interleave{};
-    /// Of this slice: 4 MB / 4 slices, 16 ways, 128 B lines: paper Table I [A], slices [C]; 32 B sectors [B].
-    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};
-    unsigned latency = 165;       ///< from request visible to hit reply pushed; tags are probed at its end, so a miss
-                                  ///< pays it too, as behind GPGPU-Sim's ROP delay; paper Table I [A]
-    unsigned queue = 64;          ///< accesses waiting at the tags; Vulkan-Sim [B]
-    unsigned mshr_entries = 192;  ///< sectors outstanding; Vulkan-Sim [B]
-    unsigned mshr_merges = 4;     ///< requests of an entry, the first included; Vulkan-Sim [B]
-    unsigned reply_queue = 64;    ///< Vulkan-Sim [B]
-    unsigned dram_queue = 64;     ///< reads and write-backs towards DRAM; Vulkan-Sim [B]
-    bool perfect = false;         ///< every access hits and DRAM is never asked
+    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};  ///< of this slice
+    unsigned latency = 165;  ///< tags are probed at its end, so a miss pays it too, as behind GPGPU-Sim's ROP delay
+    unsigned queue = 64;
+    unsigned mshr_entries = 192;
+    unsigned mshr_merges = 4;
+    unsigned reply_queue = 64;
+    unsigned dram_queue = 64;
+    bool perfect = false;  ///< DRAM is never asked
+    /// But for the size, which is that of all slices.
+    void parameters(ParameterList& list) {
+      geometry.shape_parameters(list);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles",
+               "from request at the slice to the reply of a hit; misses pay it too", kTable1);
+      list.add("queue", queue, {1, kMaxEntries}, "requests", "accesses waiting at the tags", kVulkanSim);
+      list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding of a slice", kVulkanSim);
+      list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
+               kVulkanSim);
+      list.add("reply_queue", reply_queue, {1, kMaxEntries}, "replies", "waiting for the crossbar", kVulkanSim);
+      list.add("dram_queue", dram_queue, {1, kMaxEntries}, "requests", "reads and write-backs waiting for DRAM",
+               kVulkanSim);
+      list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+    }
   };
 
   /// clock: core domain. Throws Error for an impossible configuration.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/base/named_enum.h"
 #include "grtx/modules/cache/policies/fifo.h"
 #include "grtx/modules/cache/policies/pseudo_random.h"
 
@@ -43,9 +44,7 @@ std::vector<std::string> cache_replacement_names() {
 
 std::unique_ptr<CacheReplacement> make_cache_replacement(std::string_view name, std::uint64_t sets, unsigned ways) {
   if (const CacheReplacementFactory* factory = find_replacement(name)) return (*factory)(sets, ways);
-  std::string known;
-  for (const std::string& each : cache_replacement_names()) known += (known.empty() ? "" : ", ") + each;
-  throw Error("configuration", "cache replacement", "'" + std::string(name) + "' is not one of " + known);
+  throw Error("configuration", "cache replacement", unknown_name(name, cache_replacement_names()));
 }
 
 }  // namespace grtx::modules

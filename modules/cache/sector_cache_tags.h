@@ -13,6 +13,7 @@
 #include "grtx/modules/cache/replacement.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/equal_keys.h"
+#include "grtx/modules/kernel/parameter.h"
 
 namespace grtx::modules {
 
@@ -29,6 +30,12 @@ class SectorCacheTags {
     std::string replacement = "lru";                                                   ///< a name of replacement.h
     std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down, any number
     unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
+    void shape_parameters(ParameterList& list) {
+      list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
+      list.add("ways", ways, {1, kMaxEntries}, "ways", "associativity, LRU", kTable1);
+      list.add("replacement", replacement, cache_replacement_names(),
+               "which line of a full set goes; programs may register more", kOurs);
+    }
   };
 
   /// What a line held when insert() evicted it.

@@ -14,6 +14,7 @@
 #include "grtx/modules/dram/dram_channel.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
@@ -36,11 +37,18 @@ void describe(const DramCounters& counters, const std::vector<DramChannelCounter
 class Dram final : public ClockedModule {
  public:
   struct Config {
-    AddressInterleave interleave{};  ///< one channel per slice; 4 x 28 GB/s [C: the paper gives no channel count]
+    AddressInterleave interleave{};  ///< one channel per slice; by the assembly
     DramChannelConfig channel{};
-    Cycle fixed_latency = 256;  ///< memory clocks added to every response: 100 core cycles = 73 ns; Vulkan-Sim [B]
-    std::uint64_t bytes = 0;    ///< size of the memory; addresses beyond are refused; 0: unlimited
-    bool perfect = false;       ///< every request is done after fixed_latency, without banks or a data bus
+    Cycle fixed_latency = 256;
+    std::uint64_t bytes = 0;  ///< size of the memory; addresses beyond are refused; 0: unlimited; by the assembly
+    bool perfect = false;     ///< without banks or a data bus
+    void parameters(ParameterList& list) {
+      channel.parameters(list);
+      list.add("fixed_latency", fixed_latency, {0, 1e9}, "clocks", "added to every response (100 core cycles = 73 ns)",
+               kVulkanSim);
+      list.add("perfect", perfect, "every request takes fixed_latency only (limit study)", kOurs);
+      list.part("timing", channel.timing);
+    }
   };
 
   /// clock: memory domain. Throws Error for an impossible configuration.

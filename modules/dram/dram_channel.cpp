@@ -57,12 +57,11 @@ DramChannel::DramChannel(const DramChannelConfig& config)
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "dram", rule);
   };
-  require(config.banks >= 1 && config.banks <= 64, "banks must be 1 to 64");
+  require_allowed("dram", config);
+  require_allowed("dram.timing", config.timing);
   require(!config.bank_xor || std::has_single_bit(config.banks), "bank_xor needs a power of two of banks");
-  require(config.queue >= 4, "the queue must hold a line of 4 bursts");
-  require(config.burst_bytes >= 1 && config.row_bytes >= config.burst_bytes, "a row must hold a burst");
+  require(config.row_bytes >= config.burst_bytes, "a row must hold a burst");
   require(config.age_cap < kNever / 4, "the age cap is out of range");
-  require(config.timing.ccd >= 1, "CCD must be at least 1 clock");
   for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
 }
 

@@ -8,25 +8,43 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 
 namespace grtx::modules {
 
-/// In memory clocks (3500 MHz: 0.286 ns). All from Vulkan-Sim's SM75_RTX2060 configuration [B].
+/// In memory clocks (3500 MHz: 0.286 ns).
 struct DramTiming {
-  unsigned ccd = 4;   ///< column command to column command, and data clocks of one burst
-  unsigned rrd = 10;  ///< activate to activate, other banks
-  unsigned rcd = 20;  ///< activate to column command
-  unsigned ras = 50;  ///< activate to precharge
-  unsigned rp = 20;   ///< precharge to activate
-  unsigned rc = 62;   ///< activate to activate, same bank
-  unsigned cl = 20;   ///< read command to first data
-  unsigned wl = 8;    ///< write command to first data
-  unsigned cdlr = 9;  ///< last write data to read command
-  unsigned wr = 20;   ///< last write data to precharge
-  unsigned rtp = 4;   ///< read command to precharge
-  unsigned turn = 2;  ///< bubble between read and write data
+  unsigned ccd = 4;
+  unsigned rrd = 10;
+  unsigned rcd = 20;
+  unsigned ras = 50;
+  unsigned rp = 20;
+  unsigned rc = 62;
+  unsigned cl = 20;   ///< to the first data
+  unsigned wl = 8;    ///< to the first data
+  unsigned cdlr = 9;  ///< from the last data
+  unsigned wr = 20;   ///< from the last data
+  unsigned rtp = 4;
+  unsigned turn = 2;
 
+  void parameters(ParameterList& list) {
+    const auto add = [&](const char* key, unsigned& clocks, const char* description, double min = 0) {
+      list.add(key, clocks, {min, 10000}, "clocks", description, kVulkanSim);
+    };
+    add("ccd", ccd, "column command to column command, clocks of a burst", 1);
+    add("rrd", rrd, "activate to activate, other banks");
+    add("rcd", rcd, "activate to column command");
+    add("ras", ras, "activate to precharge");
+    add("rp", rp, "precharge to activate");
+    add("rc", rc, "activate to activate, same bank");
+    add("cl", cl, "read command to data");
+    add("wl", wl, "write command to data");
+    add("cdlr", cdlr, "write data to read command");
+    add("wr", wr, "write data to precharge");
+    add("rtp", rtp, "read command to precharge");
+    add("turn", turn, "bubble between read and write data");
+  }
   unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }
   unsigned write_to_read() const { return wl + ccd + cdlr; }
   unsigned write_to_precharge() const { return wl + ccd + wr; }
@@ -34,12 +52,21 @@ struct DramTiming {
 
 struct DramChannelConfig {
   DramTiming timing{};
-  unsigned banks = 16;        ///< Vulkan-Sim [B]
-  unsigned row_bytes = 2048;  ///< of a bank; Vulkan-Sim's address map [B]
-  unsigned burst_bytes = 32;  ///< one column command; burst length 16 on a 16-bit bus [B]
-  unsigned queue = 64;        ///< requests, in bursts; Vulkan-Sim [B]
-  Cycle age_cap = 1024;       ///< clocks after which nothing may overtake a request; no source [D]
-  bool bank_xor = false;      ///< bank ^= low bits of the row (needs 2^n banks) [D]
+  unsigned banks = 16;
+  unsigned row_bytes = 2048;
+  unsigned burst_bytes = 32;  ///< burst length 16 on a 16-bit bus
+  unsigned queue = 64;
+  Cycle age_cap = 1024;
+  bool bank_xor = false;  ///< needs 2^n banks
+  /// But for the timing, which is a table of its own.
+  void parameters(ParameterList& list) {
+    list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
+    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
+    list.add("burst_bytes", burst_bytes, {1, 4096}, "B", "moved by one column command", kVulkanSim);
+    list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
+    list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request", kOurs);
+    list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
+  }
 };
 
 struct DramChannelCounters {

@@ -24,6 +24,15 @@ inline double ratio(std::uint64_t part, std::uint64_t whole) {
 /// An ordered list of statistics, filled by modules' `statistics(StatisticList&)`.
 class StatisticList {
  public:
+  StatisticList() = default;
+  /// A list for the documentation: rows that there are several of, alike, appear once, with a name in <>.
+  static StatisticList of_kinds() {
+    StatisticList list;
+    list.kinds_ = true;
+    return list;
+  }
+  bool lists_kinds() const { return kinds_; }
+
   void add(std::string name, std::uint64_t value, std::string unit, std::string description) {
     items_.push_back({std::move(name), value, std::move(unit), std::move(description)});
   }
@@ -33,6 +42,7 @@ class StatisticList {
   const std::vector<Statistic>& items() const { return items_; }
 
  private:
+  bool kinds_ = false;
   std::vector<Statistic> items_;
 };
 

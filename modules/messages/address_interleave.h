@@ -6,13 +6,20 @@
 #include <cstdint>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/parameter.h"
 
 namespace grtx::modules {
 
 struct AddressInterleave {
-  unsigned slices = 4;    ///< L2 slices = DRAM channels; hardware.md 16 row 7 [C: the paper gives no count]
-  unsigned bytes = 256;   ///< consecutive bytes of one slice, a power of two; GPGPU-Sim's channel interleave [B]
-  bool xor_hash = false;  ///< fold the higher address bits into the slice number (needs 2^n slices) [D]
+  unsigned slices = 4;
+  unsigned bytes = 256;   ///< a power of two
+  bool xor_hash = false;  ///< needs 2^n slices
+  void parameters(ParameterList& list) {
+    list.add("slices", slices, {1, 256}, "slices", "L2 slices = DRAM channels",
+             assumed("this project: 4 x 28 GB/s; the paper gives no count"));
+    list.add("interleave_bytes", bytes, {128, 1e9}, "B", "consecutive bytes of one slice", kGpgpuSim);
+    list.add("xor_hash", xor_hash, "higher address bits are folded into the slice number", kOurs);
+  }
 
   /// Throws Error for an impossible combination.
   void check() const {

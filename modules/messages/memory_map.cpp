@@ -29,7 +29,7 @@ constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
 MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config)
     : gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
-      k_(header.tracing == "single" ? 2 * header.k : header.k),
+      k_(header.tracing == traces::Tracing::single ? 2 * header.k : header.k),
       warp_size_(header.warp_size),
       resident_warps_(config.resident_warps) {
   const std::uint64_t warps = static_cast<std::uint64_t>(config.sms) * config.resident_warps;

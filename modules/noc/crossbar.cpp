@@ -110,7 +110,7 @@ Crossbar::Crossbar(const sc_core::sc_module_name& name, const Config& config, Cl
       requests_(clock, config.interleave, config.sms, config.interleave.slices, config.latency, config.output_buffer),
       replies_(clock, config.interleave, config.interleave.slices, config.sms, config.latency, config.output_buffer) {
   require(config.sms >= 1 && config.sms <= 256, "SMs must be 1 to 256");
-  require(config.latency >= 1, "latency must be at least 1 cycle");
+  require_allowed("crossbar", config);
   config.interleave.check();
 }
 
@@ -132,14 +132,20 @@ bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }
 
 void Crossbar::statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
 
+const CounterTable<CrossbarCounters::Network>& CrossbarCounters::Network::table() {
+  using C = CrossbarCounters::Network;
+  static const CounterTable<C> table =
+      CounterTable<C>()
+          .sum(&C::packets_in)
+          .sum(&C::packets_out, "packets", "packets", "packets delivered")
+          .sum(&C::conflict_cycles, "conflict_cycles", "packet-cycles", "a head packet lost the arbitration")
+          .sum(&C::blocked_cycles, "blocked_cycles", "packet-cycles", "a head packet's output buffer was full");
+  return table;
+}
+
 void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix) {
-  const auto add = [&](const std::string& p, const CrossbarCounters::Network& n) {
-    list.add(p + ".packets", n.packets_out, "packets", "packets delivered");
-    list.add(p + ".conflict_cycles", n.conflict_cycles, "packet-cycles", "a head packet lost the arbitration");
-    list.add(p + ".blocked_cycles", n.blocked_cycles, "packet-cycles", "a head packet's output buffer was full");
-  };
-  add(prefix + ".request", counters.request);
-  add(prefix + ".reply", counters.reply);
+  counters.request.table().describe(counters.request, list, prefix + ".request");
+  counters.reply.table().describe(counters.reply, list, prefix + ".reply");
 }
 
 Inventory Crossbar::inventory() const {

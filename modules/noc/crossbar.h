@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
@@ -28,6 +30,7 @@ struct CrossbarCounters {
     std::uint64_t packets_out = 0;
     std::uint64_t conflict_cycles = 0;  ///< a head packet lost the arbitration for its output
     std::uint64_t blocked_cycles = 0;   ///< a head packet's output buffer was full
+    static const CounterTable<Network>& table();
   };
   Network request;
   Network reply;
@@ -100,10 +103,14 @@ class CrossbarNetwork final : public Clocked {
 class Crossbar final : public CrossbarModule {
  public:
   struct Config {
-    unsigned sms = 8;  ///< paper Table I [A]
+    unsigned sms = 8;  ///< by the assembly
     AddressInterleave interleave{};
-    unsigned latency = 8;         ///< cycles from input visible to output visible, unloaded, each way [D]
-    unsigned output_buffer = 32;  ///< packets waiting at an output beyond those in transit; hardware.md 9.3 [C]
+    unsigned latency = 8;         ///< from input visible to output visible
+    unsigned output_buffer = 32;  ///< beyond those in transit
+    void parameters(ParameterList& list) {
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "unloaded, each way", kOurs);
+      list.add("output_buffer", output_buffer, {1, kMaxEntries}, "packets", "waiting at an output", kGpgpuSim);
+    }
   };
 
   /// clock: core domain. Throws Error for an impossible configuration.

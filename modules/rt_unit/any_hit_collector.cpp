@@ -10,20 +10,18 @@
 
 namespace grtx::modules {
 
-void AnyHitCollector::Counters::add(const Counters& other) {
-  batches += other.batches;
-  lanes += other.lanes;
-  timeouts += other.timeouts;
-  wait_cycles += other.wait_cycles;
-}
+const CounterTable<AnyHitCollector::Counters>& AnyHitCollector::Counters::table() {
+  using C = AnyHitCollector::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void AnyHitCollector::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".batches", batches, "batches", "any-hit shader invocations");
-  list.add(prefix + ".lanes", lanes, "lanes", "any-hit calls of lanes, in all batches");
-  list.add(prefix + ".lanes_per_batch", batches == 0 ? 0.0 : static_cast<double>(lanes) / static_cast<double>(batches),
-           "lanes", "mean lanes of a batch");
-  list.add(prefix + ".timeouts", timeouts, "batches", "batches sent before all active lanes had a hit");
-  list.add(prefix + ".wait_cycles", wait_cycles, "cycles", "first waiting lane to invocation, summed over batches");
+          .sum(&C::batches, "batches", "batches", "any-hit shader invocations")
+          .sum(&C::lanes, "lanes", "lanes", "any-hit calls of lanes, in all batches")
+          .value([](const C& c) { return ratio(c.lanes, c.batches); }, "lanes_per_batch", "lanes",
+                 "mean lanes of a batch")
+          .sum(&C::timeouts, "timeouts", "batches", "batches sent before all active lanes had a hit")
+          .sum(&C::wait_cycles, "wait_cycles", "cycles", "first waiting lane to invocation, summed over batches");
+  return table;
 }
 
 AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries)

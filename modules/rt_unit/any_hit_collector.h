@@ -7,8 +7,10 @@
 #include <iosfwd>
 #include <systemc>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
@@ -22,15 +24,20 @@ AnyHitBatch batch_of(const Warp& warp);
 class AnyHitCollector final : public AnyHitModule {
  public:
   struct Config {
-    std::uint64_t timeout = 64;  ///< cycles after the first waiting lane; not in the paper
+    std::uint64_t timeout = 64;
+    void parameters(ParameterList& list) {
+      list.add("timeout", timeout, {0, 1e9}, "cycles",
+               "an any-hit batch is sent this long after its first lane began to wait", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t batches = 0;
     std::uint64_t lanes = 0;        ///< lanes in all batches
     std::uint64_t timeouts = 0;     ///< batches sent although an unfinished lane had no hit yet
     std::uint64_t wait_cycles = 0;  ///< batch cycles from the first waiting lane to the invocation
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer.

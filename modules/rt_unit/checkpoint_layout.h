@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::modules {
 
@@ -33,8 +33,11 @@ class CheckpointLayout {
 
   /// order: the trace's checkpoint_order. capacity: entries of a buffer. write_combine: a lane's entries gather in its
   /// open sector; else each writes every sector it touches. read_buffer: a lane keeps the last sector it read.
-  CheckpointLayout(const std::string& order, std::uint64_t capacity, bool write_combine, bool read_buffer)
-      : lifo_(order == "lifo"), capacity_(capacity), write_combine_(write_combine), read_buffer_(read_buffer) {}
+  CheckpointLayout(traces::CheckpointOrder order, std::uint64_t capacity, bool write_combine, bool read_buffer)
+      : lifo_(order == traces::CheckpointOrder::lifo),
+        capacity_(capacity),
+        write_combine_(write_combine),
+        read_buffer_(read_buffer) {}
 
   /// Whether a lane's source_entries must be known when it begins.
   bool reads_backwards() const { return lifo_; }

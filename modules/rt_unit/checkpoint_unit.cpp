@@ -16,33 +16,26 @@ constexpr std::uint64_t kNoSector = CheckpointLayout::kNoSector;
 
 }  // namespace
 
-void CheckpointUnit::Counters::add(const Counters& other) {
-  entries_written += other.entries_written;
-  entries_read += other.entries_read;
-  sectors_written += other.sectors_written;
-  sectors_read += other.sectors_read;
-  acknowledged += other.acknowledged;
-  returned += other.returned;
-  straddling_written += other.straddling_written;
-  straddling_read += other.straddling_read;
-  max_entries = std::max(max_entries, other.max_entries);
-  blocked_cycles += other.blocked_cycles;
-}
+const CounterTable<CheckpointUnit::Counters>& CheckpointUnit::Counters::table() {
+  using C = CheckpointUnit::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void CheckpointUnit::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".entries_written", entries_written, "entries",
-           "checkpoint entries written to destination buffers");
-  list.add(prefix + ".entries_read", entries_read, "entries", "checkpoint entries read from source buffers");
-  list.add(prefix + ".sectors_written", sectors_written, "requests", "32 B writes of checkpoint buffers");
-  list.add(prefix + ".sectors_read", sectors_read, "requests", "32 B reads of checkpoint buffers");
-  list.add(prefix + ".straddling_written", straddling_written, "entries", "written entries that lie in two sectors");
-  list.add(prefix + ".straddling_read", straddling_read, "entries", "read entries that lie in two sectors");
-  list.add(prefix + ".max_entries", max_entries, "entries", "most entries one lane wrote in one round");
-  list.add(prefix + ".blocked_cycles", blocked_cycles, "cycles", "cycles in which lanes waited to hand over entries");
+          .sum(&C::entries_written, "entries_written", "entries", "checkpoint entries written to destination buffers")
+          .sum(&C::entries_read, "entries_read", "entries", "checkpoint entries read from source buffers")
+          .sum(&C::sectors_written, "sectors_written", "requests", "32 B writes of checkpoint buffers")
+          .sum(&C::sectors_read, "sectors_read", "requests", "32 B reads of checkpoint buffers")
+          .sum(&C::straddling_written, "straddling_written", "entries", "written entries that lie in two sectors")
+          .sum(&C::straddling_read, "straddling_read", "entries", "read entries that lie in two sectors")
+          .largest(&C::max_entries, "max_entries", "entries", "most entries one lane wrote in one round")
+          .sum(&C::blocked_cycles, "blocked_cycles", "cycles", "cycles in which lanes waited to hand over entries")
+          .sum(&C::acknowledged)
+          .sum(&C::returned);
+  return table;
 }
 
 CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                               const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm)
+                               traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm)
     : CheckpointModule(name),
       config_(config),
       map_(map),
@@ -52,8 +45,7 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
       writes_(config.write_queue > 0 ? config.write_queue : 1) {
-  if (config.lanes < 1) throw Error("configuration", "rt.checkpoint.lanes", "must be at least 1");
-  if (config.write_queue < 2) throw Error("configuration", "rt.checkpoint.write_queue", "must hold 2 sectors");
+  require_allowed("rt.checkpoint", config);
 }
 
 void CheckpointUnit::end_of_elaboration() {

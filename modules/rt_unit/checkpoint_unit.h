@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -25,11 +27,18 @@ namespace grtx::modules {
 class CheckpointUnit final : public CheckpointModule {
  public:
   struct Config {
-    unsigned lanes = 4;         ///< entries (or last sectors) taken from lanes in a cycle, >= 1
-    unsigned write_queue = 16;  ///< sectors waiting to be written, >= 2
-    bool write_combine =
-        true;  ///< a lane's entries gather in its open sector; else each entry writes every sector it touches
-    bool read_buffer = true;  ///< a lane keeps the last sector it read; else each entry reads every sector it touches
+    unsigned lanes = 4;  ///< or last sectors
+    unsigned write_queue = 16;
+    bool write_combine = true;  ///< else each entry writes every sector it touches
+    bool read_buffer = true;    ///< else each entry reads every sector it touches
+    void parameters(ParameterList& list) {
+      list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
+      list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
+               kOurs);
+      list.add("write_combine", write_combine, "a lane's entries gather in its open sector before they are written",
+               kOurs);
+      list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t entries_written = 0;
@@ -42,13 +51,14 @@ class CheckpointUnit final : public CheckpointModule {
     std::uint64_t straddling_read = 0;
     std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
     std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// order: the trace's checkpoint_order. capacity: entries of a buffer. sm: whose per-ray buffers are addressed.
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                 const std::string& order, std::uint64_t capacity, unsigned entries, unsigned sm);
+                 traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm);
 
   void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) override;
   bool reads_backwards() const override { return layout_.reads_backwards(); }

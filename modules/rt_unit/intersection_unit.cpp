@@ -9,20 +9,17 @@
 
 namespace grtx::modules {
 
-void IntersectionUnit::Counters::add(const Counters& other) {
-  operations += other.operations;
-  tests += other.tests;
-  busy_cycles += other.busy_cycles;
-  queue_cycles += other.queue_cycles;
-  queue_max = std::max(queue_max, other.queue_max);
-}
+const CounterTable<IntersectionUnit::Counters>& IntersectionUnit::Counters::table() {
+  using C = IntersectionUnit::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void IntersectionUnit::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".operations", operations, "operations", "lane operations started");
-  list.add(prefix + ".tests", tests, "tests", "tests: more than operations when each child box is a test of its own");
-  list.add(prefix + ".busy_cycles", busy_cycles, "pipeline cycles", "tests times initiation interval");
-  list.add(prefix + ".queue_cycles", queue_cycles, "lane cycles", "time lanes waited for a free pipeline");
-  list.add(prefix + ".queue_max", queue_max, "lanes", "longest queue before the pipelines");
+          .sum(&C::operations, "operations", "operations", "lane operations started")
+          .sum(&C::tests, "tests", "tests", "tests: more than operations when each child box is a test of its own")
+          .sum(&C::busy_cycles, "busy_cycles", "pipeline cycles", "tests times initiation interval")
+          .sum(&C::queue_cycles, "queue_cycles", "lane cycles", "time lanes waited for a free pipeline")
+          .largest(&C::queue_max, "queue_max", "lanes", "longest queue before the pipelines");
+  return table;
 }
 
 IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,

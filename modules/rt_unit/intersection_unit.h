@@ -9,7 +9,9 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
@@ -25,9 +27,15 @@ struct DataPath {
 class IntersectionUnit final : public IntersectionModule {
  public:
   struct Config {
-    unsigned count = 4;     ///< pipelines
-    unsigned latency = 13;  ///< cycles from start to result, >= 1
-    unsigned interval = 1;  ///< cycles between two starts of a pipeline, >= 1
+    unsigned count = 4;
+    unsigned latency = 13;
+    unsigned interval = 1;
+    /// what: the unit's name; origin: of all three.
+    void parameters(ParameterList& list, const std::string& what, Origin origin) {
+      list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin);
+      list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
+    }
   };
   struct Counters {
     std::uint64_t operations = 0;    ///< lane operations started
@@ -35,8 +43,9 @@ class IntersectionUnit final : public IntersectionModule {
     std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
     std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
     std::uint64_t queue_max = 0;     ///< longest queue
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer. path: of one pipeline.

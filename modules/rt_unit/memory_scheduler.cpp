@@ -20,33 +20,24 @@ std::uint64_t MemoryScheduler::Counters::node_sectors() const {
   return std::accumulate(sectors.begin(), sectors.end(), std::uint64_t{0});
 }
 
-void MemoryScheduler::Counters::add(const Counters& other) {
-  for (std::size_t r = 0; r < kRegionCount; ++r) {
-    visits[r] += other.visits[r];
-    fetches[r] += other.fetches[r];
-    sectors[r] += other.sectors[r];
-  }
-  shader_batches += other.shader_batches;
-  shader_sectors += other.shader_sectors;
-  fetch_latency.merge(other.fetch_latency);
-}
+const CounterTable<MemoryScheduler::Counters>& MemoryScheduler::Counters::table() {
+  using C = MemoryScheduler::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void MemoryScheduler::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".node_visits", node_visits(), "visits", "lane visits of nodes replayed");
-  list.add(prefix + ".node_fetches", node_fetches(), "fetches", "node fetches after merging equal addresses of a warp");
-  list.add(prefix + ".node_sectors", node_sectors(), "requests", "32 B sector requests sent for node fetches");
-  for (std::size_t r = 0; r < kRegionCount; ++r) {
-    if (!is_node(static_cast<Region>(r))) continue;
-    const std::string region(kRegionNames[r]);
-    list.add(prefix + ".node_visits." + region, visits[r], "visits", "lane visits of nodes in region " + region);
-    list.add(prefix + ".node_fetches." + region, fetches[r], "fetches", "node fetches in region " + region);
-    list.add(prefix + ".node_sectors." + region, sectors[r], "requests", "sector requests in region " + region);
-  }
-  list.add(prefix + ".shader_fetch.batches", shader_batches, "batches", "node fetch calls to the SIMT core");
-  list.add(prefix + ".shader_fetch.sectors", shader_sectors, "sectors", "node sectors read by the SIMT core");
-  list.add(prefix + ".node_fetch_latency", fetch_latency.mean(), "cycles",
-           "mean time from the visit until the last sector of the fetch is back");
-  list.add(prefix + ".node_fetch_latency_max", fetch_latency.max(), "cycles", "longest node fetch");
+          .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed")
+          .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp")
+          .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
+          .by_name(
+              kRegionNames, [](std::size_t r) { return is_node(static_cast<Region>(r)); },
+              CounterColumn{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
+              CounterColumn{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
+              CounterColumn{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
+          .sum(&C::shader_batches, "shader_fetch.batches", "batches", "node fetch calls to the SIMT core")
+          .sum(&C::shader_sectors, "shader_fetch.sectors", "sectors", "node sectors read by the SIMT core")
+          .distribution(&C::fetch_latency, "node_fetch_latency", "cycles",
+                        "mean time from the visit until the last sector of the fetch is back", "longest node fetch");
+  return table;
 }
 
 MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
@@ -58,7 +49,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
       merge_(entries, AddressIndex(kMaxLanes)) {
-  if (config.queue < kMaxLanes) throw Error("configuration", "rt.memory.queue", "must hold the 32 fetches of a warp");
+  require_allowed("rt.memory", config);
   if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
     throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
   }

@@ -12,8 +12,10 @@
 
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -28,10 +30,18 @@ namespace grtx::modules {
 class MemoryScheduler final : public NodeFetchModule {
  public:
   struct Config {
-    unsigned queue = 64;          ///< fetches waiting for issue, >= 32; a warp is scheduled while 32 places are free
-    bool merge_in_flight = true;  ///< a visit also joins a fetch of the same warp and address that is still under way
-    bool by_shader = false;       ///< the SIMT core reads the nodes; the RT unit only intersects (as on AMD)
+    unsigned queue = 64;  ///< a warp is scheduled while 32 places are free
+    bool merge_in_flight = true;
+    bool by_shader = false;
     NodeTrafficConfig traffic;
+    void parameters(ParameterList& list) {
+      list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
+      list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
+               from_public("Vulkan-Sim merges within one cycle only"));
+      list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
+               from_paper("GRTX, Section IV: the RT unit does"));
+      traffic.parameters(list);
+    }
   };
   struct Counters {
     std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
@@ -43,8 +53,9 @@ class MemoryScheduler final : public NodeFetchModule {
     std::uint64_t node_visits() const;
     std::uint64_t node_fetches() const;
     std::uint64_t node_sectors() const;
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
   MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
                   unsigned entries);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/node_layout.h"
@@ -10,16 +11,24 @@
 namespace grtx::modules {
 
 struct NodeTrafficConfig {
-  unsigned instance_leaf_bytes = 128;  ///< 128 (Vulkan-Sim reads the whole leaf) or 64 (the half that suffices)
-  bool blas_header_read = true;        ///< visit_instance detail 0 also reads the 64 B BLAS header (Vulkan-Sim)
-  bool leaf_descriptor_read = false;   ///< triangle and procedural leaves: 8 B descriptor as a request of its own
+  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices
+  bool blas_header_read = true;        ///< with a visit_instance whose detail is 0
+  bool leaf_descriptor_read = false;
+  void parameters(ParameterList& list) {
+    list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
+             from_public("Vulkan-Sim reads all 128"));
+    list.add("blas_header_read", blas_header_read, "entering a BLAS also reads its 64 B header",
+             from_public("Vulkan-Sim"));
+    list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
+             assumed("Vulkan-Sim does; off because it is part of the leaf"));
+  }
 };
 
 class NodeTraffic {
  public:
   NodeTraffic(const traces::Header& header, const NodeTrafficConfig& config)
       : config_(config), bvh_width_(header.bvh_width), two_level_(header.two_level), blas_base_(header.blas_base) {
-    procedural_ = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+    procedural_ = traces::has_procedural_leaves(header.accel);
   }
 
   /// Kind of every primitive leaf of the trace: one structure holds one kind only.

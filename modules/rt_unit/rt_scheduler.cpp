@@ -13,37 +13,24 @@ namespace grtx::modules {
 using traces::Event;
 using traces::EventKind;
 
-void RtScheduler::Counters::add(const Counters& other) {
-  selections += other.selections;
-  lanes_handled += other.lanes_handled;
-  lanes_active += other.lanes_active;
-  for (std::size_t s = 0; s < kStalls; ++s) stall[s] += other.stall[s];
-  visits_internal += other.visits_internal;
-  visits_instance += other.visits_instance;
-  visits_leaf += other.visits_leaf;
-  culls += other.culls;
-  replay_takes += other.replay_takes;
-  replay_forwards += other.replay_forwards;
-  any_hit_calls += other.any_hit_calls;
-}
+const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
+  using C = RtScheduler::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void RtScheduler::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".selections", selections, "cycles", "cycles in which a warp was scheduled");
-  list.add(prefix + ".lanes_handled", lanes_handled, "lanes", "lanes handled when their warp was scheduled");
-  list.add(prefix + ".lanes_active", lanes_active, "lanes", "unfinished lanes of scheduled warps");
-  list.add(prefix + ".simt_efficiency", simt_efficiency(), "ratio",
-           "lanes handled / unfinished lanes of scheduled warps");
-  for (std::size_t s = 0; s < kStalls; ++s) {
-    const std::string reason(kStallNames[s]);
-    list.add(prefix + ".stall." + reason, stall[s], "cycles", "cycles without a scheduled warp, reason: " + reason);
-  }
-  list.add(prefix + ".visits_internal", visits_internal, "events", "internal nodes visited by lanes");
-  list.add(prefix + ".visits_instance", visits_instance, "events", "instance leaves visited by lanes");
-  list.add(prefix + ".visits_leaf", visits_leaf, "events", "primitive leaves visited by lanes");
-  list.add(prefix + ".culls", culls, "events", "stack entries found beyond t_max");
-  list.add(prefix + ".replay_takes", replay_takes, "events", "source entries traversed");
-  list.add(prefix + ".replay_forwards", replay_forwards, "events", "source entries beyond t_max");
-  list.add(prefix + ".any_hit_calls", any_hit_calls, "calls", "any-hit shader calls of lanes");
+          .sum(&C::selections, "selections", "cycles", "cycles in which a warp was scheduled")
+          .sum(&C::lanes_handled, "lanes_handled", "lanes", "lanes handled when their warp was scheduled")
+          .sum(&C::lanes_active, "lanes_active", "lanes", "unfinished lanes of scheduled warps")
+          .value(&C::simt_efficiency, "simt_efficiency", "ratio", "lanes handled / unfinished lanes of scheduled warps")
+          .by_name(kStallNames, &C::stall, "stall", "cycles", "cycles without a scheduled warp, reason: {}")
+          .sum(&C::visits_internal, "visits_internal", "events", "internal nodes visited by lanes")
+          .sum(&C::visits_instance, "visits_instance", "events", "instance leaves visited by lanes")
+          .sum(&C::visits_leaf, "visits_leaf", "events", "primitive leaves visited by lanes")
+          .sum(&C::culls, "culls", "events", "stack entries found beyond t_max")
+          .sum(&C::replay_takes, "replay_takes", "events", "source entries traversed")
+          .sum(&C::replay_forwards, "replay_forwards", "events", "source entries beyond t_max")
+          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes");
+  return table;
 }
 
 RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries)

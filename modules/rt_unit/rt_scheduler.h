@@ -10,7 +10,9 @@
 #include <string_view>
 #include <systemc>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
@@ -37,7 +39,10 @@ inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "
 class RtScheduler final : public RtSchedulerModule {
  public:
   struct Config {
-    std::string policy = "oldest_first";  ///< oldest_first (Vulkan-Sim), round_robin, greedy_then_oldest
+    std::string policy = "oldest_first";  ///< name of a WarpSelection
+    void parameters(ParameterList& list) {
+      list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
+    }
   };
   struct Counters {
     std::uint64_t selections = 0;     ///< cycles in which a warp was scheduled
@@ -58,8 +63,9 @@ class RtScheduler final : public RtSchedulerModule {
     double simt_efficiency() const {
       return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
     }
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// entries: warps of the warp buffer.

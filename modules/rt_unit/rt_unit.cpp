@@ -21,6 +21,28 @@ std::unique_ptr<Part> made(const RtUnitParts::Factory<Part>& factory, const char
 
 }  // namespace
 
+void RtUnitConfig::parameters(ParameterList& list) {
+  list.part("warp_buffer", warp_buffer);
+  list.part("scheduler", scheduler);
+  list.part("memory", memory);
+  list.part("any_hit", any_hit);
+  list.part("checkpoint", checkpoint);
+  list.under("prefetch", [&](ParameterList& prefetch) {
+    prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
+    prefetcher.parameters(prefetch);
+  });
+  const Origin as_triangle = assumed("this project: as the ray-triangle unit");
+  list.under("box", [&](ParameterList& box) {
+    box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
+            from_public("UBC 2024 and Arches test a whole node, Vortex one child"));
+    ray_box.parameters(box, "ray-box", kTreeTraversal);
+  });
+  list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
+  list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
+  list.under("transform",
+             [&](ParameterList& unit) { ray_transform.parameters(unit, "ray-transform", kTreeTraversal); });
+}
+
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
                const MemoryMap& map, ClockDomain& domain, unsigned sm, const RtUnitParts& parts)
     : RtUnitModule(name, domain),

@@ -13,6 +13,7 @@
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -29,17 +30,16 @@ struct RtUnitConfig {
   WarpBuffer::Config warp_buffer;
   RtScheduler::Config scheduler;
   MemoryScheduler::Config memory;
-  // Latencies and counts: UBC 2024 (generalized TTA); no public source gives a ray-sphere unit, it takes the
-  // triangle's.
   IntersectionUnit::Config ray_box{4, 13, 1};
   IntersectionUnit::Config ray_triangle{4, 37, 1};
-  IntersectionUnit::Config ray_sphere{4, 37, 1};
+  IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
   IntersectionUnit::Config ray_transform{4, 4, 1};
-  bool box_op_per_child = false;  ///< a box operation tests one child, not the whole node
+  bool box_op_per_child = false;
   AnyHitCollector::Config any_hit;
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
+  void parameters(ParameterList& list);
 };
 
 class RtUnit final : public RtUnitModule {

@@ -19,6 +19,7 @@ namespace grtx::modules {
 /// Counters of parts that were not elaborated stay 0.
 struct RtUnitCounters {
   std::uint64_t units = 0;  ///< RT units added up
+  Cycle cycles = 0;         ///< length of the run, once it is described
   WarpBuffer::Counters warp_buffer;
   RtScheduler::Counters scheduler;
   MemoryScheduler::Counters memory;
@@ -31,7 +32,8 @@ struct RtUnitCounters {
   SiblingPrefetcher::Counters prefetch;
   StackUnit::Counters stack;
 
-  void add(const RtUnitCounters& other);
+  static const CounterTable<RtUnitCounters>& table();
+  void add(const RtUnitCounters& other) { table().add(*this, other); }
   /// Of the intersection unit with this name (ray_box, ...); nullptr when there is no such unit.
   IntersectionUnit::Counters* of_unit(std::string_view name);
   /// cycles: length of the run, for the mean occupancy of a warp buffer.

@@ -11,21 +11,18 @@ namespace grtx::modules {
 
 using traces::NodeKind;
 
-void SiblingPrefetcher::Counters::add(const Counters& other) {
-  triggers += other.triggers;
-  nodes += other.nodes;
-  merged += other.merged;
-  dropped += other.dropped;
-  sectors += other.sectors;
-  responses += other.responses;
-}
+const CounterTable<SiblingPrefetcher::Counters>& SiblingPrefetcher::Counters::table() {
+  using C = SiblingPrefetcher::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void SiblingPrefetcher::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".triggers", triggers, "visits", "internal visits whose hit siblings were prefetched");
-  list.add(prefix + ".nodes", nodes, "nodes", "sibling nodes queued for prefetch");
-  list.add(prefix + ".merged", merged, "nodes", "sibling nodes that were on their way to be prefetched already");
-  list.add(prefix + ".dropped", dropped, "nodes", "sibling nodes dropped because the queue was full");
-  list.add(prefix + ".sectors", sectors, "requests", "32 B prefetch requests sent");
+          .sum(&C::triggers, "triggers", "visits", "internal visits whose hit siblings were prefetched")
+          .sum(&C::nodes, "nodes", "nodes", "sibling nodes queued for prefetch")
+          .sum(&C::merged, "merged", "nodes", "sibling nodes that were on their way to be prefetched already")
+          .sum(&C::dropped, "dropped", "nodes", "sibling nodes dropped because the queue was full")
+          .sum(&C::sectors, "sectors", "requests", "32 B prefetch requests sent")
+          .sum(&C::responses);
+  return table;
 }
 
 SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config,
@@ -35,7 +32,7 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
       traffic_(traffic),
       records_(std::size_t{entries} * kMaxLanes, config.records, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
-  if (config.queue < 1) throw Error("configuration", "rt.prefetch.queue", "must be at least 1");
+  require_allowed("rt.prefetch", config);
 }
 
 void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) {

@@ -9,8 +9,10 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -23,9 +25,14 @@ namespace grtx::modules {
 
 class SiblingPrefetcher final : public PrefetchModule {
  public:
+  static constexpr unsigned kMaxRecords = 8;
   struct Config {
-    unsigned records = 4;  ///< internal visits remembered a lane, 1..8; a new one replaces the oldest
-    unsigned queue = 32;   ///< nodes waiting for issue, >= 1; a prefetch that finds it full is dropped
+    unsigned records = 4;  ///< a new one replaces the oldest
+    unsigned queue = 32;   ///< a prefetch that finds it full is dropped
+    void parameters(ParameterList& list) {
+      list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
+      list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
+    }
   };
   struct Counters {
     std::uint64_t triggers = 0;  ///< internal visits whose siblings were prefetched
@@ -34,8 +41,9 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t dropped = 0;   ///< sibling nodes that found the queue full
     std::uint64_t sectors = 0;   ///< requests sent
     std::uint64_t responses = 0;
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const NodeTraffic& traffic,

@@ -9,19 +9,17 @@
 
 namespace grtx::modules {
 
-void StackUnit::Counters::add(const Counters& other) {
-  spills += other.spills;
-  fills += other.fills;
-  acknowledged += other.acknowledged;
-  returned += other.returned;
-  max_spilled = std::max(max_spilled, other.max_spilled);
-}
+const CounterTable<StackUnit::Counters>& StackUnit::Counters::table() {
+  using C = StackUnit::Counters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
 
-void StackUnit::Counters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".spills", spills, "requests",
-           "32 B writes of stack entries that the warp buffer has no place for");
-  list.add(prefix + ".fills", fills, "requests", "32 B reads of stack entries from memory");
-  list.add(prefix + ".max_spilled", max_spilled, "entries", "most stack entries of a lane in memory");
+          .sum(&C::spills, "spills", "requests", "32 B writes of stack entries that the warp buffer has no place for")
+          .sum(&C::fills, "fills", "requests", "32 B reads of stack entries from memory")
+          .largest(&C::max_spilled, "max_spilled", "entries", "most stack entries of a lane in memory")
+          .sum(&C::acknowledged)
+          .sum(&C::returned);
+  return table;
 }
 
 StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/statistics.h"
@@ -29,8 +30,9 @@ class StackUnit final : public StackModule {
     std::uint64_t acknowledged = 0;  ///< write responses
     std::uint64_t returned = 0;      ///< read responses
     std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
-    void add(const Counters& other);
-    void describe(StatisticList& list, const std::string& prefix) const;
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
   /// on_chip: entries of a lane in the warp buffer, >= 2. warps: of the warp buffer. sm: whose stack areas are used.

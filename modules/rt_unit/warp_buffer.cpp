@@ -8,7 +8,9 @@
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint)
-    : WarpBufferModule(name), config_(config), checkpoint_(checkpoint), table_(config.entries) {}
+    : WarpBufferModule(name), config_(config), checkpoint_(checkpoint), table_(config.entries) {
+  require_allowed("rt.warp_buffer", config);
+}
 
 void WarpBuffer::end_of_elaboration() {
   admission_ = admission.operator->();

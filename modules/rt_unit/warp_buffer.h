@@ -9,6 +9,7 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
@@ -17,9 +18,16 @@ namespace grtx::modules {
 class WarpBuffer final : public WarpBufferModule {
  public:
   struct Config {
-    unsigned entries = 8;        ///< warps, 1..64 (paper, Table I: 8)
-    unsigned stack_entries = 8;  ///< stack entries a lane that the buffer has a place for
-    bool spill = false;          ///< deeper stacks cost memory traffic (StackUnit); else depth costs nothing
+    unsigned entries = 8;
+    unsigned stack_entries = 8;
+    bool spill = false;  ///< by the StackUnit
+    void parameters(ParameterList& list) {
+      list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
+      list.add("stack_entries", stack_entries, {1, 1024}, "entries",
+               "traversal stack of a lane in the warp buffer; deeper ones spill, or cost nothing without spill", kOurs);
+      list.add("spill", spill, "stack entries beyond the warp buffer are written to memory and read back",
+               from_public("Vulkan-Sim: the stack costs nothing"));
+    }
   };
   using Counters = WarpBufferCounters;
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/base/named_enum.h"
 #include "grtx/modules/rt_unit/policies/greedy_then_oldest.h"
 #include "grtx/modules/rt_unit/policies/oldest_first.h"
 #include "grtx/modules/rt_unit/policies/round_robin.h"
@@ -43,9 +44,7 @@ std::vector<std::string> warp_selection_names() {
 
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) {
   if (const WarpSelectionFactory* factory = find(name)) return (*factory)();
-  std::string known;
-  for (const std::string& each : warp_selection_names()) known += (known.empty() ? "" : ", ") + each;
-  throw Error("configuration", "rt.scheduler.policy", "'" + std::string(name) + "' is not one of " + known);
+  throw Error("configuration", "rt.scheduler.policy", unknown_name(name, warp_selection_names()));
 }
 
 }  // namespace grtx::modules

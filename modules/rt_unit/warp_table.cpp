@@ -8,27 +8,19 @@
 
 namespace grtx::modules {
 
-void WarpBufferCounters::add(const WarpBufferCounters& other) {
-  calls += other.calls;
-  occupancy_integral += other.occupancy_integral;
-  max_stack_depth = std::max(max_stack_depth, other.max_stack_depth);
-  for (std::size_t w = 0; w < kWarpWaits; ++w) warp_cycles[w] += other.warp_cycles[w];
-  warp_latency.merge(other.warp_latency);
-}
-
-void WarpBufferCounters::describe(StatisticList& list, const std::string& prefix) const {
-  list.add(prefix + ".calls", calls, "calls", "traceRay calls that entered the warp buffer");
-  list.add(prefix + ".occupancy_integral", occupancy_integral, "warp cycles",
-           "warps in the warp buffer, summed over cycles");
-  for (std::size_t w = 0; w < kWarpWaits; ++w) {
-    const std::string wait(kWarpWaitNames[w]);
-    list.add(prefix + ".warp_cycles." + wait, warp_cycles[w], "warp cycles",
-             "warps in the warp buffer by what they waited for, summed over cycles: " + wait);
-  }
-  list.add(prefix + ".max_stack_depth", max_stack_depth, "entries", "deepest traversal stack of a lane");
-  list.add(prefix + ".warp_latency", warp_latency.mean(), "cycles", "mean time of a traceRay call in the warp buffer");
-  list.add(prefix + ".warp_latency_max", warp_latency.max(), "cycles",
-           "longest time of a traceRay call in the warp buffer");
+const CounterTable<WarpBufferCounters>& WarpBufferCounters::table() {
+  using C = WarpBufferCounters;
+  static const CounterTable<C> table =
+      CounterTable<C>()
+          .sum(&C::calls, "calls", "calls", "traceRay calls that entered the warp buffer")
+          .sum(&C::occupancy_integral, "occupancy_integral", "warp cycles",
+               "warps in the warp buffer, summed over cycles")
+          .by_name(kWarpWaitNames, &C::warp_cycles, "warp_cycles", "warp cycles",
+                   "warps in the warp buffer by what they waited for, summed over cycles: {}")
+          .largest(&C::max_stack_depth, "max_stack_depth", "entries", "deepest traversal stack of a lane")
+          .distribution(&C::warp_latency, "warp_latency", "cycles", "mean time of a traceRay call in the warp buffer",
+                        "longest time of a traceRay call in the warp buffer");
+  return table;
 }
 
 WarpTable::WarpTable(unsigned entries) {

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
@@ -118,8 +119,9 @@ struct WarpBufferCounters {
   std::uint64_t max_stack_depth = 0;
   std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< warps x cycles by what they waited for
   Distribution warp_latency;                            ///< cycles from acceptance to retirement
-  void add(const WarpBufferCounters& other);
-  void describe(StatisticList& list, const std::string& prefix) const;
+  static const CounterTable<WarpBufferCounters>& table();
+  void add(const WarpBufferCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 class WarpTable {

@@ -13,15 +13,6 @@ std::uint64_t LoadStoreCounters::sectors() const {
          std::accumulate(stores.begin(), stores.end(), std::uint64_t{0});
 }
 
-void LoadStoreCounters::add(const LoadStoreCounters& o) {
-  for (std::size_t r = 0; r < kRegionCount; ++r) {
-    loads[r] += o.loads[r];
-    stores[r] += o.stores[r];
-  }
-  blocked_cycles += o.blocked_cycles;
-  deepest_queue = std::max(deepest_queue, o.deepest_queue);
-}
-
 LoadStoreUnit::LoadStoreUnit(unsigned resident_warps, std::uint8_t l1_client)
     : client_(l1_client), ring_(1024), loads_pending_(resident_warps), stores_pending_(resident_warps) {}
 

@@ -20,7 +20,6 @@ struct LoadStoreCounters {
   std::uint64_t deepest_queue = 0;                   ///< most sectors waiting at a time
 
   std::uint64_t sectors() const;
-  void add(const LoadStoreCounters& o);
 };
 
 /// Kernel-free. The tag of a request is its warp slot; loads and stores of a slot are told apart by `write`.

@@ -31,20 +31,6 @@ std::size_t most_sectors(const traces::Header& header) {
 
 }  // namespace
 
-void ShaderCounters::add(const ShaderCounters& o) {
-  warp_rounds += o.warp_rounds;
-  ray_rounds += o.ray_rounds;
-  any_hit_batches += o.any_hit_batches;
-  any_hit_calls += o.any_hit_calls;
-  evictions += o.evictions;
-  eviction_moves += o.eviction_moves;
-  entries_processed += o.entries_processed;
-  entries_blended += o.entries_blended;
-  load_instructions += o.load_instructions;
-  store_instructions += o.store_instructions;
-  k_buffer_mismatches += o.k_buffer_mismatches;
-}
-
 ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
                              unsigned resident_warps)
     : map_(map),
@@ -52,8 +38,8 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       sm_(sm),
       k_(header.k),
       checkpoint_(header.checkpoint),
-      single_(header.tracing == "single"),
-      closest_(header.tracing == "closest"),
+      single_(header.tracing == traces::Tracing::single),
+      closest_(header.tracing == traces::Tracing::closest),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
       gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),

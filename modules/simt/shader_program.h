@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/coalescer.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -18,22 +19,40 @@
 
 namespace grtx::modules {
 
-/// Warp instructions. The paper gives none of these; values are estimates from counting the operations of Listing 1
-/// (confidence C: plausible, unconfirmed), to be swept.
+/// Warp instructions. The paper gives none of these: estimates, to be swept.
 struct ShaderCosts {
-  unsigned raygen_prologue = 40;      ///< pixel to ray, payload and offsets cleared
-  unsigned trace_call = 6;            ///< traceRayEXT: operands to the RT unit
-  unsigned evict_move_fixed = 8;      ///< moveEvictToKBuf: bounds and loop set-up
-  unsigned evict_move_per_entry = 4;  ///< per entry of the longest eviction buffer (selection of the k nearest)
+  unsigned raygen_prologue = 40;
+  unsigned trace_call = 6;
+  unsigned evict_move_fixed = 8;
+  unsigned evict_move_per_entry = 4;  ///< of the longest eviction buffer: selection of the k nearest
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
-  unsigned any_hit_per_shift = 3;     ///< per k-buffer entry moved: compare, two moves
-  unsigned sort_per_entry = 6;        ///< single-round: an entry in one merge pass: compare, select, advance
-  unsigned blend_fixed = 10;          ///< loop set-up and the test for early ray termination
-  unsigned blend_per_entry = 24;      ///< response, alpha, transmittance
-  unsigned sh_per_coefficient = 4;    ///< basis value and three colour channels
-  unsigned epilogue = 10;             ///< pixel address and colour
-  unsigned node_fetch = 24;           ///< when shaders fetch nodes: a step of the traversal loop, with its stack in
-                                      ///< shared memory: pop, address, intersect instruction, four pushes, loop
+  unsigned any_hit_per_shift = 3;     ///< compare, two moves
+  unsigned sort_per_entry = 6;        ///< compare, select, advance
+  unsigned blend_fixed = 10;
+  unsigned blend_per_entry = 24;
+  unsigned sh_per_coefficient = 4;
+  unsigned epilogue = 10;
+  unsigned node_fetch = 24;  ///< stack in shared memory: pop, address, intersect instruction, four pushes, loop
+
+  void parameters(ParameterList& list) {
+    const auto add = [&](const char* key, unsigned& cost, const char* description,
+                         Origin origin = assumed("this project: operations of Listing 1 counted")) {
+      list.add(key, cost, {0, 1e6}, "instructions", description, origin);
+    };
+    add("raygen_prologue", raygen_prologue, "pixel to ray, payload and offsets cleared");
+    add("trace_call", trace_call, "operands of a traceRay call to the RT unit");
+    add("evict_move_fixed", evict_move_fixed, "eviction buffer to k-buffer: set-up");
+    add("evict_move_per_entry", evict_move_per_entry, "the same, per entry");
+    add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
+    add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
+    add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
+    add("blend_fixed", blend_fixed, "blending: set-up and termination test");
+    add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
+    add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
+    add("epilogue", epilogue, "pixel address and colour");
+    add("node_fetch", node_fetch, "a traversal step of a warp, when shaders fetch nodes",
+        assumed("this project: a traversal loop counted"));
+  }
 };
 
 enum class PhaseKind : std::uint8_t {
@@ -80,8 +99,6 @@ struct ShaderCounters {
   std::uint64_t store_instructions = 0;
   std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
                                           ///< every correct run
-
-  void add(const ShaderCounters& o);
 };
 
 /// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():

@@ -11,6 +11,7 @@
 
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/warp_messages.h"
@@ -23,13 +24,21 @@
 namespace grtx::modules {
 
 struct SimtCoreConfig {
-  unsigned sm = 0;                   ///< index of the SM, for the addresses of its per-ray buffers
-  unsigned schedulers = 4;           ///< warp schedulers (Table I: 128 lanes, 4 schedulers; confidence A)
-  unsigned resident_warps = 32;      ///< warp slots, at most 64; must equal MemoryMapConfig's (Vulkan-Sim: 32; B)
-  unsigned instruction_latency = 4;  ///< cycles from issue to result of an ALU instruction (C)
-  std::uint8_t l1_client = 1;        ///< port of the L1 that the load-store unit uses
-  std::uint64_t registers = 65536;   ///< 32-bit registers, for the inventory only (Vulkan-Sim SM75 configuration; B)
+  unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
+  unsigned schedulers = 4;
+  unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; by the assembly
+  unsigned instruction_latency = 4;
+  std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
+  std::uint64_t registers = 65536;
   ShaderCosts costs;
+  /// But for the costs, which are a table of their own.
+  void parameters(ParameterList& list) {
+    list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
+    list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
+             "from issue of an instruction to its result", assumed("common GPU ALU latency"));
+    list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
+             kVulkanSim);
+  }
 };
 
 class SimtCore final : public SimtCoreModule {

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/shader_program.h"
@@ -37,7 +38,8 @@ struct SimtCounters {
   ShaderCounters shader;
   LoadStoreCounters memory;
 
-  void add(const SimtCounters& o);
+  static const CounterTable<SimtCounters>& table();
+  void add(const SimtCounters& o) { table().add(*this, o); }
   std::uint64_t all_instructions() const;
   std::uint64_t resident_warp_cycles() const;  ///< occupancy integral: sum of warp_cycles
 };

@@ -13,14 +13,15 @@
 namespace grtx::sim {
 namespace {
 
-const ConfigKey* find_key(const std::vector<ConfigKey>& keys, const std::string& name) {
-  const auto found = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& key) { return key.name == name; });
+const modules::Parameter* find_key(const std::vector<modules::Parameter>& keys, const std::string& name) {
+  const auto found =
+      std::find_if(keys.begin(), keys.end(), [&](const modules::Parameter& key) { return key.name == name; });
   return found == keys.end() ? nullptr : &*found;
 }
 
-std::string unknown_key(const std::vector<ConfigKey>& keys, const std::string& name) {
+std::string unknown_key(const std::vector<modules::Parameter>& keys, const std::string& name) {
   std::vector<std::string> known;
-  for (const ConfigKey& key : keys) known.push_back(key.name);
+  for (const modules::Parameter& key : keys) known.push_back(key.name);
   return fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known));
 }
 
@@ -28,7 +29,7 @@ std::string line_of(const toml::node& node) { return fmt::format("line {}", node
 
 class FileReader {
  public:
-  explicit FileReader(const std::vector<ConfigKey>& keys) : keys_(keys) {}
+  explicit FileReader(const std::vector<modules::Parameter>& keys) : keys_(keys) {}
 
   void read(const std::filesystem::path& path, const std::string& included_from) {
     const std::string name = path.string();
@@ -77,14 +78,14 @@ class FileReader {
         continue;
       }
       const auto line = fmt::format("line {}", name.source().begin.line);
-      const ConfigKey* key = find_key(keys_, full);
+      const modules::Parameter* key = find_key(keys_, full);
       if (key == nullptr) throw Error(file, line, unknown_key(keys_, full));
       const std::string broken = assign(*key, node);
       if (!broken.empty()) throw Error(file, line, full + ": " + broken);
     }
   }
 
-  static std::string assign(const ConfigKey& key, const toml::node& node) {
+  static std::string assign(const modules::Parameter& key, const toml::node& node) {
     if (const auto* integer = node.as_integer()) return assign_integer(key, integer->get());
     if (const auto* real = node.as_floating_point()) return assign_real(key, real->get());
     if (const auto* boolean = node.as_boolean()) return assign_bool(key, boolean->get());
@@ -92,21 +93,21 @@ class FileReader {
     return fmt::format("must be a single value ({}), not a list, table or date", range_text(key));
   }
 
-  const std::vector<ConfigKey>& keys_;
+  const std::vector<modules::Parameter>& keys_;
   std::vector<std::filesystem::path> open_;  ///< files being read, to find circles
 };
 
 }  // namespace
 
-void load_config_file(const std::string& path, const std::vector<ConfigKey>& keys) {
+void load_config_file(const std::string& path, const std::vector<modules::Parameter>& keys) {
   FileReader(keys).read(path, path);
 }
 
-void apply_setting(const std::string& setting, const std::vector<ConfigKey>& keys) {
+void apply_setting(const std::string& setting, const std::vector<modules::Parameter>& keys) {
   const std::size_t equals = setting.find('=');
   if (equals == std::string::npos) throw Error("--set", setting, "must have the form key=value");
   const std::string name = setting.substr(0, equals);
-  const ConfigKey* key = find_key(keys, name);
+  const modules::Parameter* key = find_key(keys, name);
   if (key == nullptr) throw Error("--set", name, unknown_key(keys, name));
   const std::string broken = assign_text(*key, setting.substr(equals + 1));
   if (!broken.empty()) throw Error("--set", name, broken);

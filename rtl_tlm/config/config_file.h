@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/config/config_key.h"
+#include "grtx/modules/kernel/parameter.h"
 
 namespace grtx::sim {
 
 /// Reads a TOML file into `keys`. `include = "other.toml"` (path relative to the file; a list is read in order) is read
 /// first, so that a file says only what differs. Throws Error{file, "line N", rule}: syntax, unknown key (with the
 /// nearest known one), wrong type, value out of range, missing or circular include.
-void load_config_file(const std::string& path, const std::vector<ConfigKey>& keys);
+void load_config_file(const std::string& path, const std::vector<modules::Parameter>& keys);
 
 /// Applies "key=value". Throws Error{"--set", key, rule}.
-void apply_setting(const std::string& setting, const std::vector<ConfigKey>& keys);
+void apply_setting(const std::string& setting, const std::vector<modules::Parameter>& keys);
 
 }  // namespace grtx::sim

@@ -25,6 +25,45 @@ std::string cell(const std::string& text) {
 
 }  // namespace
 
+void GpuConfig::parameters(modules::ParameterList& list) {
+  using namespace modules;
+  list.under("gpu", [&](ParameterList& keys) {
+    keys.add("sms", sms, {1, 256}, "SMs", "streaming multiprocessors", kTable1);
+    keys.add("core_mhz", core_mhz, {1, 100000}, "MHz", "clock of SMs, crossbar and L2", kTable1);
+    keys.add("resident_warps", resident_warps, {1, 64}, "warps", "warp slots of an SM", kVulkanSim);
+    keys.add("rt_units", rt_units, {1, 16}, "units", "RT units of an SM; its warp slots take turns", kTable1);
+  });
+  list.part("rt", rt);
+  list.part("simt", simt);
+  list.under("simt", [&](ParameterList& keys) { sm_links.message_parameters(keys); });
+  list.part("simt.cost", simt.costs);
+  list.part("l1", l1);
+  list.under("l1", [&](ParameterList& keys) { sm_links.l1_parameters(keys); });
+  list.part("crossbar", crossbar);
+  list.part("crossbar", links);
+  list.under("l2", [&](ParameterList& keys) {
+    keys.add("bytes", l2_bytes, {32, 1e12}, "B", "size of the L2, all slices", kTable1);
+  });
+  list.part("l2", interleave);
+  list.part("l2", l2);
+  list.under("dram", [&](ParameterList& keys) {
+    keys.add("model", dram_model, memory_system_names(),
+             "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
+             "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)");
+    keys.add("mhz", memory_mhz, {1, 100000}, "MHz", "memory (command) clock", kTable1);
+  });
+  list.part("dram", dram);
+  // Offered where a program has registered memory systems that are configured by a file.
+  if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
+  list.part("fast", fast);
+}
+
+std::vector<modules::Parameter> config_keys(GpuConfig& config) {
+  modules::ParameterList list;
+  config.parameters(list);
+  return list.items();
+}
+
 SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident_warps, simt, rt, l1, sm_links}; }
 
 modules::Crossbar::Config GpuConfig::crossbar_config() const {
@@ -90,7 +129,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
 
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
   GpuConfig config;
-  const std::vector<ConfigKey> keys = config_keys(config);
+  const std::vector<modules::Parameter> keys = config_keys(config);
   if (!path.empty()) load_config_file(path, keys);
   for (const std::string& setting : settings) apply_setting(setting, keys);
   check_config(config, settings.empty() ? path : "configuration");
@@ -100,10 +139,10 @@ GpuConfig load_config(const std::string& path, const std::vector<std::string>& s
 nlohmann::ordered_json config_json(const GpuConfig& config) {
   GpuConfig copy = config;  // keys point to mutable values
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const ConfigKey& key : config_keys(copy)) {
+  for (const modules::Parameter& key : config_keys(copy)) {
     std::visit(
         [&](const auto& target) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, Choice>) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, modules::Choice>) {
             json[key.name] = target.get();
           } else {
             json[key.name] = *target;
@@ -114,10 +153,14 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
   return json;
 }
 
+// Keys that came later count where they differ from what was there before, so that hashes on record stay.
 std::string config_hash(const GpuConfig& config) {
   nlohmann::ordered_json json = config_json(config);
   if (config.dram_model == kBuiltInMemory) {
     for (const char* key : {"dram.model", "dram.simulator.config", "dram.simulator.per_slice"}) json.erase(key);
+  }
+  for (const char* key : {"l1.replacement", "l2.replacement"}) {
+    if (json.at(key) == "lru") json.erase(key);
   }
   return hex(xxh3(json.dump()));
 }
@@ -126,7 +169,7 @@ std::string config_reference() {
   GpuConfig defaults;
   std::string text;
   std::string table;
-  for (const ConfigKey& key : config_keys(defaults)) {
+  for (const modules::Parameter& key : config_keys(defaults)) {
     if (const std::string t = table_of(key.name); t != table) {
       table = t;
       text += fmt::format(
@@ -134,8 +177,9 @@ std::string config_reference() {
           "|---|---|---|---|---|---|---|\n",
           text.empty() ? "" : "\n", table);
     }
-    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", key.name, value_text(key), range_text(key),
-                        key.unit, cell(key.description), cell(key.source), static_cast<char>(key.confidence));
+    text +=
+        fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", key.name, value_text(key), range_text(key), key.unit,
+                    cell(key.description), cell(key.origin.source), static_cast<char>(key.origin.confidence));
   }
   return text;
 }

@@ -9,11 +9,11 @@
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/dram.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
-#include "grtx/rtl_tlm/config/config_key.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 
@@ -21,21 +21,38 @@ namespace grtx::sim {
 
 /// Registered links between SMs, crossbar and L2 slices.
 struct GpuLinks {
-  unsigned latency = 1;   ///< cycles; part of the crossbar's latency on its output side
-  unsigned capacity = 4;  ///< messages
+  unsigned latency = 1;
+  unsigned capacity = 4;
+  void parameters(modules::ParameterList& list) {
+    list.add("link_latency", latency, {1, modules::kMaxLatency}, "cycles",
+             "of the links between SM, crossbar and L2; part of crossbar.latency at its outputs", modules::kOurs);
+    list.add("link_capacity", capacity, {1, modules::kMaxEntries}, "packets", "of the same links", modules::kOurs);
+  }
 };
 
 /// How `--mode fast` approximates; not hardware.
 struct FastModel {
   static constexpr unsigned kLargestStride = 64;
-  unsigned stride = 0;     ///< one in so many of a lane's events takes time, a power of two; 0: chosen by the trace
-  std::uint64_t seed = 1;  ///< which of them
+  unsigned stride = 0;
+  std::uint64_t seed = 1;
+  void parameters(modules::ParameterList& list) {
+    list.add("stride", stride, {0, kLargestStride}, "events",
+             "fast mode: one in so many of a lane's events takes time, a power of two; 0: by the trace's size",
+             modules::kOurs);
+    list.add("seed", seed, {0, 4294967295.0}, "", "fast mode: which of a lane's events take time", modules::kOurs);
+  }
 };
 
 /// For memory systems that have a configuration of their own.
 struct DramSimulatorConfig {
   std::string file;
   bool per_slice = true;  ///< a memory for each slice with local addresses, else one for all with global addresses
+
+  void parameters(modules::ParameterList& list) {
+    list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs);
+    list.add("per_slice", per_slice, "a memory for each slice with local addresses, else one for all with global ones",
+             modules::kOurs);
+  }
 };
 
 struct GpuConfig {
@@ -58,6 +75,9 @@ struct GpuConfig {
   modules::Dram::Config dram;
   FastModel fast;
 
+  /// All keys, in the order of the documentation.
+  void parameters(modules::ParameterList& list);
+
   /// Configurations of parts, with what the assembly decides filled in.
   SmConfig sm(unsigned index) const;
   modules::Crossbar::Config crossbar_config() const;
@@ -65,8 +85,8 @@ struct GpuConfig {
   modules::Dram::Config dram_config(std::uint64_t bytes) const;
 };
 
-/// All keys, in the order of the documentation. The keys point into `config`, which must outlive them.
-std::vector<ConfigKey> config_keys(GpuConfig& config);
+/// The parameters of `config`, which must outlive them.
+std::vector<modules::Parameter> config_keys(GpuConfig& config);
 
 /// Defaults, then the file (if `path` is not empty), then the settings "key=value" in order. Throws Error for anything
 /// that is unknown, of the wrong type, out of range, or impossible in combination.

@@ -16,11 +16,12 @@ class NoGroups final : public modules::GroupSource {
 };
 
 traces::Header header_of(const MachineUse& use) {
+  using traces::AccelKind;
   traces::Header header;
   header.two_level = use.design == "sw" || use.design == "grtx";
   header.checkpoint = use.design == "hw" || use.design == "grtx";
-  header.accel =
-      header.two_level ? (use.spheres ? "tlas-sphere" : "tlas-tri20") : (use.spheres ? "ellipsoid" : "tri20");
+  header.accel = header.two_level ? (use.spheres ? AccelKind::tlas_sphere : AccelKind::tlas_tri20)
+                                  : (use.spheres ? AccelKind::ellipsoid : AccelKind::tri20);
   header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
   // The smallest node image there is; its size is no hardware.
   header.root = traces::kHeaderBytes;

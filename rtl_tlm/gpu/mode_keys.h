@@ -1,19 +1,26 @@
 // Configuration keys that a mode refuses or does not look at: one table, by name.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
 
-/// The clocks that a whole trace can be run with (estimate/simulation_mode.h).
+/// How a trace is run (estimate/simulation_mode.h).
 enum class SimulationMode : std::uint8_t {
-  cycle,  ///< every module, cycle by cycle, in SystemC
-  fast    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+  cycle,   ///< every module, cycle by cycle, in SystemC
+  fast,    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+  sampled  ///< estimated from a share of the warps, which one of the others simulates (estimate/sampled)
 };
+constexpr auto enum_names(SimulationMode) {
+  using enum SimulationMode;
+  return std::to_array<EnumName<SimulationMode>>({{cycle, "cycle"}, {fast, "fast"}, {sampled, "sampled"}});
+}
 
 /// A key that has no effect in a mode.
 struct ModeKey {

@@ -13,6 +13,7 @@
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
@@ -27,6 +28,16 @@ struct SmLinks {
   unsigned message_latency = 1;  ///< SIMT core <-> RT unit, cycles
   unsigned l1_latency = 1;       ///< to the L1 and back, cycles; the way back is part of the L1's hit latency
   unsigned l1_capacity = 4;      ///< requests waiting at a port of the L1
+  void message_parameters(modules::ParameterList& list) {
+    list.add("message_latency", message_latency, {1, modules::kMaxLatency}, "cycles",
+             "of messages between SIMT core and RT unit", modules::kOurs);
+  }
+  void l1_parameters(modules::ParameterList& list) {
+    list.add("link_latency", l1_latency, {1, modules::kMaxLatency}, "cycles",
+             "of the links to and from the L1; the way back is part of l1.latency", modules::kOurs);
+    list.add("link_capacity", l1_capacity, {1, modules::kMaxEntries}, "requests", "waiting at a port of the L1",
+             modules::kOurs);
+  }
 };
 
 struct SmConfig {

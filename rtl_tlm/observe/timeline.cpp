@@ -147,7 +147,7 @@ void Timeline::count(Cycle end, bool write) {
   const Cycle cycles = end - counted_;
   for (std::size_t i = 0; i < sms_.size(); ++i) {
     SmTracks& tracks = sms_[i];
-    const modules::L1Counters::ByRegion nodes = gpu_.sms()[i]->l1().counters().nodes();
+    const modules::RegionCounters nodes = gpu_.sms()[i]->l1().counters().nodes();
     if (write) {
       writer_.counter(tracks.process, counted_, "RT occupancy", {{"warps", rate(tracks.occupancy, cycles)}});
       writer_.counter(tracks.process, counted_, "L1 node hit rate",
@@ -159,7 +159,7 @@ void Timeline::count(Cycle end, bool write) {
   std::uint64_t reads = 0, hits = 0;
   const std::uint64_t bytes = memory_.total().bytes;
   for (const auto& slice : gpu_.slices()) {
-    const modules::L2Counters::ByRegion all = slice->counters().all();
+    const modules::RegionCounters all = slice->counters().all();
     reads += all.reads;
     hits += all.hits;
   }

@@ -61,8 +61,8 @@ class Timeline final : private CycleObserver {
     const modules::SimtCore* simt = nullptr;  ///< null: not the project's own, like the next
     const modules::L1Cache* l1_cache = nullptr;
     Unit l1;
-    modules::L1Counters::ByRegion nodes;  ///< at the last value of the counters
-    std::uint64_t occupancy = 0;          ///< warps x cycles since then
+    modules::RegionCounters nodes;  ///< at the last value of the counters
+    std::uint64_t occupancy = 0;    ///< warps x cycles since then
   };
 
   void sample(Cycle now) override;

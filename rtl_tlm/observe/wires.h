@@ -3,11 +3,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
 namespace grtx::sim {
@@ -16,6 +18,10 @@ enum class WaveLevel : std::uint8_t {
   units,   ///< state, occupancy and queue levels of each unit
   signals  ///< also each warp, each shader slot, each link
 };
+constexpr auto enum_names(WaveLevel) {
+  using enum WaveLevel;
+  return std::to_array<EnumName<WaveLevel>>({{units, "units"}, {signals, "signals"}});
+}
 
 /// Bits that hold 0..largest.
 inline unsigned width_for(std::uint64_t largest) {

@@ -8,7 +8,7 @@ namespace grtx::sim {
 
 ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
   const modules::RtUnitConfig& rt = config.rt;
-  const bool procedural = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+  const bool procedural = traces::has_procedural_leaves(header.accel);
   // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
   // scheduled warp to its request, one from the response to the unit's start.
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + config.l1.latency;

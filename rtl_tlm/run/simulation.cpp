@@ -116,7 +116,7 @@ std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const
                                              const SimulationOptions& options, const Engine& engine) {
   std::map<std::string, std::string> inputs;
   for (const auto& [name, value] : reader.header().inputs) inputs["trace." + name] = value;
-  inputs["accel"] = reader.header().accel;
+  inputs["accel"] = name_of(reader.header().accel);
   inputs["k"] = std::to_string(reader.header().k);
   inputs["checkpoint"] = reader.header().checkpoint ? "on" : "off";
   inputs["trace_hash"] = reader.content_hash();

@@ -18,11 +18,11 @@ struct TinyTrace {
 
 inline traces::Header tiny_header(const TinyTrace& tiny) {
   traces::Header header;
-  header.accel = "tri20";
+  header.accel = traces::AccelKind::tri20;
   header.k = 2;
   header.width = tiny.lanes;
   header.height = tiny.groups;
-  header.warp_mapping = "linear";
+  header.warp_mapping = traces::WarpMapping::linear;
   header.groups = tiny.groups;
   header.node_image_bytes = 4 * traces::kNodeUnit;
   header.root = traces::kNodeUnit;

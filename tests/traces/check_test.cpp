@@ -54,7 +54,7 @@ RandomTrace single_round() {
   options.groups = 6;
   options.k = 4;
   options.checkpoint = false;
-  options.tracing = "single";
+  options.tracing = Tracing::single;
   return testing::random_trace(options);
 }
 RandomTrace closest_hit() {
@@ -64,7 +64,7 @@ RandomTrace closest_hit() {
   options.k = 1;
   options.checkpoint = false;
   options.two_level = true;
-  options.tracing = "closest";
+  options.tracing = Tracing::closest;
   return testing::random_trace(options);
 }
 

@@ -144,10 +144,18 @@ TEST(Forgery, UnknownHeaderKey) {
   EXPECT_THAT(fault_of(forgery.content()), HasSubstr("key 'accel' is missing"));
   forgery = Forgery();
   forgery.replace_header([](std::string json) {
-    const std::size_t at = json.find("\"warp_mapping\":\"tile8x4\"");
-    return json.replace(at, 24, "\"warp_mapping\":\"\",\"x\":12");
+    const std::size_t at = json.find("\"child_order\":\"near_first\"");
+    return json.replace(at, 26, "\"child_order\":\"slot\",\"x\":1");
   });
   EXPECT_THAT(fault_of(forgery.content()), HasSubstr("key 'x' is unknown"));
+}
+
+TEST(Forgery, UnknownModeNamesTheKnownOnes) {
+  Forgery forgery;
+  forgery.replace_header([](std::string json) { return json.replace(json.find("near_first"), 10, "near_fist_"); });
+  EXPECT_THAT(
+      fault_of(forgery.content()),
+      HasSubstr("key 'child_order' must be one of near_first, slot, not 'near_fist_'; the nearest is 'near_first'"));
 }
 
 TEST(Forgery, HeaderValueOutOfRange) {

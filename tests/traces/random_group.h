@@ -26,12 +26,12 @@ struct RandomOptions {
   unsigned k = 4;
   bool checkpoint = true;
   std::uint64_t capacity = 1000;
-  std::string checkpoint_order = "fifo";
-  std::string child_order = "near_first";
+  CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
+  ChildOrder child_order = ChildOrder::near_first;
   bool two_level = false;
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
-  std::string tracing = "multi";  ///< single and closest need checkpoint = false; closest k = 1
+  Tracing tracing = Tracing::multi;  ///< single and closest need checkpoint = false; closest k = 1
 };
 
 struct RandomTrace {
@@ -189,7 +189,7 @@ class RandomRay {
       round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
       evictions_.clear();
     }
-    if (options_.tracing == "single") std::sort(k_buffer_.begin(), k_buffer_.end());
+    if (options_.tracing == Tracing::single) std::sort(k_buffer_.begin(), k_buffer_.end());
     blend(round);
     return round;
   }
@@ -220,8 +220,8 @@ class RandomRay {
 
   void read_source() {
     auto next = source_.begin();
-    if (options_.checkpoint_order == "lifo") next = source_.end() - 1;
-    if (options_.checkpoint_order == "nearest") {
+    if (options_.checkpoint_order == CheckpointOrder::lifo) next = source_.end() - 1;
+    if (options_.checkpoint_order == CheckpointOrder::nearest) {
       next = std::min_element(source_.begin(), source_.end(), [](const Entry& a, const Entry& b) { return a.t < b.t; });
     }
     const Entry entry = *next;
@@ -273,7 +273,7 @@ class RandomRay {
     }
     push_event(EventKind::visit_internal, top.address, pushed_mask, checkpoint_mask);
     std::sort(pushed.begin(), pushed.end(), [&](const auto& a, const auto& b) {
-      return options_.child_order == "slot" ? a.second > b.second : a.first.t > b.first.t;
+      return options_.child_order == ChildOrder::slot ? a.second > b.second : a.first.t > b.first.t;
     });
     for (const auto& [child, slot] : pushed) stack_.push_back(child);
   }
@@ -287,12 +287,12 @@ class RandomRay {
       return;
     }
     if (!ray_.rounds.empty() && t_hit <= t_last_) return leaf(top, LeafOutcome::behind);
-    if (options_.tracing == "closest") return commit_nearest(top, {t_hit, gaussian});
+    if (options_.tracing == Tracing::closest) return commit_nearest(top, {t_hit, gaussian});
     for (const Hit& hit : k_buffer_) {
       if (hit.gaussian == gaussian) return leaf(top, LeafOutcome::ignored);
     }
     const Hit hit{t_hit, gaussian};
-    if (options_.tracing == "single") return collect_unsorted(top, hit);
+    if (options_.tracing == Tracing::single) return collect_unsorted(top, hit);
     const auto place = std::upper_bound(k_buffer_.begin(), k_buffer_.end(), hit);
     auto shifts = static_cast<unsigned>(k_buffer_.end() - place);
     if (k_buffer_.size() < options_.k) {
@@ -378,7 +378,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   const RandomTree tree(options, random);
   RandomTrace trace;
   Header& header = trace.header;
-  header.accel = options.two_level ? "tlas-tri20" : "tri20";
+  header.accel = options.two_level ? AccelKind::tlas_tri20 : AccelKind::tri20;
   header.tracing = options.tracing;
   header.k = options.k;
   header.checkpoint = options.checkpoint;
@@ -421,7 +421,8 @@ inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
          std::to_string(o.bvh_width) + " k " + std::to_string(o.k) + (o.checkpoint ? " checkpoint " : " restart ") +
-         o.checkpoint_order + " capacity " + std::to_string(o.capacity) + " " + o.child_order + " " + o.tracing;
+         std::string(name_of(o.checkpoint_order)) + " capacity " + std::to_string(o.capacity) + " " +
+         std::string(name_of(o.child_order)) + " " + std::string(name_of(o.tracing));
 }
 
 /// Every combination that changes how a group is coded.
@@ -429,8 +430,8 @@ inline std::vector<RandomOptions> all_random_options() {
   std::vector<RandomOptions> all;
   std::uint32_t seed = 100;
   for (const bool two_level : {false, true}) {
-    for (const char* order : {"fifo", "lifo", "nearest"}) {
-      for (const char* child_order : {"near_first", "slot"}) {
+    for (const auto order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
+      for (const auto child_order : {ChildOrder::near_first, ChildOrder::slot}) {
         for (const std::uint64_t capacity :
              {std::uint64_t{0}, std::uint64_t{5}, std::uint64_t{12}, std::uint64_t{1000}}) {
           for (const unsigned width : {2U, 6U, 8U}) {
@@ -451,8 +452,8 @@ inline std::vector<RandomOptions> all_random_options() {
         }
       }
     }
-    for (const char* tracing : {"single", "closest"}) {
-      for (const char* child_order : {"near_first", "slot"}) {
+    for (const auto tracing : {Tracing::single, Tracing::closest}) {
+      for (const auto child_order : {ChildOrder::near_first, ChildOrder::slot}) {
         for (const unsigned k : {1U, 4U, 100U}) {
           RandomOptions o;
           o.seed = ++seed;
@@ -460,7 +461,7 @@ inline std::vector<RandomOptions> all_random_options() {
           o.checkpoint = false;
           o.child_order = child_order;
           o.tracing = tracing;
-          o.k = o.tracing == "closest" ? 1 : k;
+          o.k = o.tracing == Tracing::closest ? 1 : k;
           all.push_back(o);
         }
       }

@@ -38,7 +38,7 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   options.depth = 5;
   options.checkpoint = false;
   options.groups = 1;
-  options.tracing = "single";
+  options.tracing = Tracing::single;
   expect_round_trip(options);
 }
 
@@ -86,15 +86,15 @@ TEST(RoundTrip, RandomTracesCoverEveryEventAndOutcome) {
 
 TEST(RoundTrip, EveryHeaderFieldIsKept) {
   Header header;
-  header.accel = "tlas-sphere";
+  header.accel = AccelKind::tlas_sphere;
   header.k = 17;
   header.checkpoint = true;
-  header.checkpoint_order = "nearest";
-  header.child_order = "slot";
+  header.checkpoint_order = CheckpointOrder::nearest;
+  header.child_order = ChildOrder::slot;
   header.width = 1557;
   header.height = 1038;
   header.warp_size = 64;
-  header.warp_mapping = "linear";
+  header.warp_mapping = WarpMapping::linear;
   header.groups = 7;
   header.bvh_width = 8;
   header.node_image_bytes = 1ULL << 33;

@@ -128,7 +128,7 @@ TEST(Writer, RefusesAHeaderThatAReaderWouldRefuse) {
   header.k = 0;
   EXPECT_THROW(Writer(file.path(), header), Error);
   header = Header{};
-  header.checkpoint_order = "random";
+  header.tracing = Tracing::closest;  // with a k-buffer of 8
   EXPECT_THROW(Writer(file.path(), header), Error);
 }
 

@@ -22,11 +22,11 @@ class GroupChecker {
     group_ = &group;
     lane_ = round_ = event_ = kNowhere;
     totals_ = Totals{};
-    slot_order_ = header.child_order == "slot";
-    lifo_ = header.checkpoint_order == "lifo";
-    nearest_ = header.checkpoint_order == "nearest";
-    multi_ = header.tracing == "multi";
-    closest_ = header.tracing == "closest";
+    slot_order_ = header.child_order == ChildOrder::slot;
+    lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
+    nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
+    multi_ = header.tracing == Tracing::multi;
+    closest_ = header.tracing == Tracing::closest;
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);

@@ -45,9 +45,9 @@ class GroupDecoder {
  public:
   [[gnu::noinline]] void decode(const Header& header, const std::uint8_t* payload, std::size_t size,
                                 std::uint64_t index, RayGroup& group) {
-    nearest_ = header.checkpoint_order == "nearest";
-    lifo_ = header.checkpoint_order == "lifo";
-    slot_order_ = header.child_order == "slot";
+    nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
+    lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
+    slot_order_ = header.child_order == ChildOrder::slot;
     two_level_ = header.two_level;
     unpack_columns(payload, size, columns_);
     readers_.begin(columns_);

@@ -53,9 +53,9 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
                                const NodeSource& nodes) {
   out_.begin(header, index, kind, root, nodes);
   two_level_ = header.two_level;
-  nearest_ = header.checkpoint_order == "nearest";
-  lifo_ = header.checkpoint_order == "lifo";
-  slot_order_ = header.child_order == "slot";
+  nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
+  lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
+  slot_order_ = header.child_order == ChildOrder::slot;
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {

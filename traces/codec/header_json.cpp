@@ -69,6 +69,14 @@ void take(const Json& value, const std::string& key, std::string& out) {
   if (!value.is_string()) throw Malformed("key '" + key + "' must be a string");
   out = value.get<std::string>();
 }
+template <NamedEnum Enum>
+void take(const Json& value, const std::string& key, Enum& out) {
+  std::string name;
+  take(value, key, name);
+  const auto known = from_name<Enum>(name);
+  if (!known) throw Malformed("key '" + key + "' " + unknown_name(name, names_of<Enum>()));
+  out = *known;
+}
 template <std::unsigned_integral T>
 void take(const Json& value, const std::string& key, T& out) {
   if (!value.is_number_unsigned()) throw Malformed("key '" + key + "' must be a whole number >= 0");
@@ -95,6 +103,15 @@ Json parse_object(std::string_view text) {
   return json;
 }
 
+template <typename T>
+Json to_json_value(const T& field) {
+  if constexpr (NamedEnum<T>) {
+    return name_of(field);
+  } else {
+    return field;
+  }
+}
+
 // Takes every field that `for_each` lists out of `json`; what is left over is unknown.
 template <typename ForEach>
 void take_all(Json json, ForEach&& for_each) {
@@ -116,7 +133,7 @@ std::string to_text(const Json& json) {
 
 std::string header_to_json(const Header& header) {
   Json json = Json::object();
-  for_each_header_field(header, [&](const char* key, const auto& field) { json[key] = field; });
+  for_each_header_field(header, [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
   return to_text(json);
 }
 
@@ -129,17 +146,10 @@ Header header_from_json(std::string_view text) {
 
 std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
-  if (h.tracing != "multi" && h.tracing != "single" && h.tracing != "closest") {
-    return "tracing must be multi, single or closest";
-  }
-  if (h.tracing == "closest" && h.k != 1) return "k must be 1 when tracing is closest";
-  if (h.tracing != "multi" && h.checkpoint) return "checkpoint must be false unless tracing is multi";
+  if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
+  if (h.tracing != Tracing::multi && h.checkpoint) return "checkpoint must be false unless tracing is multi";
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
-  if (h.checkpoint_order != "fifo" && h.checkpoint_order != "lifo" && h.checkpoint_order != "nearest") {
-    return "checkpoint_order must be fifo, lifo or nearest";
-  }
-  if (h.child_order != "near_first" && h.child_order != "slot") return "child_order must be near_first or slot";
   if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";
   if (h.gaussians > (1ULL << 31)) return "gaussians must be at most 2^31";
   if (h.node_image_bytes > (kNodeUnit << 32)) return "node_image_bytes must be at most 256 GiB";

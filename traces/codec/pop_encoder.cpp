@@ -15,7 +15,7 @@ void PopEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, 
   place_.group = index;
   kind_ = kind;
   root_ = root;
-  nearest_ = header.checkpoint_order == "nearest";
+  nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
   reached_ = false;
   last_pixel_ = 0;
   rays_ = 0;

@@ -237,7 +237,7 @@ L1::Taken L1::try_head(Cycle now) {
 template <Client kClient>
 void L1::count_access(SectorCacheTags::Slot slot, const Request& r, std::uint8_t present, std::uint8_t on_the_way,
                       std::uint32_t filling) {
-  L1Counters::ByRegion& region = counters_.region[static_cast<std::size_t>(r.region)];
+  RegionCounters& region = counters_.region[static_cast<std::size_t>(r.region)];
   const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
   counters_.responses += count;
   if (kClient == kPrefetch) {

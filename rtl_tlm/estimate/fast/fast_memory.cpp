@@ -110,7 +110,7 @@ void FastMemory::warm(const Request& request) {
 Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   Slice& slice = slices_[index];
   modules::L2Counters& counters = l2_[index];
-  modules::L2Counters::ByRegion& region = counters.region[static_cast<std::size_t>(request.region)];
+  modules::RegionCounters& region = counters.region[static_cast<std::size_t>(request.region)];
   const unsigned count = count_of(request.sectors);
   (request.write ? region.writes : region.reads) += count;
   if (perfect_) {

@@ -227,7 +227,7 @@ class SampledRun {
   std::map<std::string, std::string> inputs() const {
     std::map<std::string, std::string> inputs;
     for (const auto& [name, value] : reader_.header().inputs) inputs["trace." + name] = value;
-    inputs["accel"] = reader_.header().accel;
+    inputs["accel"] = name_of(reader_.header().accel);
     inputs["k"] = std::to_string(reader_.header().k);
     inputs["checkpoint"] = reader_.header().checkpoint ? "on" : "off";
     inputs["trace_hash"] = reader_.content_hash();
@@ -238,11 +238,11 @@ class SampledRun {
 
   std::map<std::string, std::string> sampled_inputs() const {
     std::map<std::string, std::string> all = inputs();
-    all["mode"] = "sampled";
+    all["mode"] = name_of(SimulationMode::sampled);
     all["sampled.seed"] = std::to_string(options_.seed);
     all["sampled.share"] = fmt::format("{}", options_.share);
-    all["sampled.model"] = visits() ? "visits" : "calls";
-    all["sampled.engine"] = kSimulationModeNames[static_cast<std::size_t>(options_.engine)];
+    all["sampled.model"] = name_of(options_.model);
+    all["sampled.engine"] = name_of(options_.engine);
     if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
     return all;
   }
@@ -269,7 +269,7 @@ class SampledRun {
     add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
     if (r.estimate.whole) return;
     if (visits()) {
-      const modules::L1Counters::ByRegion l1 = whole_fast_.counters.l1.all();
+      const modules::RegionCounters l1 = whole_fast_.counters.l1.all();
       add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
       add("fast.correction", correction_, "ratio", "gpu.cycles over them: simulated over modelled ends of warps");
       add("fast.l1_hit_rate", ratio(l1.hits + l1.hits_on_miss, l1.reads), "ratio", "of fast mode");

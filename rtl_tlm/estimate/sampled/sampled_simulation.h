@@ -1,9 +1,11 @@
 // Sampled mode: simulates a share of a trace's groups on scaled machines and estimates the whole run.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
@@ -14,6 +16,10 @@ enum class SampleModel : std::uint8_t {
   visits,  ///< fast mode of the whole trace, corrected by samples; `calls` where it lacks what is configured
   calls    ///< the warp model, fitted to samples: faster, less exact
 };
+constexpr auto enum_names(SampleModel) {
+  using enum SampleModel;
+  return std::to_array<EnumName<SampleModel>>({{visits, "visits"}, {calls, "calls"}});
+}
 
 struct SampledOptions {
   double share = 1.0 / 16.0;  ///< of the groups, to begin with; above 1/2 the whole trace is simulated

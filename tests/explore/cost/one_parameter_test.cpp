@@ -184,9 +184,9 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.two_level = kind != "single";
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = kind != "single";
-      random.tracing = kind == "single" ? "single" : "multi";
+      random.tracing = kind == "single" ? traces::Tracing::single : traces::Tracing::multi;
       auto made = traces::testing::random_trace(random);
-      if (kind == "sphere") made.header.accel = "tlas-sphere";
+      if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -263,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(Tables, OneParameter,
 TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) {
   GpuConfig config;
   std::set<std::string> keys, classified;
-  for (const ConfigKey& key : config_keys(config)) {
+  for (const modules::Parameter& key : config_keys(config)) {
     if (!key.name.starts_with("fast.")) keys.insert(key.name);  // how fast mode approximates: no hardware
   }
   for (const Mutation& m : mutations()) {

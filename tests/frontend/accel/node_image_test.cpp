@@ -101,7 +101,7 @@ struct Walk {
 TEST(NodeImage, EveryPrimitiveIsReachedOnceInsideItsBoxes) {
   const Scene scene = test::random_scene(2, {64, 1.0, -2.5, 1.0, 0.02, 0.95, 0});
   const PreparedGaussians gaussians(scene, true);
-  for (const std::string& name : accel_names()) {
+  for (const std::string& name : names_of<AccelKind>()) {
     for (const unsigned width : {2u, 6u, 8u}) {
       const AccelerationStructure accel(gaussians, {accel_from_name(name), width, false});
       const std::size_t leaves = accel.two_level() || accel.proxy().is_sphere() ? 64 : 64u * accel.proxy().faces();
@@ -136,7 +136,7 @@ TEST(NodeImage, EmptySceneAndOneGaussian) {
   for (const std::size_t count : {std::size_t{0}, std::size_t{1}}) {
     const Scene scene = test::random_scene(2, {count, 1.0, -2.5, 1.0, 0.5, 0.95, 0});
     const PreparedGaussians gaussians(scene, true);
-    for (const std::string& name : accel_names()) {
+    for (const std::string& name : names_of<AccelKind>()) {
       const AccelerationStructure accel(gaussians, {accel_from_name(name), 6, false});
       EXPECT_EQ(accel.image().decode_internal(accel.root()).child_count > 0, count > 0) << name;
     }

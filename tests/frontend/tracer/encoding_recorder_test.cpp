@@ -108,11 +108,11 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
 
 TEST(EncodingRecorder, LeavesTheNearestOrderToEvents) {
   traces::Header header;
-  for (const char* order : {"fifo", "lifo"}) {
+  for (const auto order : {CheckpointOrder::fifo, CheckpointOrder::lifo}) {
     header.checkpoint_order = order;
     EXPECT_TRUE(EncodingRecorder::can_record(header));
   }
-  header.checkpoint_order = "nearest";
+  header.checkpoint_order = CheckpointOrder::nearest;
   EXPECT_FALSE(EncodingRecorder::can_record(header));
 }
 

@@ -15,7 +15,7 @@ class RtMemorySchedulerTest : public SystemCTest {
  protected:
   static traces::Header header() {
     traces::Header h;
-    h.accel = "tlas-tri20";
+    h.accel = traces::AccelKind::tlas_tri20;
     h.two_level = true;
     h.blas_base = 4096;
     return h;

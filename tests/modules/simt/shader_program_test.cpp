@@ -183,7 +183,7 @@ TEST(ShaderBlend, RunsUntilTheLongestLaneIsDoneAndSkipsTheColourWhenNoLaneBlends
 
 traces::Header single_round(unsigned k) {
   traces::Header header = simt_header();
-  header.tracing = "single";
+  header.tracing = traces::Tracing::single;
   header.k = k;
   return header;
 }

@@ -90,7 +90,7 @@ TEST_F(SimtConservation, SingleRoundTracingSortsBeforeItBlends) {
     random.warp_size = 32;
     random.checkpoint = false;
     random.k = k;
-    random.tracing = "single";
+    random.tracing = traces::Tracing::single;
     const auto trace = traces::testing::random_trace(random);
     const Expected e = expected_of(trace);
     std::uint64_t passes = 0;  // of the longest lane of each warp's rounds
@@ -127,7 +127,7 @@ TEST_F(SimtConservation, ClosestHitTracingCallsNoAnyHitShader) {
   random.warp_size = 32;
   random.checkpoint = false;
   random.k = 1;
-  random.tracing = "closest";
+  random.tracing = traces::Tracing::closest;
   const auto trace = traces::testing::random_trace(random);
   const Expected e = expected_of(trace);
   ASSERT_EQ(e.calls, 0u);

@@ -67,31 +67,31 @@ TEST(ConfigHash, DependsOnValuesOnly) {
 TEST(ConfigKeys, AreUniqueDescribedAndHaveASource) {
   GpuConfig config;
   std::set<std::string> names;
-  for (const ConfigKey& key : config_keys(config)) {
+  for (const modules::Parameter& key : config_keys(config)) {
     EXPECT_TRUE(names.insert(key.name).second) << key.name;
     EXPECT_FALSE(key.description.empty()) << key.name;
-    EXPECT_FALSE(key.source.empty()) << key.name;
+    EXPECT_STRNE(key.origin.source, "") << key.name;
     EXPECT_EQ(assign_text(key, value_text(key)), "") << key.name << ": the default must be allowed";
   }
 }
 
 TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
   GpuConfig reference;
-  for (const ConfigKey& probe : config_keys(reference)) {
+  for (const modules::Parameter& probe : config_keys(reference)) {
     // Another allowed value for each kind of key.
     std::string other;
-    if (const auto* names = std::get_if<Choice>(&probe.value)) {
+    if (const auto* names = std::get_if<modules::Choice>(&probe.value)) {
       if (names->names.size() == 1) continue;  // dram.model, until a program registers more
       other = names->names.back();
     } else if (std::holds_alternative<bool*>(probe.value)) {
       other = value_text(probe) == "true" ? "false" : "true";
     } else {
-      other = value_text(probe) == std::to_string(static_cast<std::uint64_t>(probe.min))
-                  ? std::to_string(static_cast<std::uint64_t>(probe.min) + 1)
-                  : std::to_string(static_cast<std::uint64_t>(probe.min));
+      other = value_text(probe) == std::to_string(static_cast<std::uint64_t>(probe.range.min))
+                  ? std::to_string(static_cast<std::uint64_t>(probe.range.min) + 1)
+                  : std::to_string(static_cast<std::uint64_t>(probe.range.min));
     }
     GpuConfig changed;
-    for (const ConfigKey& key : config_keys(changed)) {
+    for (const modules::Parameter& key : config_keys(changed)) {
       if (key.name == probe.name) {
         EXPECT_EQ(assign_text(key, other), "") << key.name;
       }
@@ -102,8 +102,10 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
 
 TEST(ConfigReference, TheDocumentHoldsTheTableThatTheProgramPrints) {
   const std::string document = read_file(grtx::paths::source_dir() + "/docs/model/configuration.md");
-  EXPECT_NE(document.find(config_reference()), std::string::npos)
-      << "docs/model/configuration.md is out of date: replace its table by the output of grtx sim --list-config";
+  const std::string generated =
+      "<!-- generated: grtx sim --list-config -->\n\n" + config_reference() + "\n<!-- end of generated -->\n";
+  EXPECT_NE(document.find(generated), std::string::npos)
+      << "docs/model/configuration.md is out of date: run scripts/generate_docs.py with the program";
 }
 
 }  // namespace

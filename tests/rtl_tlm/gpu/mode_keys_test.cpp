@@ -35,9 +35,9 @@ nlohmann::ordered_json without_cost(const nlohmann::ordered_json& stats) {
 
 TEST(ModeKeys, TheTableNamesKeysThatExist) {
   GpuConfig config;
-  const std::vector<ConfigKey> keys = config_keys(config);
+  const std::vector<modules::Parameter> keys = config_keys(config);
   for (const ModeKey& key : mode_keys()) {
-    EXPECT_TRUE(std::any_of(keys.begin(), keys.end(), [&](const ConfigKey& k) { return k.name == key.key; }))
+    EXPECT_TRUE(std::any_of(keys.begin(), keys.end(), [&](const modules::Parameter& k) { return k.name == key.key; }))
         << key.key;
   }
 }

@@ -70,7 +70,7 @@ inline Directed directed(unsigned k, unsigned lanes, std::uint64_t checkpoint_ca
   d.header.k = k;
   d.header.width = 32;
   d.header.height = 1;
-  d.header.warp_mapping = "linear";
+  d.header.warp_mapping = traces::WarpMapping::linear;
   d.groups.resize(1);
   d.groups[0].rays.resize(lanes);
   for (unsigned lane = 0; lane < lanes; ++lane) d.groups[0].rays[lane].pixel = lane;

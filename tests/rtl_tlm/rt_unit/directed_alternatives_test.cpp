@@ -67,7 +67,7 @@ TEST(DirectedAlternatives, RtUnitsOfAnSm) {
 TEST(DirectedAlternatives, SphereUnit) {
   for (const Cycle latency : {Cycle{37}, Cycle{5}}) {
     Directed d = directed(8, 1);
-    d.header.accel = "ellipsoid";
+    d.header.accel = traces::AccelKind::ellipsoid;
     add_round(d.groups[0].rays[0], chain(d.groups[0], 5, LeafOutcome::miss));
     d.groups[0].nodes.back().child_kinds[0] = NodeKind::procedural;
     EXPECT_EQ(value(simulated(d, {"l1.perfect=true", "rt.sphere.latency=" + std::to_string(latency)}), "gpu.cycles"),

@@ -51,7 +51,8 @@ class PlainRtUnit {
               unsigned memory_latency, unsigned any_hit_cycles)
       : config_(config), header_(header), map_(map), memory_latency_(memory_latency), any_hit_cycles_(any_hit_cycles) {
     warps_.resize(config.warp_buffer.entries);
-    const bool procedural = header.accel == "ellipsoid" || header.accel == "tlas-sphere";
+    const bool procedural =
+        header.accel == traces::AccelKind::ellipsoid || header.accel == traces::AccelKind::tlas_sphere;
     const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
       return Unit{c.count, c.latency, c.interval, std::vector<std::uint64_t>(c.count, 0), {}, {}};
     };
@@ -532,7 +533,7 @@ class PlainRtUnit {
   void read_entry(LaneName name) {
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
-    const bool backwards = header_.checkpoint_order == "lifo";
+    const bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
     const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
     ++lane.reads;
     const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);

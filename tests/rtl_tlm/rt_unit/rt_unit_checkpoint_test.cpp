@@ -94,7 +94,7 @@ TEST_F(RtUnitCheckpointTest, WithoutBuffersEveryTouchedSectorIsTraffic) {
 
 TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {
   auto header = small_header("tri20", kCapacity);
-  header.checkpoint_order = "lifo";
+  header.checkpoint_order = traces::CheckpointOrder::lifo;
   const auto group = write_then_replay(8);
   RtBench bench(header, {});
   bench.launch(group, 0);

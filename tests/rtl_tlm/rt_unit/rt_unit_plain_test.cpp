@@ -114,7 +114,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     trace.k = 1 + pick(7);
     trace.checkpoint = pick(3) != 0;
     trace.capacity = pick(3) == 0 ? 6 : 1000;
-    trace.checkpoint_order = pick(2) == 0 ? "lifo" : "fifo";
+    trace.checkpoint_order = pick(2) == 0 ? traces::CheckpointOrder::lifo : traces::CheckpointOrder::fifo;
     trace.two_level = pick(1) != 0;
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
     SCOPED_TRACE(traces::testing::describe(trace));

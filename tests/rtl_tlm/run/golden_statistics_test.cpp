@@ -84,7 +84,7 @@ TEST_P(GoldenStatistics, AreReproduced) {
   random.two_level = c.two_level;
   random.checkpoint = c.checkpoint;
   random.capacity = c.capacity;
-  random.checkpoint_order = c.order;
+  random.checkpoint_order = *from_name<traces::CheckpointOrder>(c.order);
   const traces::testing::TemporaryFile file(c.name);
   auto trace = traces::testing::random_trace(random);
   for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch

@@ -1,4 +1,4 @@
-#include "grtx/rtl_tlm/config/config_key.h"
+#include "grtx/modules/kernel/parameter.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <type_traits>
 
-#include "grtx/base/nearest_name.h"
+#include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::modules {
 namespace {
 
 std::string number_text(double value) {
@@ -17,21 +17,15 @@ std::string number_text(double value) {
   return fmt::format("{}", value);
 }
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 /// What kind of value the key takes, for messages.
-std::string type_text(const ConfigKey& key) {
+std::string type_text(const Parameter& key) {
   if (std::holds_alternative<double*>(key.value)) return "a number";
   if (std::holds_alternative<bool*>(key.value)) return "true or false";
   if (std::holds_alternative<Choice>(key.value)) return "a name";
   return "an integer";
 }
 
-std::string wrong_type(const ConfigKey& key, const std::string& got) {
+std::string wrong_type(const Parameter& key, const std::string& got) {
   return fmt::format("must be {} ({}), not {}", type_text(key), range_text(key), got);
 }
 
@@ -43,7 +37,7 @@ bool parse(const std::string& text, T& value) {
 
 }  // namespace
 
-std::string value_text(const ConfigKey& key) {
+std::string value_text(const Parameter& key) {
   return std::visit(
       [](const auto& target) -> std::string {
         using T = std::decay_t<decltype(target)>;
@@ -60,21 +54,24 @@ std::string value_text(const ConfigKey& key) {
       key.value);
 }
 
-std::string range_text(const ConfigKey& key) {
-  if (const auto* names = std::get_if<Choice>(&key.value)) return names->names.empty() ? "text" : joined(names->names);
+std::string range_text(const Parameter& key) {
+  if (const auto* names = std::get_if<Choice>(&key.value)) {
+    return names->names.empty() ? "text" : joined_names(names->names);
+  }
   if (std::holds_alternative<bool*>(key.value)) return "true, false";
-  if (std::isinf(key.max)) return "at least " + number_text(key.min);
-  return number_text(key.min) + " to " + number_text(key.max);
+  if (std::isinf(key.range.max)) return "at least " + number_text(key.range.min);
+  return number_text(key.range.min) + " to " + number_text(key.range.max);
 }
 
-std::string assign_integer(const ConfigKey& key, std::int64_t value) {
+std::string assign_integer(const Parameter& key, std::int64_t value) {
   if (std::holds_alternative<double*>(key.value)) return assign_real(key, static_cast<double>(value));
   if (std::holds_alternative<bool*>(key.value) || std::holds_alternative<Choice>(key.value)) {
     return wrong_type(key, fmt::format("the integer {}", value));
   }
   const bool narrow = std::holds_alternative<unsigned*>(key.value);
   const double number = static_cast<double>(value);
-  if (value < 0 || number < key.min || number > key.max || (narrow && value > std::numeric_limits<unsigned>::max())) {
+  if (value < 0 || number < key.range.min || number > key.range.max ||
+      (narrow && value > std::numeric_limits<unsigned>::max())) {
     return fmt::format("must be {}, not {}", range_text(key), value);
   }
   if (narrow) {
@@ -85,33 +82,32 @@ std::string assign_integer(const ConfigKey& key, std::int64_t value) {
   return {};
 }
 
-std::string assign_real(const ConfigKey& key, double value) {
+std::string assign_real(const Parameter& key, double value) {
   if (!std::holds_alternative<double*>(key.value)) return wrong_type(key, "the number " + number_text(value));
-  if (!std::isfinite(value) || value < key.min || value > key.max) {
+  if (!std::isfinite(value) || value < key.range.min || value > key.range.max) {
     return fmt::format("must be {}, not {}", range_text(key), number_text(value));
   }
   *std::get<double*>(key.value) = value;
   return {};
 }
 
-std::string assign_bool(const ConfigKey& key, bool value) {
+std::string assign_bool(const Parameter& key, bool value) {
   if (!std::holds_alternative<bool*>(key.value)) return wrong_type(key, value ? "true" : "false");
   *std::get<bool*>(key.value) = value;
   return {};
 }
 
-std::string assign_string(const ConfigKey& key, const std::string& value) {
+std::string assign_string(const Parameter& key, const std::string& value) {
   const auto* names = std::get_if<Choice>(&key.value);
   if (names == nullptr) return wrong_type(key, fmt::format("the text '{}'", value));
   if (!names->names.empty() && std::find(names->names.begin(), names->names.end(), value) == names->names.end()) {
-    return fmt::format("must be one of {}, not '{}'; the nearest is '{}'{}", range_text(key), value,
-                       nearest_name(value, names->names), names->hint.empty() ? "" : "; " + names->hint);
+    return unknown_name(value, names->names) + (names->hint.empty() ? "" : "; " + names->hint);
   }
   names->set(value);
   return {};
 }
 
-std::string assign_text(const ConfigKey& key, const std::string& text) {
+std::string assign_text(const Parameter& key, const std::string& text) {
   if (std::holds_alternative<Choice>(key.value)) return assign_string(key, text);
   if (text == "true" || text == "false") return assign_bool(key, text == "true");
   std::int64_t integer = 0;
@@ -121,4 +117,11 @@ std::string assign_text(const ConfigKey& key, const std::string& text) {
   return wrong_type(key, fmt::format("'{}'", text));
 }
 
-}  // namespace grtx::sim
+void require_allowed(const std::vector<Parameter>& parameters) {
+  for (const Parameter& parameter : parameters) {
+    const std::string broken = assign_text(parameter, value_text(parameter));
+    if (!broken.empty()) throw Error("configuration", parameter.name, broken);
+  }
+}
+
+}  // namespace grtx::modules

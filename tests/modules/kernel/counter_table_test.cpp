@@ -1,0 +1,119 @@
+// Counters that are named once: how they add up, what statistics they become, and that no unit forgets one.
+#include "grtx/modules/kernel/counter_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_counters.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr std::array<std::string_view, 3> kReasons = {"a", "b", "c"};
+
+struct Inner {
+  std::uint64_t hits = 0;
+  static const CounterTable<Inner>& table() {
+    static const CounterTable<Inner> table = CounterTable<Inner>().sum(&Inner::hits, "hits", "1", "hits of a part");
+    return table;
+  }
+};
+
+struct Outer {
+  std::uint64_t calls = 0;
+  std::uint64_t hidden = 0;
+  std::uint64_t longest = 0;
+  std::array<std::uint64_t, 3> stalls{};
+  std::array<std::uint64_t, 3> waits{};
+  Distribution latency;
+  Inner inner;
+  double share() const { return ratio(calls, hidden); }
+  static const CounterTable<Outer>& table() {
+    using C = Outer;
+    static const CounterTable<C> table =
+        CounterTable<C>()
+            .sum(&C::calls, "calls", "calls", "calls made")
+            .sum(&C::hidden)
+            .largest(&C::longest, "longest", "entries", "longest queue")
+            .by_name(
+                kReasons, [](std::size_t i) { return i != 1; }, CounterColumn{&C::stalls, "stall", "cycles", "by {}."},
+                CounterColumn{&C::waits, "wait", "cycles", "for {}"})
+            .value(&C::share, "share", "ratio", "calls / hidden")
+            .distribution(&C::latency, "latency", "cycles", "mean", "longest")
+            .part(&C::inner, ".inner");
+    return table;
+  }
+};
+
+Outer example(std::uint64_t n) {
+  Outer c{n, 2 * n, n, {n, n + 1, n + 2}, {0, 0, n}, {}, {5 * n}};
+  c.latency.add(n);
+  return c;
+}
+
+TEST(CounterTable, AddsUpByTheRuleOfEachField) {
+  Outer total = example(10);
+  Outer::table().add(total, example(3));
+  EXPECT_EQ(total.calls, 13U);
+  EXPECT_EQ(total.hidden, 26U);
+  EXPECT_EQ(total.longest, 10U);
+  EXPECT_THAT(total.stalls, ::testing::ElementsAre(13, 15, 17));
+  EXPECT_EQ(total.latency.count(), 2U);
+  EXPECT_EQ(total.latency.sum(), 13U);
+  EXPECT_EQ(total.inner.hits, 65U);
+}
+
+TEST(CounterTable, DescribesInTheOrderOfTheTable) {
+  StatisticList list;
+  Outer::table().describe(example(4), list, "unit");
+  std::string text;
+  for (const Statistic& s : list.items()) {
+    text += s.name + "=" + std::visit([](auto v) { return std::to_string(static_cast<long>(v * 10)); }, s.value) +
+            s.unit + ":" + s.description + "\n";
+  }
+  EXPECT_EQ(text,
+            "unit.calls=40calls:calls made\n"
+            "unit.longest=40entries:longest queue\n"
+            "unit.stall.a=40cycles:by a.\n"
+            "unit.wait.a=0cycles:for a\n"
+            "unit.stall.c=60cycles:by c.\n"
+            "unit.wait.c=40cycles:for c\n"
+            "unit.share=5ratio:calls / hidden\n"
+            "unit.latency=40cycles:mean\n"
+            "unit.latency_max=40cycles:longest\n"
+            "unit.inner.hits=200"
+            "1:hits of a part\n");
+}
+
+TEST(CounterTable, KnowsWhetherAFieldWasForgotten) {
+  EXPECT_EQ(Outer::table().bytes(), sizeof(Outer));
+  EXPECT_LT(CounterTable<Outer>().sum(&Outer::calls).bytes(), sizeof(Outer));
+}
+
+template <typename Counters>
+void expect_complete(const char* name) {
+  EXPECT_EQ(Counters::table().bytes(), sizeof(Counters)) << name << " has a field that its table lacks";
+}
+
+TEST(CounterTable, HoldsEveryCounterOfEachUnit) {
+  expect_complete<WarpBuffer::Counters>("warp buffer");
+  expect_complete<RtScheduler::Counters>("RT scheduler");
+  expect_complete<MemoryScheduler::Counters>("memory scheduler");
+  expect_complete<IntersectionUnit::Counters>("intersection unit");
+  expect_complete<AnyHitCollector::Counters>("any-hit collector");
+  expect_complete<CheckpointUnit::Counters>("checkpoint unit");
+  expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
+  expect_complete<StackUnit::Counters>("stack unit");
+  expect_complete<RtUnitCounters>("RT unit");
+  expect_complete<SimtCounters>("SIMT core");
+  expect_complete<L1Counters>("L1");
+  expect_complete<L2Counters>("L2");
+  expect_complete<CrossbarCounters::Network>("crossbar");
+}
+
+}  // namespace
+}  // namespace grtx::modules

@@ -1,0 +1,40 @@
+// The modes in a trace's header: each name stands for one value, as trace files have always spelt it.
+#include "grtx/traces/modes.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace grtx::traces {
+namespace {
+
+template <NamedEnum Enum>
+void expect_names(const std::vector<std::string>& expected) {
+  EXPECT_EQ(names_of<Enum>(), expected);
+  std::set<Enum> values;
+  for (const std::string& name : expected) {
+    const auto value = from_name<Enum>(name);
+    ASSERT_TRUE(value.has_value()) << name;
+    EXPECT_EQ(name_of(*value), name);
+    EXPECT_TRUE(values.insert(*value).second) << name;
+  }
+}
+
+TEST(Modes, AreSpeltAsInTraceFiles) {
+  expect_names<AccelKind>({"tri20", "tri80", "ellipsoid", "tlas-tri20", "tlas-tri80", "tlas-sphere"});
+  expect_names<Tracing>({"multi", "single", "closest"});
+  expect_names<CheckpointOrder>({"fifo", "lifo", "nearest"});
+  expect_names<ChildOrder>({"near_first", "slot"});
+  expect_names<WarpMapping>({"tile8x4", "linear"});
+}
+
+TEST(Modes, StructuresOfSpheresHaveProceduralLeaves) {
+  for (const std::string& name : names_of<AccelKind>()) {
+    const AccelKind kind = *from_name<AccelKind>(name);
+    EXPECT_EQ(is_two_level(kind), name.starts_with("tlas-")) << name;
+    EXPECT_EQ(has_procedural_leaves(kind), name == "ellipsoid" || name == "tlas-sphere") << name;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::traces

@@ -1,0 +1,57 @@
+// What a trace was made with: the modes that its header names, and that tracer and hardware model both obey.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "grtx/base/named_enum.h"
+
+namespace grtx::traces {
+
+/// The acceleration structure: a monolithic BVH over proxies, or a TLAS over one shared BLAS.
+enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, tlas_tri20, tlas_tri80, tlas_sphere };
+constexpr auto enum_names(AccelKind) {
+  using enum AccelKind;
+  return std::to_array<EnumName<AccelKind>>({{tri20, "tri20"},
+                                             {tri80, "tri80"},
+                                             {ellipsoid, "ellipsoid"},
+                                             {tlas_tri20, "tlas-tri20"},
+                                             {tlas_tri80, "tlas-tri80"},
+                                             {tlas_sphere, "tlas-sphere"}});
+}
+constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri20; }
+/// Its primitive leaves are procedural, not triangles: the proxy is a sphere.
+constexpr bool has_procedural_leaves(AccelKind kind) {
+  return kind == AccelKind::ellipsoid || kind == AccelKind::tlas_sphere;
+}
+
+/// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
+/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
+enum class Tracing : std::uint8_t { multi, single, closest };
+constexpr auto enum_names(Tracing) {
+  using enum Tracing;
+  return std::to_array<EnumName<Tracing>>({{multi, "multi"}, {single, "single"}, {closest, "closest"}});
+}
+
+/// Order in which a replay round reads the source buffer.
+enum class CheckpointOrder : std::uint8_t { fifo, lifo, nearest };
+constexpr auto enum_names(CheckpointOrder) {
+  using enum CheckpointOrder;
+  return std::to_array<EnumName<CheckpointOrder>>({{fifo, "fifo"}, {lifo, "lifo"}, {nearest, "nearest"}});
+}
+
+/// Order in which the hit children of a node are visited.
+enum class ChildOrder : std::uint8_t { near_first, slot };
+constexpr auto enum_names(ChildOrder) {
+  using enum ChildOrder;
+  return std::to_array<EnumName<ChildOrder>>({{near_first, "near_first"}, {slot, "slot"}});
+}
+
+/// How pixels form warps.
+enum class WarpMapping : std::uint8_t { tile8x4, linear };
+constexpr auto enum_names(WarpMapping) {
+  using enum WarpMapping;
+  return std::to_array<EnumName<WarpMapping>>({{tile8x4, "tile8x4"}, {linear, "linear"}});
+}
+
+}  // namespace grtx::traces
