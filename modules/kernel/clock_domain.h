@@ -23,9 +23,9 @@ class Alarm;
 /// What a clock domain calls, always in the same way: in unit tests, in the whole GPU and on a foreign platform.
 class Clocked {
  public:
-  /// The present cycle's work. Returns the next cycle in which there is work, as far as it is known now; kNever: none
-  /// before something arrives (a link's arrival sets the alarm by itself). The present cycle, or a past one, means the
-  /// next cycle. Ticks in which nothing is due must change nothing.
+  /// The present cycle's work. Returns the next cycle in which there is work, what is on its way on the input links
+  /// (next_visible()) included; kNever: none before something is sent from now on, which sets the alarm by itself. The
+  /// present cycle, or a past one, means the next cycle. Ticks in which nothing is due must change nothing.
   virtual Cycle tick(Cycle now) = 0;
 
  protected:

@@ -14,6 +14,8 @@ namespace {
 using Numbers = std::vector<std::uint64_t>;
 
 constexpr unsigned kEntries = 8;
+constexpr auto kFifo = traces::CheckpointOrder::fifo;
+constexpr auto kLifo = traces::CheckpointOrder::lifo;
 
 Numbers numbers(const CheckpointLayout::Sectors& sectors) {
   return {sectors.number.begin(), sectors.number.begin() + sectors.count};
@@ -35,16 +37,16 @@ std::vector<Numbers> read_all(const CheckpointLayout& layout) {
 }
 
 TEST(CheckpointLayout, CombinedEntriesWriteEachSectorOnceWhenItIsComplete) {
-  EXPECT_EQ(write_all({"fifo", kEntries, true, true}), (std::vector<Numbers>{{}, {0}, {}, {1}, {2}, {}, {3}, {4}}));
+  EXPECT_EQ(write_all({kFifo, kEntries, true, true}), (std::vector<Numbers>{{}, {0}, {}, {1}, {2}, {}, {3}, {4}}));
 }
 
 TEST(CheckpointLayout, EntriesThatAreNotCombinedWriteWhatTheyTouch) {
-  EXPECT_EQ(write_all({"fifo", kEntries, false, true}),
+  EXPECT_EQ(write_all({kFifo, kEntries, false, true}),
             (std::vector<Numbers>{{0}, {0, 1}, {1}, {1, 2}, {2, 3}, {3}, {3, 4}, {4}}));
 }
 
 TEST(CheckpointLayout, OnlyTheLastSectorOfEntriesThatEndWithinOneIsOpen) {
-  const CheckpointLayout layout("fifo", kEntries, true, true);
+  const CheckpointLayout layout(kFifo, kEntries, true, true);
   CheckpointLayout::Lane lane;
   EXPECT_EQ(layout.open_sector(lane), CheckpointLayout::kNoSector) << "nothing written";
   std::vector<std::uint64_t> open;
@@ -53,26 +55,26 @@ TEST(CheckpointLayout, OnlyTheLastSectorOfEntriesThatEndWithinOneIsOpen) {
     open.push_back(layout.open_sector(lane));
   }
   EXPECT_EQ(open, (std::vector<std::uint64_t>{0, 1, 1, 2, 3, 3, 4, CheckpointLayout::kNoSector}));
-  EXPECT_EQ(CheckpointLayout("fifo", kEntries, false, true).open_sector(lane), CheckpointLayout::kNoSector);
+  EXPECT_EQ(CheckpointLayout(kFifo, kEntries, false, true).open_sector(lane), CheckpointLayout::kNoSector);
 }
 
 TEST(CheckpointLayout, AHeldSectorIsNotReadAgain) {
-  EXPECT_EQ(read_all({"fifo", kEntries, true, true}), (std::vector<Numbers>{{0}, {1}, {}, {2}, {3}, {}, {4}, {}}));
+  EXPECT_EQ(read_all({kFifo, kEntries, true, true}), (std::vector<Numbers>{{0}, {1}, {}, {2}, {3}, {}, {4}, {}}));
 }
 
 TEST(CheckpointLayout, LifoReadsFromTheEndAndKeepsTheLowerSector) {
-  EXPECT_EQ(read_all({"lifo", kEntries, true, true}), (std::vector<Numbers>{{4}, {3}, {}, {2}, {1}, {}, {0}, {}}));
+  EXPECT_EQ(read_all({kLifo, kEntries, true, true}), (std::vector<Numbers>{{4}, {3}, {}, {2}, {1}, {}, {0}, {}}));
 }
 
 TEST(CheckpointLayout, WithoutReadBufferTheSharedSectorIsReadLast) {
-  EXPECT_EQ(read_all({"fifo", kEntries, true, false}),
+  EXPECT_EQ(read_all({kFifo, kEntries, true, false}),
             (std::vector<Numbers>{{0}, {0, 1}, {1}, {1, 2}, {2, 3}, {3}, {3, 4}, {4}}));
-  EXPECT_EQ(read_all({"lifo", kEntries, true, false}),
+  EXPECT_EQ(read_all({kLifo, kEntries, true, false}),
             (std::vector<Numbers>{{4}, {4, 3}, {3}, {3, 2}, {2, 1}, {1}, {1, 0}, {0}}));
 }
 
 TEST(CheckpointLayout, StraddlingEntriesSaySo) {
-  const CheckpointLayout layout("fifo", kEntries, true, true);
+  const CheckpointLayout layout(kFifo, kEntries, true, true);
   CheckpointLayout::Lane lane;
   std::vector<bool> written, read;
   for (unsigned i = 0; i < kEntries; ++i) {
@@ -89,7 +91,7 @@ TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
   header.checkpoint_capacity = kEntries;
   header.warp_size = 32;
   const MemoryMap map(header, {1, 2, 0, 0});
-  const CheckpointLayout layout("fifo", kEntries, true, true);
+  const CheckpointLayout layout(kFifo, kEntries, true, true);
   const auto even = layout.begin(map, 5, 2, 0), odd = layout.begin(map, 5, 3, 0);
   EXPECT_EQ(even.destination, odd.source);
   EXPECT_EQ(even.source, odd.destination);
@@ -97,14 +99,14 @@ TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
 }
 
 TEST(CheckpointLayout, NothingLiesBeyondTheCapacity) {
-  const CheckpointLayout layout("fifo", 1, true, true);
+  const CheckpointLayout layout(kFifo, 1, true, true);
   CheckpointLayout::Lane lane;
   layout.write(lane);
   layout.read(lane);
   EXPECT_THROW(layout.write(lane), Error);
   EXPECT_THROW(layout.read(lane), Error);
   CheckpointLayout::Lane empty;
-  EXPECT_THROW(CheckpointLayout("lifo", 1, true, true).read(empty), Error) << "reads before the first";
+  EXPECT_THROW(CheckpointLayout(kLifo, 1, true, true).read(empty), Error) << "reads before the first";
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"cull_kept", EventKind::cull, 0, 1, -1, 1, true, false},
                     Case{"take", EventKind::replay_take, 0, 0, 1, 0, false, false},
                     Case{"forward", EventKind::replay_forward, 0, 1, 0, 1, false, false}),
-    [](const testing::TestParamInfo<Case>& info) { return std::string(info.param.name); });
+    [](const testing::TestParamInfo<Case>& test) { return std::string(test.param.name); });
 
 TEST(EventEffect, SourceEntriesOfARoundAreItsReplays) {
   const auto of = [](EventKind kind) { return Event{0, 0, 0, Event::pack(kind)}; };

@@ -17,7 +17,7 @@ constexpr std::uint64_t kBlas = 4096;
 
 NodeTraffic traffic(bool two_level, NodeTrafficConfig config = {}) {
   traces::Header h;
-  h.accel = two_level ? "tlas-tri20" : "tri20";
+  h.accel = two_level ? traces::AccelKind::tlas_tri20 : traces::AccelKind::tri20;
   h.two_level = two_level;
   h.blas_base = kBlas;
   return {h, config};

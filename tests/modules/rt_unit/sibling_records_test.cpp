@@ -27,7 +27,7 @@ class SiblingRecordsTest : public testing::Test {
   }
   static NodeTraffic traffic() {
     traces::Header header;
-    header.accel = "tri20";
+    header.accel = traces::AccelKind::tri20;
     header.bvh_width = 6;
     return {header, {}};
   }
