@@ -369,6 +369,7 @@ class SampledRun {
   void add_energy(modules::StatisticList& list) const {
     if (!options_.price) return;
     ChildProcess child("energy", [this, &list] {
+      modules::set_time_resolution_to_fs();
       const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
       modules::StatisticList priced = list;
       options_.price(config_, machine.inventory(), reader_.totals().rays, priced);

@@ -75,7 +75,7 @@ Cycle victims_latency(Cycle age_cap) {
 }
 
 TEST(DramScheduler, NothingStarves) {
-  EXPECT_EQ(victims_latency(Cycle{1} << 40), kNever) << "without a cap the stream of hits goes on for ever";
+  EXPECT_EQ(victims_latency(Cycle{1'000'000'000'000}), kNever) << "without a cap the stream of hits goes on for ever";
   for (const Cycle cap : {64u, 256u, 1024u}) {
     // Once aged: the bank precharges, activates and reads, after the last read's RTP; the bus waits for nobody else.
     const Cycle latency = victims_latency(cap);

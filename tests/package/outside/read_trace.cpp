@@ -3,6 +3,7 @@
 //   read_trace TRACE.grtx
 #include <cstdio>
 #include <exception>
+#include <string>
 
 #include "grtx/traces/check.h"
 #include "grtx/traces/event.h"
@@ -33,8 +34,8 @@ int main(int argc, char** argv) {
       }
     }
     const Totals& stated = reader.totals();
-    std::printf("%s, %u x %u: %llu rounds, %llu visits\n", reader.header().accel.c_str(), reader.header().width,
-                reader.header().height, static_cast<unsigned long long>(counted.rounds),
+    std::printf("%s, %u x %u: %llu rounds, %llu visits\n", std::string(grtx::name_of(reader.header().accel)).c_str(),
+                reader.header().width, reader.header().height, static_cast<unsigned long long>(counted.rounds),
                 static_cast<unsigned long long>(counted.visits()));
     const bool same = counted.rounds == stated.rounds && counted.visits_internal == stated.visits_internal &&
                       counted.visits_instance == stated.visits_instance && counted.visits_leaf == stated.visits_leaf &&
