@@ -253,14 +253,15 @@ TEST_P(OneParameter, MovesSimulatorAndCostAsClassified) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tables, OneParameter,
-                         ::testing::Values("gpu.", "rt.warp", "rt.s", "rt.m", "rt.a", "rt.c", "rt.p", "rt.b", "rt.t",
-                                           "simt.", "l1.", "crossbar.", "l2.", "dram."),
-                         [](const auto& table) {
-                           std::string name = table.param;
-                           std::replace(name.begin(), name.end(), '.', '_');
-                           return name;
-                         });
+/// Beginnings of keys: the rows of each are a test.
+constexpr const char* kGroups[] = {"gpu.", "rt.warp", "rt.s",  "rt.m", "rt.a",      "rt.c", "rt.p",
+                                   "rt.b", "rt.t",    "simt.", "l1.",  "crossbar.", "l2.",  "dram."};
+
+INSTANTIATE_TEST_SUITE_P(Tables, OneParameter, ::testing::ValuesIn(kGroups), [](const auto& table) {
+  std::string name = table.param;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+});
 
 TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) {
   GpuConfig config;
@@ -272,6 +273,8 @@ TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) 
   }
   for (const Mutation& m : mutations()) {
     EXPECT_TRUE(classified.insert(m.key).second) << m.key << " is there twice";
+    const auto begins = [&](const char* group) { return std::string(m.key).starts_with(group); };
+    EXPECT_EQ(std::count_if(std::begin(kGroups), std::end(kGroups), begins), 1) << m.key << " must be in one group";
     EXPECT_EQ(std::string(m.why).empty(), m.moves == Moves::both) << m.key;
   }
   EXPECT_EQ(keys, classified);
