@@ -164,7 +164,7 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
   fmt::print(
       "{:<28} {:<11} {:7.2f} M visits/s {:7.4f} M rays/s {:8.3f} M visits a loop  {:6.1f} visits a ray, "
       "{:.2f} rounds, {:.1f} blended; pixels {:016x}\n",
-      scene.name, accel_name(kind), visits / trace * 1e-6, static_cast<double>(counters.rays) / trace * 1e-6,
+      scene.name, frontend::accel_name(kind), visits / trace * 1e-6, static_cast<double>(counters.rays) / trace * 1e-6,
       visits / trace * timed[0].best * 1e-6, visits / static_cast<double>(counters.rays),
       static_cast<double>(counters.rounds) / static_cast<double>(counters.rays),
       static_cast<double>(counters.blended) / static_cast<double>(counters.rays), colours);
@@ -211,8 +211,8 @@ void measure_skips(const frontend::Scene& scene, const frontend::Camera& camera,
       what = fmt::format("left out {:9.1f} per thousand visits",
                          1e3 * static_cast<double>(left_out[n - 1]) / static_cast<double>(counters[0].visits()));
     }
-    fmt::print("{} | {} | {} | time {:.3f} of none | {}\n", scene.name, accel_name(kind), names[n], best[n] / best[0],
-               what);
+    fmt::print("{} | {} | {} | time {:.3f} of none | {}\n", scene.name, frontend::accel_name(kind), names[n],
+               best[n] / best[0], what);
   }
   std::fflush(stdout);
 }
