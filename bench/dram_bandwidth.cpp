@@ -87,6 +87,7 @@ class Readers final : public modules::ClockedModule {
     Cycle due = kNever;
     for (unsigned i = 0; i < readers_.size(); ++i) {
       Reader& reader = *readers_[i];
+      reader.initiator.update(now);
       while (const modules::AtInitiator::Completion* done = reader.initiator.front(now)) {
         if (!done->ok()) throw Error("dram_bandwidth", fmt::format("address {}", done->address), "was refused");
         const Cycle waited = now - reader.began[done->context];

@@ -49,7 +49,8 @@ void L1Cache::end_of_elaboration() {
   }
 }
 
-Cycle L1Cache::tick(Cycle now) {
+// Flattened: nothing in the model is called as often.
+[[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
   take_requests(now);
   send_miss(now);
@@ -96,8 +97,7 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 }
 
 // One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
-// Flattened: nothing in the model is called as often.
-[[gnu::flatten]] void L1Cache::take_requests(Cycle now) {
+void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;

@@ -39,7 +39,8 @@ bool L2Slice::work_at(Cycle now) const {
          (!dram_queue_.empty() && dram.can_send(now));
 }
 
-Cycle L2Slice::tick(Cycle now) {
+[[gnu::flatten]] Cycle L2Slice::tick(Cycle now) {
+  dram.update(now);
   if (!work_at(now)) return std::min(due_, next_arrival());
   prefetch_host(now);
   take_request(now);

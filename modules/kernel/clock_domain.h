@@ -65,8 +65,10 @@ class ClockDomain final : public sc_core::sc_module {
     const std::uint64_t kernel = kernel_fs();
     return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
   }
-  /// How far that is ahead of the kernel: the delay to annotate in a TLM call.
-  sc_core::sc_time ahead_of_kernel() const { return sc_core::sc_time::from_value(now_fs() - kernel_fs()); }
+  /// How far a time `delay_fs` after that is ahead of the kernel: the delay to annotate in a TLM call.
+  sc_core::sc_time ahead_of_kernel(std::uint64_t delay_fs = 0) const {
+    return sc_core::sc_time::from_value(now_fs() - kernel_fs() + delay_fs);
+  }
   /// First edge at or after the present, for callers outside the domain.
   Cycle edge_at_or_after_now() const { return (now_fs() + period_fs_ - 1) / period_fs_; }
   /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible

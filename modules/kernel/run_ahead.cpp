@@ -24,12 +24,12 @@ bool RunAhead::run() {
   for (ClockDomain* domain : domains_) domain->wake_.cancel();
   running_ = true;
   kernel_fs_ = kernel;
-  do {
-    // Looked at after each tick: what it called may have given the kernel something to do.
+  const sc_core::sc_simcontext* const context = sc_core::sc_get_curr_simcontext();
+  sc_core::sc_time pending;
+  // Looked at before each tick: what the last one called may have given the kernel something to do.
+  while (!context->pending_activity_at_current_time()) {
     std::uint64_t at = until_fs_;
-    if (sc_core::sc_pending_activity()) {
-      at = std::min<std::uint64_t>(at, kernel + sc_core::sc_time_to_pending_activity().value());
-    }
+    if (context->next_time(pending)) at = std::min<std::uint64_t>(at, pending.value());
     ClockDomain* earliest = nullptr;
     for (ClockDomain* domain : domains_) {
       if (domain->next_ == kNever || domain->next_ * domain->period_fs_ >= at) continue;
@@ -39,7 +39,7 @@ bool RunAhead::run() {
     if (earliest == nullptr) break;
     now_fs_ = at;
     earliest->step();
-  } while (!sc_core::sc_pending_activity_at_current_time());
+  }
   running_ = false;
   for (ClockDomain* domain : domains_) {
     if (domain->next_ != kNever) domain->notify_kernel();

@@ -32,16 +32,14 @@ const char* status_name(::tlm::tlm_response_status status) {
 
 }  // namespace
 
-AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock)
-    : socket(socket_name), clock_(clock), end_alarm_(clock, *this) {
+AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock) : socket(socket_name), clock_(clock) {
   socket.register_nb_transport_bw(this, &AtInitiator::nb_transport_bw);
 }
 
 void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
-  // An END_RESP of this very cycle goes first, whoever runs first in it: the target may answer within the call below.
-  if (responding_ != nullptr) tick(clock_.cycle());
+  update(clock_.cycle());  // END_RESP of this cycle goes first: the target may answer within the call below
   AtPayload& payload = pool_.acquire();
   payload.context = context;
   set_attributes(payload, address, bytes, write);
@@ -84,19 +82,17 @@ void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& del
   responding_ = &payload;
   end_cycle_ = clock_.edge_after(delay.value());
   end_fs_ = clock_.now_fs() - clock_.ahead_of_kernel().value() + delay.value() + clock_.period_fs();
-  end_alarm_.request(end_cycle_);
+  make_visible(end_cycle_);
 }
 
 // At the first edge after BEGIN_RESP: not later than one clock after it, so the rest of that clock is the delay.
-Cycle AtInitiator::tick(Cycle now) {
-  if (responding_ == nullptr) return kNever;
-  if (now < end_cycle_) return end_cycle_;
+void AtInitiator::end_response(Cycle now) {
   AtPayload& payload = *std::exchange(responding_, nullptr);
+  end_cycle_ = kNever;
   ::tlm::tlm_phase phase = tlm::END_RESP;
-  sc_core::sc_time delay = clock_.ahead_of_kernel() + sc_core::sc_time::from_value(end_fs_ - now * clock_.period_fs());
+  sc_core::sc_time delay = clock_.ahead_of_kernel(end_fs_ - now * clock_.period_fs());
   socket->nb_transport_fw(payload, phase, delay);
   payload.release();
-  return responding_ != nullptr ? end_cycle_ : kNever;  // the target may have begun the next one in that call
 }
 
 void AtInitiator::report_refusal(const Completion& completion) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
+#include <algorithm>
 #include <cstdint>
 #include <tlm>
 
@@ -12,12 +13,12 @@
 
 namespace grtx::modules {
 
-/// A member of a clocked module, which drives it from its tick. One request is in its request phase at a time: withheld
-/// END_REQ is the back-pressure. Responses are always taken, in any order. BEGIN_RESP is answered with TLM_ACCEPTED,
-/// and END_RESP is a forward call that takes effect one clock later: targets with a time grid of their own round what
-/// calls them, but not what they are returned (DRAMSys 5.1). Whatever arrives at time t is seen by the module at its
-/// first edge after t, and that edge is booked in the clock domain.
-class AtInitiator final : private Clocked {
+/// A member of a clocked module, which calls update() first in each of its ticks. One request is in its request phase
+/// at a time: withheld END_REQ is the back-pressure. Responses are always taken, in any order. BEGIN_RESP is answered
+/// with TLM_ACCEPTED, and END_RESP is a forward call that takes effect one clock later: targets with a time grid of
+/// their own round what calls them, but not what they are returned (DRAMSys 5.1). Whatever arrives at time t is seen by
+/// the module at its first edge after t, and that edge is booked in the clock domain.
+class AtInitiator final {
  public:
   struct Completion {
     std::uint32_t context = 0;
@@ -31,6 +32,10 @@ class AtInitiator final : private Clocked {
   static constexpr const char* kReport = "/grtx/memory";
 
   AtInitiator(const char* socket_name, ClockDomain& clock);
+  /// The present cycle: sends the END_RESP that is due.
+  void update(Cycle now) {
+    if (end_cycle_ <= now) end_response(now);
+  }
   /// The alarm of the module's process, which is then set for what arrives; without one the domain ticks.
   void wake(Alarm* process) { process_ = process; }
 
@@ -46,8 +51,10 @@ class AtInitiator final : private Clocked {
     return !completions_.empty() && completions_.front().visible <= now ? &completions_.front() : nullptr;
   }
   void pop() { completions_.pop(); }
-  /// Cycle in which the oldest completion becomes visible; kNever when there is none.
-  Cycle next_visible() const { return completions_.empty() ? kNever : completions_.front().visible; }
+  /// Cycle in which the oldest completion becomes visible, or END_RESP is due; kNever when neither is under way.
+  Cycle next_visible() const {
+    return completions_.empty() ? end_cycle_ : std::min(end_cycle_, completions_.front().visible);
+  }
   /// First cycle in which can_send() holds, as far as is known; kNever while a request phase has not ended.
   Cycle next_send() const { return requesting_ == nullptr ? free_from_ : kNever; }
   std::size_t completions() const { return completions_.size(); }
@@ -66,8 +73,7 @@ class AtInitiator final : private Clocked {
   void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
   void complete(AtPayload& payload, const sc_core::sc_time& delay);
   void begin_response(AtPayload& payload, const sc_core::sc_time& delay);
-  /// Sends END_RESP.
-  Cycle tick(Cycle now) override;
+  void end_response(Cycle now);
   void make_visible(Cycle cycle) {
     if (process_ != nullptr) return process_->request(cycle);
     clock_.request(cycle);
@@ -79,9 +85,8 @@ class AtInitiator final : private Clocked {
   const AtPayload* requesting_ = nullptr;
   Cycle free_from_ = 0;
   std::uint64_t outstanding_ = 0;
-  Alarm end_alarm_;
   AtPayload* responding_ = nullptr;  ///< in its response phase
-  Cycle end_cycle_ = 0;              ///< in which END_RESP is sent
+  Cycle end_cycle_ = kNever;         ///< in which its END_RESP is sent
   std::uint64_t end_fs_ = 0;         ///< time at which it takes effect
   Cycle last_visible_ = 0;
   RingQueue<Completion> completions_;

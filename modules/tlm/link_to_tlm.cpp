@@ -24,6 +24,7 @@ void LinkToTlm::end_of_elaboration() {
 }
 
 Cycle LinkToTlm::tick(Cycle now) {
+  memory.update(now);
   take_completion(now);
   send(now);
   Cycle next = memory.next_visible();

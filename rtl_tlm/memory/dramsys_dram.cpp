@@ -123,6 +123,7 @@ class DramsysDram::Front final : public modules::ClockedModule {
 Cycle DramsysDram::Front::serve(Slice& slice, Cycle now) {
   DramPort& port = slice.port;
   modules::AtInitiator& initiator = slice.initiator;
+  initiator.update(now);
   while (const modules::AtInitiator::Completion* done = initiator.front(now)) {
     port.complete(*slice.sent[done->context], now, done->ok());
     slice.free.push_back(done->context);

@@ -143,6 +143,7 @@ TEST_F(AtEndResponse, IsSentWhileTheModuleThatOwnsTheSocketDoesNotTakeItsComplet
   GridTarget target("target", 1'000'000);
   initiator.socket.bind(target.socket);
   TickProcess sender("sender", core, [&](Cycle now) {
+    initiator.update(now);
     if (initiator.can_send(now) && initiator.pool().live() + initiator.completions() < 4) {
       initiator.send(now * 32, 32, false, 0);
     }

@@ -58,6 +58,7 @@ class AtDriver final : public sc_core::sc_module {
     bool write;
   };
   void tick(Cycle now) {
+    initiator.update(now);
     while (const AtInitiator::Completion* c = initiator.front(now)) {
       answers_.push_back({now, *c});
       initiator.pop();
