@@ -40,14 +40,17 @@ void check(const SynthOptions& options) {
 
 SynthWorld world_of(const std::string& preset) {
   if (preset == "indoor") return indoor_world();
+  if (preset == "dense_indoor") return dense_indoor_world();
   if (preset == "outdoor") return outdoor_world();
   return object_world();
 }
 
 }  // namespace
 
+std::uint64_t synth_default_count(const std::string& preset) { return preset == "dense_indoor" ? 1000000 : 100000; }
+
 std::vector<std::string> synth_presets() {
-  std::vector<std::string> names{"indoor", "outdoor", "object"};
+  std::vector<std::string> names{"indoor", "dense_indoor", "outdoor", "object"};
   for (const std::string& name : stress_names()) names.push_back(kStressPrefix + name);
   return names;
 }

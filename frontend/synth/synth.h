@@ -8,7 +8,7 @@
 namespace grtx::frontend {
 
 struct SynthOptions {
-  std::string preset = "indoor";  ///< indoor, outdoor, object, stress-NAME
+  std::string preset = "indoor";  ///< indoor, dense_indoor, outdoor, object, stress-NAME
   std::uint64_t count = 100000;
   std::uint64_t seed = 1;
   unsigned sh_degree = 2;
@@ -16,6 +16,9 @@ struct SynthOptions {
 
 /// Names accepted as preset.
 std::vector<std::string> synth_presets();
+
+/// Gaussians where nobody says how many.
+std::uint64_t synth_default_count(const std::string& preset);
 
 /// Writes an INRIA .ply to `path` and cameras to "F.cameras.json" (F = path without .ply). Throws Error.
 void synthesise(const SynthOptions& options, const std::string& path);

@@ -150,7 +150,7 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
     }
     part.log_reach = portable_log(part.leaves > 0 ? 0.35 * part.patch.leaf_radius
                                   : volume        ? 0.12 * part.spacing  // floaters are specks, not fog
-                                                  : 0.25 * std::sqrt(part.patch.area));
+                                                  : statistics.reach * std::sqrt(part.patch.area));
     if (part.count > 0) parts_.push_back(part);
   }
 }

@@ -1,4 +1,5 @@
 // The indoor preset: a flat of four furnished rooms behind one wall, seen from inside. Units: metres; y points down.
+#include "grtx/frontend/synth/synth_rooms.h"
 #include "grtx/frontend/synth/synth_world.h"
 
 namespace grtx::frontend {
@@ -9,32 +10,9 @@ using P = SynthPattern;
 
 constexpr double kHeight = 2.7;
 
-/// Openings of a wall as [from, to] along it and [bottom, top] above the floor.
-struct Opening {
-  double from, to, bottom, top;
-};
-
-/// A wall face from `start` along `along` (unit) for `length`, seen from the side that `along` x down points to.
-void wall(SynthLayout& layout, V start, V along, double length, const std::vector<Opening>& openings, bool flip) {
-  const auto part = [&](double from, double to, double bottom, double top) {
-    if (to - from < 0.01 || top - bottom < 0.01) return;
-    const V corner = start + from * along - V(0, top, 0);
-    const V a = (to - from) * along;
-    const V b(0, top - bottom, 0);
-    if (flip) {
-      layout.quad(corner, b, a);
-    } else {
-      layout.quad(corner, a, b);
-    }
-  };
-  double at = 0.0;
-  for (const Opening& opening : openings) {
-    part(at, opening.from, 0.0, kHeight);
-    part(opening.from, opening.to, 0.0, opening.bottom);
-    part(opening.from, opening.to, opening.top, kHeight);
-    at = opening.to;
-  }
-  part(at, length, 0.0, kHeight);
+/// A wall face as high as the rooms.
+void wall(SynthLayout& layout, V start, V along, double length, const std::vector<SynthOpening>& openings, bool flip) {
+  wall_face(layout, {start, along, length, kHeight, openings}, flip);
 }
 
 void shell(SynthLayout& layout) {
@@ -51,8 +29,8 @@ void shell(SynthLayout& layout) {
   }
   const V x(1, 0, 0);
   const V z(0, 0, 1);
-  const Opening window{1.4, 3.4, 0.9, 2.3};
-  const Opening door{2.6, 3.5, 0.0, 2.05};
+  const SynthOpening window{1.4, 3.4, 0.9, 2.3};
+  const SynthOpening door{2.6, 3.5, 0.0, 2.05};
   layout.style({P::plain, {0.86, 0.80, 0.68}, {0.76, 0.68, 0.55}, 0.9}, 0.15);  // living room
   wall(layout, {0, 0, 0}, x, 5, {window}, false);
   wall(layout, {0, 0, 4.2}, x, 5, {door}, true);
@@ -192,19 +170,7 @@ SynthWorld indoor_world() {
   world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -2.0;
   world.layout.haze({2.5, -1.35, 2.1}, {2.4, 1.3, 2.0});
   world.layout.haze({5.0, -1.35, 4.0}, {4.0, 1.3, 3.2});
-  SynthStatistics& s = world.statistics;
-  s.density_sd = 0.65;
-  s.size_mean = -0.08;
-  s.size_sd = 0.46;
-  s.thickness = 0.45;
-  s.middle_follows = 0.6;
-  s.small_follows = 0.2;
-  s.large_to_middle = {2.17, 0.36};
-  s.middle_to_small = {1.67, 0.90};
-  s.opacity = {0.212, 0.210, 0.135, 0.097, 0.067, 0.053, 0.041, 0.036, 0.033, 0.117};
-  s.opacity_size_correlation = -0.25;
-  s.coincident_share = 0.0002;
-  s.haze_share = 0.004;
+  world.statistics = indoor_statistics();
   world.light = {0.25, -0.75, -0.6};
   world.ambient = 0.62;
   world.background = true;

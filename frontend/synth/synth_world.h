@@ -32,6 +32,7 @@ struct SynthStatistics {
   double aligned_share = 0.65;            ///< shortest axis within a tight cone about the normal, the rest anywhere
   double cone = 0.15;                     ///< standard deviation of the cone's tangents
   double thickness = 0.3;                 ///< standard deviation of the offset along the normal, in d8
+  double reach = 0.25;                    ///< largest scale, in square roots of the patch's area
   double coincident_share = 0.0;          ///< copies of another row's centre
   double haze_share = 0.01;               ///< of the rows, for the layout's haze volumes
   std::array<double, 4> sh_rms{0.12, 0.27, 0.16, 0.1};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
@@ -49,6 +50,7 @@ struct SynthWorld {
 };
 
 SynthWorld indoor_world();
+SynthWorld dense_indoor_world();
 SynthWorld outdoor_world();
 SynthWorld object_world();
 

@@ -72,8 +72,9 @@ TEST_F(Synth, BytesAreTheSameOnEveryHost) {
     const char* preset;
     const char* hash;
   };
-  for (const Case& c : {Case{"indoor", "c7bb92838f72e84a"}, Case{"outdoor", "6a6fc75e96797d70"},
-                        Case{"object", "df63ad86e3896bd5"}, Case{"stress-needles", "2bb425399b75ba00"}}) {
+  for (const Case& c : {Case{"indoor", "c7bb92838f72e84a"}, Case{"dense_indoor", "aa423067b3aa2fb4"},
+                        Case{"outdoor", "6a6fc75e96797d70"}, Case{"object", "df63ad86e3896bd5"},
+                        Case{"stress-needles", "2bb425399b75ba00"}}) {
     EXPECT_EQ(hex(xxh3(read_file(make(c.preset, 3000, 42)))), c.hash) << c.preset;
   }
 }
@@ -136,7 +137,8 @@ TEST_F(Synth, TrainedLikeScenesFillTheirViews) {
     const char* preset;
     double least, most;
   };
-  for (const Case& c : {Case{"indoor", 0.1, 0.8}, Case{"outdoor", 0.05, 0.8}, Case{"object", 0.01, 0.5}}) {
+  for (const Case& c : {Case{"indoor", 0.1, 0.8}, Case{"dense_indoor", 0.1, 0.8}, Case{"outdoor", 0.05, 0.8},
+                        Case{"object", 0.01, 0.5}}) {
     const Scene scene = load_scene(make(c.preset, 8000));
     for (std::size_t view = 0; view < cameras().size(); ++view) {
       const double light = brightness(render(scene, view, 12).image);

@@ -1,0 +1,31 @@
+// What the worlds of rooms share: wall faces with openings, and the statistics of trained indoor scenes.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "grtx/frontend/synth/synth_world.h"
+
+namespace grtx::frontend {
+
+/// A hole in a wall: [from, to] along it and [bottom, top] above the floor.
+struct SynthOpening {
+  double from, to, bottom, top;
+};
+
+struct SynthWall {
+  glm::dvec3 start;  ///< at the floor
+  glm::dvec3 along;  ///< unit
+  double length, height;
+  std::vector<SynthOpening> openings;  ///< in order along the wall
+  double cell = 1.2;                   ///< patches are about this large
+};
+
+/// One face of a wall, seen from the side that `along` x down points to; flip: from the other one.
+void wall_face(SynthLayout& layout, const SynthWall& wall, bool flip);
+
+/// Of an indoor walk-through capture of 12.0 M Gaussians, whose shapes and opacities these are
+/// (docs/model/synthetic-scenes.md).
+SynthStatistics indoor_statistics();
+
+}  // namespace grtx::frontend
