@@ -140,7 +140,7 @@ Cycle Dram::next_due(Port& port, Cycle now) {
       // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
       // not be looked at before that clock, because the channel is already there.
       const Cycle room = port.channel.run_until_room(port.arriving->get_data_length()) + 1;
-      full_clocks_ += room - port.arrival;
+      port.full_clocks += room - port.arrival;
       port.arrival = room;
       collect_completions(port);
     }
@@ -154,57 +154,27 @@ Cycle Dram::next_due(Port& port, Cycle now) {
   return due == kNever ? kNever : std::max(due, now + 1);
 }
 
-DramCounters Dram::counters() const {
-  DramCounters sum;
-  for (const Port& port : ports_) {
-    sum.channel += port.channel.counters();
-    sum.responses += port.responded;
-    sum.refused += port.refused;
-  }
-  sum.full_clocks = full_clocks_;
-  sum.clocks = clock_.now_fs() / clock_.period_fs();
-  const double peak = static_cast<double>(ports_.size()) * config_.channel.burst_bytes / config_.channel.timing.ccd;
-  if (sum.clocks > 0) {
-    sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(sum.clocks));
-  }
-  return sum;
+DramChannelCounters Dram::channel_counters(unsigned channel) const {
+  const Port& port = ports_[channel];
+  DramChannelCounters counters = port.channel.counters();
+  counters.responses = port.responded;
+  counters.refused = port.refused;
+  counters.full_clocks = port.full_clocks;
+  return counters;
 }
 
 std::vector<DramChannelCounters> Dram::all_channel_counters() const {
   std::vector<DramChannelCounters> all;
-  for (const Port& port : ports_) all.push_back(port.channel.counters());
+  for (unsigned i = 0; i < channels(); ++i) all.push_back(channel_counters(i));
   return all;
+}
+
+DramCounters Dram::counters() const {
+  return dram_counters(config_.channel, all_channel_counters(), clock_.now_fs() / clock_.period_fs());
 }
 
 void Dram::statistics(StatisticList& list, const std::string& prefix) const {
   describe(counters(), all_channel_counters(), list, prefix);
-}
-
-void describe(const DramCounters& c, const std::vector<DramChannelCounters>& channels, StatisticList& list,
-              const std::string& prefix) {
-  const std::uint64_t requests = c.channel.reads + c.channel.writes;
-  const auto mean = [&](std::uint64_t sum) {
-    return requests == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(requests);
-  };
-  list.add(prefix + ".reads", c.channel.reads, "requests", "read requests");
-  list.add(prefix + ".writes", c.channel.writes, "requests", "write requests");
-  list.add(prefix + ".bytes", c.channel.bytes, "B", "bytes read and written");
-  list.add(prefix + ".responses", c.responses, "requests", "responses begun");
-  list.add(prefix + ".row_hits", c.channel.row_hits, "requests", "requests that found their row open");
-  list.add(prefix + ".row_misses", c.channel.row_misses, "requests", "requests that needed an activate");
-  list.add(prefix + ".row_conflicts", c.channel.row_conflicts, "requests", "requests that needed a precharge first");
-  list.add(prefix + ".activates", c.channel.activates, "commands", "activate commands");
-  list.add(prefix + ".precharges", c.channel.precharges, "commands", "precharge commands");
-  list.add(prefix + ".bursts", c.channel.bursts, "commands", "column commands");
-  list.add(prefix + ".aged", c.channel.aged, "requests", "requests that reached the age cap of the scheduler");
-  list.add(prefix + ".queue_clocks", c.channel.queue_clocks, "burst-clocks", "queued bursts summed over memory clocks");
-  list.add(prefix + ".queue_full_clocks", c.full_clocks, "clocks", "a request waited for room in a channel's queue");
-  list.add(prefix + ".access_latency", mean(c.channel.latency_clocks), "clocks",
-           "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");
-  list.add(prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time");
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written");
-  }
 }
 
 bool Dram::idle() const {
@@ -215,11 +185,12 @@ bool Dram::idle() const {
 Inventory Dram::inventory() const {
   // The memory controllers' part; the DRAM chips are not on the die.
   const unsigned entry_bits = 40 - 5 + 1 + 8 * config_.channel.burst_bytes;
+  const unsigned bank_bits = 16 + 1 + 4 * 8 + make_dram_scheduling(config_.channel)->bits_per_bank();
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {
       {"queues", StorageKind::ram, ports_.size() * config_.channel.queue * entry_bits, 1, 1, false, entry_bits},
-      {"bank_state", StorageKind::flip_flop, ports_.size() * config_.channel.banks * (16 + 1 + 4 * 8), 1, 1, false}};
+      {"bank_state", StorageKind::flip_flop, ports_.size() * config_.channel.banks * bank_bits, 1, 1, false}};
   inventory.operators = {{"match", 16, ports_.size() * config_.channel.queue}};
   return inventory;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/dram_counters.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -20,19 +21,6 @@
 #include "grtx/modules/messages/address_interleave.h"
 
 namespace grtx::modules {
-
-struct DramCounters {
-  DramChannelCounters channel;  ///< summed over channels
-  std::uint64_t responses = 0;
-  std::uint64_t refused = 0;         ///< malformed transactions, answered with an error status
-  std::uint64_t full_clocks = 0;     ///< clocks a request waited for room in a full queue, END_REQ withheld
-  std::uint64_t clocks = 0;          ///< memory clocks since the start
-  double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
-};
-
-/// Adds the counts as prefix + ".name". channels: counts of each.
-void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
-              const std::string& prefix);
 
 class Dram final : public ClockedModule {
  public:
@@ -61,12 +49,10 @@ class Dram final : public ClockedModule {
   void statistics(StatisticList& list, const std::string& prefix) const;
   DramCounters counters() const;
   std::vector<DramChannelCounters> all_channel_counters() const;
-  const DramChannelCounters& channel_counters(unsigned channel) const { return ports_[channel].channel.counters(); }
+  DramChannelCounters channel_counters(unsigned channel) const;
   bool idle() const;
   unsigned channels() const { return static_cast<unsigned>(ports_.size()); }
   std::uint64_t outstanding(unsigned channel) const { return ports_[channel].outstanding; }  ///< requests inside
-  std::uint64_t responses(unsigned channel) const { return ports_[channel].responded; }
-  std::uint64_t refused(unsigned channel) const { return ports_[channel].refused; }
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }
 
@@ -87,6 +73,7 @@ class Dram final : public ClockedModule {
     std::uint64_t outstanding = 0;
     std::uint64_t responded = 0;  ///< responses begun
     std::uint64_t refused = 0;
+    std::uint64_t full_clocks = 0;
   };
 
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
@@ -101,7 +88,6 @@ class Dram final : public ClockedModule {
 
   Config config_;
   std::vector<Port> ports_;
-  std::uint64_t full_clocks_ = 0;
 };
 
 }  // namespace grtx::modules

@@ -4,26 +4,12 @@
 #include <bit>
 #include <cassert>
 #include <ostream>
+#include <stdexcept>
+#include <utility>
 
 #include "grtx/base/error.h"
 
 namespace grtx::modules {
-
-DramChannelCounters& DramChannelCounters::operator+=(const DramChannelCounters& o) {
-  reads += o.reads;
-  writes += o.writes;
-  bytes += o.bytes;
-  row_hits += o.row_hits;
-  row_misses += o.row_misses;
-  row_conflicts += o.row_conflicts;
-  activates += o.activates;
-  precharges += o.precharges;
-  bursts += o.bursts;
-  aged += o.aged;
-  queue_clocks += o.queue_clocks;
-  latency_clocks += o.latency_clocks;
-  return *this;
-}
 
 namespace {
 
@@ -44,8 +30,11 @@ std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& k
 
 }  // namespace
 
-DramChannel::DramChannel(const DramChannelConfig& config)
+DramChannel::DramChannel(const DramChannelConfig& config) : DramChannel(config, nullptr) {}
+
+DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramScheduling> scheduling)
     : config_(config),
+      scheduling_(std::move(scheduling)),
       row_shift_(shift_of(config.row_bytes)),
       bank_shift_(shift_of(config.banks)),
       entries_(config.queue),
@@ -54,14 +43,12 @@ DramChannel::DramChannel(const DramChannelConfig& config)
       hit_key_(config.banks),
       wake_(config.banks),
       completions_(256) {
-  const auto require = [](bool holds, const char* rule) {
-    if (!holds) throw Error("configuration", "dram", rule);
-  };
   require_allowed("dram", config);
   require_allowed("dram.timing", config.timing);
-  require(!config.bank_xor || std::has_single_bit(config.banks), "bank_xor needs a power of two of banks");
-  require(config.row_bytes >= config.burst_bytes, "a row must hold a burst");
-  require(config.age_cap < kNever / 4, "the age cap is out of range");
+  config.check([](bool holds, const char* key, const char* rule) {
+    if (!holds) throw Error("configuration", std::string("dram.") + key, rule);
+  });
+  if (scheduling_ == nullptr && config.scheduling != kFrFcfs) scheduling_ = make_dram_scheduling(config);
   for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
 }
 
@@ -95,7 +82,7 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   if (bank.open && bank.hit == kNone && bank.row == e.row) set_hit(bank, number);
   busy_banks_ |= std::uint64_t{1} << e.bank;
   first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
-  refresh(now, e.bank);
+  if (scheduling_ == nullptr) reconsider(now, e.bank);
   ++queued_;
   queued_bursts_ += e.remaining;
   ++(write ? counters_.writes : counters_.reads);
@@ -105,7 +92,7 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
 
 // What the bank waits for: a column command for its hit, or a row command for its oldest request. A bank that may not
 // yet have it, or whose oldest request ages, is looked at again when its time has come.
-void DramChannel::refresh(Cycle now, std::uint32_t number) {
+void DramChannel::reconsider(Cycle now, std::uint32_t number) {
   const std::uint64_t bit = std::uint64_t{1} << number;
   Bank& bank = banks_[number];
   banks_that(bank.ready) &= ~bit;
@@ -149,7 +136,7 @@ void DramChannel::unbook(std::uint32_t bank) {
 
 void DramChannel::wake_banks(Cycle now) {
   for (std::uint64_t rest = wakes_[now % kWheel]; rest != 0; rest &= rest - 1) {
-    refresh(now, static_cast<std::uint32_t>(std::countr_zero(rest)));
+    reconsider(now, static_cast<std::uint32_t>(std::countr_zero(rest)));
   }
 }
 
@@ -170,10 +157,12 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
   return oldest != kNone && oldest != column && aged(entries_[oldest], now);
 }
 
-// First ready, first come: the oldest row hit whose timing allows it gets the column command; the oldest request whose
-// bank holds another row, or none, gets the row command. A request older than the cap lets nothing overtake it: its
-// bank serves no younger hits, and the data bus waits for it once its row is open.
+// The decisions of policies/fr_fcfs.h, from what is kept of the banks.
 void DramChannel::step(Cycle now) {
+  if (scheduling_ != nullptr) {
+    step_as_told(now);
+    return;
+  }
   if ((wake_clocks_ >> now % kWheel & 1) != 0) wake_banks(now);
   const std::uint64_t columns =
       (next_read_ <= now ? banks_that(Ready::read) : 0) | (next_write_ <= now ? banks_that(Ready::write) : 0);
@@ -183,11 +172,11 @@ void DramChannel::step(Cycle now) {
   const bool held_back = column != kNoKey && older_hit_has_aged(now, banks_[column % 64].hit);
   if (row != kNoKey) {
     issue_row(now, banks_[row % 64].oldest);
-    refresh(now, row % 64);
+    reconsider(now, row % 64);
   }
   if (column != kNoKey && !held_back) {
     issue_column(now, banks_[column % 64].hit);
-    refresh(now, column % 64);
+    reconsider(now, column % 64);
   }
   if (busy_banks_ == 0) {
     next_ = kNever;
@@ -203,6 +192,54 @@ void DramChannel::step(Cycle now) {
   if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
   if (banks_that(Ready::precharge) != 0) next = 0;
   next_ = std::max(next, now + 1);
+}
+
+Cycle DramChannel::column_at(const Bank& bank) const {
+  return std::max(bank.can_column, bank.hit_write ? next_write_ : next_read_);
+}
+
+Cycle DramChannel::row_at(const Bank& bank) const {
+  return bank.open ? bank.can_precharge : std::max(bank.can_activate, next_activate_);
+}
+
+void DramChannel::step_as_told(Cycle now) {
+  Cycle next = kNever;
+  shown_.clear();
+  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
+    const auto number = static_cast<std::uint32_t>(std::countr_zero(rest));
+    const Bank& bank = banks_[number];
+    const Entry& oldest = entries_[bank.oldest];
+    DramBankQueue queue;
+    queue.bank = number;
+    queue.oldest = oldest.order;
+    queue.oldest_since = oldest.enqueued;
+    if (bank.hit != kNone) {
+      const Cycle at = column_at(bank);
+      queue.has_hit = true;
+      queue.hit = entries_[bank.hit].order;
+      queue.hit_since = entries_[bank.hit].enqueued;
+      queue.hit_write = bank.hit_write;
+      queue.column_ready = at <= now;
+      next = std::min(next, at);
+    }
+    if (bank.hit != bank.oldest) {
+      const Cycle at = row_at(bank);
+      queue.row_ready = at <= now;
+      next = std::min(next, at);
+    }
+    shown_.push_back(queue);
+  }
+  if (next <= now) {
+    const DramChoice choice = scheduling_->choose(now, shown_);
+    const bool row = choice.row != DramChoice::kNone, column = choice.column != DramChoice::kNone;
+    if ((row && !shown_.at(choice.row).row_ready) || (column && !shown_.at(choice.column).column_ready) ||
+        (row && choice.row == choice.column)) {
+      throw std::logic_error("the DRAM scheduling " + config_.scheduling + " chose a command that is not ready");
+    }
+    if (row) issue_row(now, banks_[shown_[choice.row].bank].oldest);
+    if (column) issue_column(now, banks_[shown_[choice.column].bank].hit);
+  }
+  next_ = busy_banks_ == 0 ? kNever : std::max(next, now + 1);
 }
 
 void DramChannel::issue_column(Cycle now, std::uint32_t number) {

@@ -1,89 +1,19 @@
-// One DRAM channel: banks with open rows, command timing, an FR-FCFS scheduler with an age cap. Plain C++, no SystemC.
-// GPGPU-Sim's GDDR model as configured by Vulkan-Sim (hardware.md 4.5, 9.5); refresh and bank groups are left out.
+// One DRAM channel: banks with open rows, command timing, a scheduler. Plain C++, no SystemC.
+// GPGPU-Sim's GDDR model as configured by Vulkan-Sim; refresh and bank groups are left out.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <iosfwd>
+#include <memory>
 #include <vector>
 
+#include "grtx/modules/dram/dram_config.h"
+#include "grtx/modules/dram/dram_counters.h"
 #include "grtx/modules/kernel/clock_domain.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 
 namespace grtx::modules {
-
-/// In memory clocks (3500 MHz: 0.286 ns).
-struct DramTiming {
-  unsigned ccd = 4;
-  unsigned rrd = 10;
-  unsigned rcd = 20;
-  unsigned ras = 50;
-  unsigned rp = 20;
-  unsigned rc = 62;
-  unsigned cl = 20;   ///< to the first data
-  unsigned wl = 8;    ///< to the first data
-  unsigned cdlr = 9;  ///< from the last data
-  unsigned wr = 20;   ///< from the last data
-  unsigned rtp = 4;
-  unsigned turn = 2;
-
-  void parameters(ParameterList& list) {
-    const auto add = [&](const char* key, unsigned& clocks, const char* description, double min = 0) {
-      list.add(key, clocks, {min, 10000}, "clocks", description, kVulkanSim);
-    };
-    add("ccd", ccd, "column command to column command, clocks of a burst", 1);
-    add("rrd", rrd, "activate to activate, other banks");
-    add("rcd", rcd, "activate to column command");
-    add("ras", ras, "activate to precharge");
-    add("rp", rp, "precharge to activate");
-    add("rc", rc, "activate to activate, same bank");
-    add("cl", cl, "read command to data");
-    add("wl", wl, "write command to data");
-    add("cdlr", cdlr, "write data to read command");
-    add("wr", wr, "write data to precharge");
-    add("rtp", rtp, "read command to precharge");
-    add("turn", turn, "bubble between read and write data");
-  }
-  unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }
-  unsigned write_to_read() const { return wl + ccd + cdlr; }
-  unsigned write_to_precharge() const { return wl + ccd + wr; }
-};
-
-struct DramChannelConfig {
-  DramTiming timing{};
-  unsigned banks = 16;
-  unsigned row_bytes = 2048;
-  unsigned burst_bytes = 32;  ///< burst length 16 on a 16-bit bus
-  unsigned queue = 64;
-  Cycle age_cap = 1024;
-  bool bank_xor = false;  ///< needs 2^n banks
-  /// But for the timing, which is a table of its own.
-  void parameters(ParameterList& list) {
-    list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
-    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
-    list.add("burst_bytes", burst_bytes, {1, 4096}, "B", "moved by one column command", kVulkanSim);
-    list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
-    list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request", kOurs);
-    list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
-  }
-};
-
-struct DramChannelCounters {
-  std::uint64_t reads = 0;  ///< requests
-  std::uint64_t writes = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t row_hits = 0;       ///< requests that found their row open
-  std::uint64_t row_misses = 0;     ///< needed an activate
-  std::uint64_t row_conflicts = 0;  ///< needed a precharge first
-  std::uint64_t activates = 0;
-  std::uint64_t precharges = 0;
-  std::uint64_t bursts = 0;
-  std::uint64_t aged = 0;            ///< requests issued after the age cap
-  std::uint64_t queue_clocks = 0;    ///< queued bursts summed over clocks
-  std::uint64_t latency_clocks = 0;  ///< from enqueue to last data, summed over requests
-  DramChannelCounters& operator+=(const DramChannelCounters& other);
-};
 
 /// Commands follow from the requests alone, so the channel simulates ahead lazily: run_until() executes everything up
 /// to a clock, jumping over clocks in which nothing can issue. At most one row and one column command a clock.
@@ -96,6 +26,8 @@ class DramChannel {
 
   /// Throws Error for an impossible configuration.
   explicit DramChannel(const DramChannelConfig& config);
+  /// scheduling: in place of the one that config names; nullptr: that one.
+  DramChannel(const DramChannelConfig& config, std::unique_ptr<DramScheduling> scheduling);
 
   unsigned bursts(unsigned bytes) const { return (bytes + config_.burst_bytes - 1) / config_.burst_bytes; }
   bool can_accept(unsigned bytes) const { return queued_bursts_ + bursts(bytes) <= config_.queue; }
@@ -163,7 +95,10 @@ class DramChannel {
   };
 
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
-  void refresh(Cycle now, std::uint32_t bank);
+  void step_as_told(Cycle now);
+  Cycle column_at(const Bank& bank) const;
+  Cycle row_at(const Bank& bank) const;
+  void reconsider(Cycle now, std::uint32_t bank);
   void wake_banks(Cycle now);
   void book(Cycle clock, std::uint32_t bank);
   void unbook(std::uint32_t bank);
@@ -180,8 +115,10 @@ class DramChannel {
   void count_queue(Cycle now);
 
   DramChannelConfig config_;
-  int row_shift_;   ///< log2 of a row's bytes, -1 for no power of two
-  int bank_shift_;  ///< of the number of banks
+  std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs
+  std::vector<DramBankQueue> shown_;            ///< to it
+  int row_shift_;                               ///< log2 of a row's bytes, -1 for no power of two
+  int bank_shift_;                              ///< of the number of banks
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;

@@ -17,6 +17,10 @@ double busy_core_cycles_of(const GpuConfig& config, const std::vector<modules::D
   return busiest;
 }
 
+MemoryTraffic traffic_of(const modules::DramChannelCounters& c) {
+  return {c.reads, c.writes, c.bytes, c.responses, c.refused};
+}
+
 }  // namespace
 
 BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
@@ -27,10 +31,7 @@ BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
   for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(dram_.sockets[i]);
 }
 
-MemoryTraffic BuiltInMemory::traffic(unsigned channel) const {
-  const modules::DramChannelCounters& c = dram_.channel_counters(channel);
-  return {c.reads, c.writes, c.bytes, dram_.responses(channel), dram_.refused(channel)};
-}
+MemoryTraffic BuiltInMemory::traffic(unsigned channel) const { return traffic_of(dram_.channel_counters(channel)); }
 
 double BuiltInMemory::busy_core_cycles() const { return busy_core_cycles_of(config_, dram_.all_channel_counters()); }
 
@@ -43,8 +44,7 @@ MemoryCounters built_in_counters(const GpuConfig& config, const std::vector<modu
                                  const std::vector<modules::DramChannelCounters>& drained_channels) {
   MemoryCounters counters;
   counters.model = kBuiltInMemory;
-  counters.traffic = {drained.channel.reads, drained.channel.writes, drained.channel.bytes, drained.responses,
-                      drained.refused};
+  counters.traffic = traffic_of(drained.channel);
   counters.busy_cycles = busy_core_cycles_of(config, at_end);
   modules::describe(drained, drained_channels, counters.statistics, "gpu.dram");
   return counters;

@@ -104,10 +104,9 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must not be smaller than l2.line_bytes");
   require(!config.interleave.xor_hash || power_of_two(config.interleave.slices), "l2.xor_hash",
           "needs a power of two of l2.slices");
-  require(!config.dram.channel.bank_xor || power_of_two(config.dram.channel.banks), "dram.bank_xor",
-          "needs a power of two of dram.banks");
-  require(config.dram.channel.row_bytes >= config.dram.channel.burst_bytes, "dram.row_bytes",
-          "must not be smaller than dram.burst_bytes");
+  config.dram.channel.check([&](bool holds, const char* key, const char* rule) {
+    require(holds, (std::string("dram.") + key).c_str(), rule);
+  });
   require(config.l1.latency >= config.sm_links.l1_latency, "l1.latency", "must not be shorter than l1.link_latency");
   require(config.crossbar.latency >= config.links.latency, "crossbar.latency",
           "must not be shorter than crossbar.link_latency");
@@ -120,9 +119,11 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();
-  require(std::find(with_file.begin(), with_file.end(), config.dram_model) == with_file.end() ||
-              !config.dram_simulator.file.empty(),
-          "dram.simulator.config", "names no file, but dram.model needs one");
+  const bool by_file = std::find(with_file.begin(), with_file.end(), config.dram_model) != with_file.end();
+  require(!by_file || !config.dram_simulator.file.empty(), "dram.simulator.config",
+          "names no file, but dram.model needs one");
+  require(!by_file || !config.dram.perfect, "dram.perfect",
+          "is a limit study of the built-in DRAM, but dram.model is " + config.dram_model);
   const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
   require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
 }
@@ -161,6 +162,10 @@ std::string config_hash(const GpuConfig& config) {
   }
   for (const char* key : {"l1.replacement", "l2.replacement"}) {
     if (json.at(key) == "lru") json.erase(key);
+  }
+  const nlohmann::ordered_json defaults = config_json(GpuConfig{});
+  for (const char* key : {"dram.scheduling", "dram.hit_cap"}) {
+    if (json.at(key) == defaults.at(key)) json.erase(key);
   }
   return hex(xxh3(json.dump()));
 }

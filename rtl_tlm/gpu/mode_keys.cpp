@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 namespace grtx::sim {
 namespace {
@@ -30,6 +31,7 @@ const std::vector<ModeKey>& mode_keys() {
       {kFast, "rt.warp_buffer.spill", "is not modelled by --mode fast"},
       {kFast, "rt.memory.by_shader", "is not modelled by --mode fast"},
       {kFast, "gpu.rt_units", "must be 1 with --mode fast"},
+      {kFast, "dram.scheduling", "is not modelled by --mode fast, which approximates fr_fcfs"},
       // What only queues have that fast mode does not fill.
       {kFast, "l1.mshr_merges"},
       {kFast, "l1.rotating_priority"},
@@ -69,12 +71,39 @@ std::vector<std::string_view> ignored_keys(const GpuConfig& config, const std::v
   return ignored;
 }
 
+std::vector<IdleKey> idle_keys(const GpuConfig& config) {
+  const std::vector<std::string> with_file = memory_systems_with_file();
+  const bool by_file = std::find(with_file.begin(), with_file.end(), config.dram_model) != with_file.end();
+  const std::string& scheduling = config.dram.channel.scheduling;
+  const Settings settings(config);
+  GpuConfig copy = config;
+  std::vector<IdleKey> idle;
+  for (const modules::Parameter& parameter : config_keys(copy)) {
+    const std::string& key = parameter.name;
+    if (!key.starts_with("dram.") || !settings.differ(key)) continue;
+    const bool of_simulators = key.starts_with("dram.simulator.");
+    const bool of_all = key == "dram.model" || key == "dram.mhz" || key == "dram.fixed_latency";
+    if (by_file ? !of_simulators && !of_all : of_simulators && config.dram_model == kBuiltInMemory) {
+      idle.push_back({key, "dram.model = " + config.dram_model});
+    } else if ((key == "dram.hit_cap" && (scheduling == modules::kFrFcfs || scheduling == "fcfs")) ||
+               (key == "dram.age_cap" && scheduling == "fcfs")) {
+      idle.push_back({key, "dram.scheduling = " + scheduling});
+    }
+  }
+  return idle;
+}
+
 void warn_of_ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes, std::string_view what) {
   const std::vector<std::string_view> keys = ignored_keys(config, modes);
-  if (!keys.empty()) {
-    fmt::print(stderr, "grtx: configuration: {} {} no effect in {}\n", fmt::join(keys, ", "),
-               keys.size() == 1 ? "has" : "have", what);
-  }
+  const auto warn = [](const auto& names, const std::string& where) {
+    if (names.empty()) return;
+    fmt::print(stderr, "grtx: configuration: {} {} no effect {}\n", fmt::join(names, ", "),
+               names.size() == 1 ? "has" : "have", where);
+  };
+  warn(keys, fmt::format("in {}", what));
+  std::map<std::string, std::vector<std::string>> idle;  // by reason
+  for (const IdleKey& each : idle_keys(config)) idle[each.because].push_back(each.key);
+  for (const auto& [because, names] : idle) warn(names, "with " + because);
 }
 
 }  // namespace grtx::sim

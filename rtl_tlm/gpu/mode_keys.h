@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -42,7 +43,16 @@ Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode);
 /// Keys that are set to another value than their default and ignored by all of these modes, in order of the table.
 std::vector<std::string_view> ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes);
 
-/// One line on stderr that names them, if there are any. what: the mode as the user knows it.
+/// A key that is set, but that another key leaves without effect.
+struct IdleKey {
+  std::string key;
+  std::string because;  ///< "dram.scheduling = fcfs"
+};
+/// All of them, whatever the mode, in order of the keys.
+std::vector<IdleKey> idle_keys(const GpuConfig& config);
+
+/// Lines on stderr that name what ignored_keys() and idle_keys() find, if anything. what: the mode as the user knows
+/// it.
 void warn_of_ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes, std::string_view what);
 
 }  // namespace grtx::sim

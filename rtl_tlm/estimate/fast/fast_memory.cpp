@@ -204,14 +204,8 @@ std::vector<modules::DramChannelCounters> FastMemory::channels() const {
 }
 
 modules::DramCounters FastMemory::dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const {
-  modules::DramCounters sum;
-  for (const modules::DramChannelCounters& channel : channels) sum.channel += channel;
-  sum.responses = sum.channel.reads + sum.channel.writes;
-  sum.clocks = end * core_fs_ / memory_fs_;
-  const double peak = static_cast<double>(slices_.size()) * dram_.channel.burst_bytes / dram_.channel.timing.ccd;
-  if (sum.clocks > 0) {
-    sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(sum.clocks));
-  }
+  modules::DramCounters sum = modules::dram_counters(dram_.channel, channels, end * core_fs_ / memory_fs_);
+  sum.channel.responses = sum.channel.reads + sum.channel.writes;
   return sum;
 }
 

@@ -133,6 +133,8 @@ const std::vector<Mutation>& mutations() {
       {"dram.row_bytes", "128", kTiming, kDramChip},
       {"dram.burst_bytes", "16", kBoth},
       {"dram.queue", "4", kBoth},
+      {"dram.scheduling", "fcfs", kTiming, kPolicy},
+      {"dram.hit_cap", "1", kBoth, "", {"dram.scheduling=fr_fcfs_cap"}},
       {"dram.age_cap", "1", kTiming, kPolicy},
       {"dram.bank_xor", "true", kTiming, kPolicy},
       {"dram.fixed_latency", "512", kTiming, kFixedTime},

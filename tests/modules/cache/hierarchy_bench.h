@@ -136,7 +136,7 @@ struct HierarchyBench {
     EXPECT_EQ(l2s.requests_in, l2s.replies_out);
     EXPECT_EQ(dram->counters().channel.reads, l2s.dram_reads);
     EXPECT_EQ(dram->counters().channel.writes, l2s.dram_writes);
-    EXPECT_EQ(dram->counters().responses, l2s.dram_reads + l2s.dram_writes);
+    EXPECT_EQ(dram->counters().channel.responses, l2s.dram_reads + l2s.dram_writes);
     EXPECT_TRUE(crossbar->idle());
     EXPECT_TRUE(dram->idle());
     for (const auto& c : checker) {

@@ -136,7 +136,7 @@ TEST_F(Hierarchy, CoincidingEdgesOfTheTwoClocksDoNotDependOnTheOrderEither) {
     EXPECT_TRUE(client.complete());
     std::vector<Cycle> trace;
     for (const auto& a : client.answers()) trace.push_back(a.cycle);
-    trace.push_back(dram->counters().full_clocks);
+    trace.push_back(dram->counters().channel.full_clocks);
     return trace;
   };
   EXPECT_EQ(simulate(true), simulate(false));

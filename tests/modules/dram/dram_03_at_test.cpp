@@ -96,7 +96,7 @@ TEST_F(DramAt, AFullQueueWithholdsEndRequest) {
   Bench bench(config);
   for (unsigned i = 0; i < 40; ++i) bench.drivers[0]->at(10, i * 16 * 2048);  // all conflicts of one bank
   EXPECT_TRUE(run_until_quiet(bench.core, 100000));
-  EXPECT_GT(bench.dram.counters().full_clocks, 1000u);
+  EXPECT_GT(bench.dram.counters().channel.full_clocks, 1000u);
   // At most four wait and none overtakes: 40 row cycles of RAS + RP clocks (RC is shorter).
   const Cycle clocks = 39 * (kT.ras + kT.rp) + kT.rcd + kT.cl + kT.ccd + 256;
   EXPECT_EQ(bench.drivers[0]->answers().back().cycle, bench.expected(10, clocks));
@@ -136,7 +136,7 @@ TEST_F(DramAt, MalformedTransactionsAreRefusedNotLost) {
   for (std::size_t i = 0; i < std::size(cases); ++i) {
     EXPECT_EQ(payloads[i]->get_response_status(), cases[i].status) << i;
   }
-  EXPECT_EQ(dram.counters().refused, 4u);
+  EXPECT_EQ(dram.counters().channel.refused, 4u);
   EXPECT_TRUE(dram.idle());
 }
 
@@ -175,10 +175,10 @@ TEST_F(DramAt, RandomTrafficIsConservedAndIdleSkipChangesNothing) {
     }
     const DramCounters c = bench.dram.counters();
     EXPECT_EQ(c.channel.reads + c.channel.writes, 1500u);
-    EXPECT_EQ(c.responses, 1500u);
+    EXPECT_EQ(c.channel.responses, 1500u);
     EXPECT_EQ(c.channel.row_hits + c.channel.row_misses + c.channel.row_conflicts, 1500u);
-    EXPECT_GT(c.full_clocks, 0u);
-    trace.emplace_back(c.full_clocks, 0);
+    EXPECT_GT(c.channel.full_clocks, 0u);
+    trace.emplace_back(c.channel.full_clocks, 0);
     trace.emplace_back(c.channel.queue_clocks, 0);
     return trace;
   };

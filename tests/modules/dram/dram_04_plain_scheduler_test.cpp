@@ -3,31 +3,30 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <ostream>
-#include <random>
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
+#include "modules/dram/dram_load.h"
 
 namespace grtx::modules {
 namespace {
-
-struct Done {
-  std::uint64_t id;
-  Cycle done;
-  bool operator==(const Done&) const = default;
-  friend void PrintTo(const Done& d, std::ostream* out) { *out << d.id << " at " << d.done; }
-};
 
 class PlainChannel {
  public:
   explicit PlainChannel(const DramChannelConfig& config) : config_(config), banks_(config.banks) {}
 
-  bool can_accept() const { return queue_.size() < config_.queue; }
-  void enqueue(Cycle now, std::uint64_t id, std::uint64_t address, bool write) {
+  bool can_accept(unsigned) const { return queue_.size() < config_.queue; }
+  void run_until(Cycle now) {
+    for (; clock_ <= now; ++clock_) step(clock_);
+  }
+  void enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned, bool write) {
     const std::uint64_t row = address / config_.row_bytes;
     queue_.push_back({id, row / config_.banks, row % config_.banks, now, write});
   }
+  std::size_t queued() const { return queue_.size(); }
+  const std::vector<DramDone>& done() const { return done_; }
+
+ private:
   void step(Cycle now) {
     constexpr std::size_t kNone = ~std::size_t{0};
     std::size_t column = kNone, row = kNone, oldest_hit = kNone;  // places in the queue, in the order of arrival
@@ -53,10 +52,7 @@ class PlainChannel {
     if (row != kNone) row_command(now, row);
     if (column != kNone) column_command(now, column);
   }
-  bool empty() const { return queue_.empty(); }
-  const std::vector<Done>& done() const { return done_; }
 
- private:
   struct Request {
     std::uint64_t id, row, bank;
     Cycle enqueued;
@@ -94,54 +90,24 @@ class PlainChannel {
   DramChannelConfig config_;
   std::vector<Request> queue_;
   std::vector<Bank> banks_;
-  std::vector<Done> done_;
+  std::vector<DramDone> done_;
+  Cycle clock_ = 0;
   Cycle next_read_ = 0, next_write_ = 0, next_activate_ = 0;
 };
 
-struct Load {
-  const char* name;
-  Cycle age_cap;
-  unsigned rows;    ///< of a bank that requests go to
-  unsigned writes;  ///< of ten requests
-  unsigned pause;   ///< clocks between requests, 0 to this
-  friend void PrintTo(const Load& load, std::ostream* out) { *out << load.name; }
-};
-
-class DramPlainScheduler : public ::testing::TestWithParam<Load> {};
+class DramPlainScheduler : public ::testing::TestWithParam<DramLoad> {};
 
 TEST_P(DramPlainScheduler, DecidesTheSame) {
-  const Load load = GetParam();
   DramChannelConfig config;
-  config.age_cap = load.age_cap;
+  config.age_cap = GetParam().age_cap;
   DramChannel channel(config);
   PlainChannel plain(config);
-  std::vector<Done> done;
-  std::mt19937_64 random(11);
-  std::uint64_t id = 0;
-  Cycle next = 1;
-  for (Cycle clock = 1; id < 3000 || !plain.empty(); ++clock) {
-    channel.run_until(clock - 1);
-    ASSERT_EQ(channel.can_accept(config.burst_bytes), plain.can_accept()) << "clock " << clock;
-    if (id < 3000 && clock >= next && plain.can_accept()) {
-      const std::uint64_t row = random() % load.rows * config.banks + random() % config.banks;
-      const std::uint64_t address = row * config.row_bytes + random() % 64 * config.burst_bytes;
-      const bool write = random() % 10 < load.writes;
-      channel.enqueue(clock, id, address, config.burst_bytes, write);
-      plain.enqueue(clock, id++, address, write);
-      next = clock + random() % (load.pause + 1);
-    }
-    plain.step(clock);
-  }
-  channel.run_until(kNever - 1);
-  for (auto& all = channel.completions(); !all.empty(); all.pop()) done.push_back({all.front().id, all.front().done});
+  const std::vector<DramDone> done = run_load(channel, config, GetParam());
   EXPECT_EQ(done.size(), 3000U);
-  EXPECT_EQ(done, plain.done());
+  EXPECT_EQ(done, run_load(plain, config, GetParam()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Loads, DramPlainScheduler,
-                         ::testing::Values(Load{"idle", 1024, 8, 2, 200}, Load{"reads", 1024, 4, 0, 6},
-                                           Load{"mixed", 1024, 8, 3, 8}, Load{"saturated", 1024, 16, 2, 0},
-                                           Load{"ages_early", 40, 4, 3, 4}, Load{"ages_and_full", 200, 3, 5, 0}),
+INSTANTIATE_TEST_SUITE_P(Loads, DramPlainScheduler, ::testing::ValuesIn(kDramLoads),
                          [](const auto& i) { return std::string(i.param.name); });
 
 }  // namespace

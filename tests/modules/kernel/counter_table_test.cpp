@@ -6,6 +6,7 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/dram_counters.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_counters.h"
@@ -112,6 +113,7 @@ TEST(CounterTable, HoldsEveryCounterOfEachUnit) {
   expect_complete<SimtCounters>("SIMT core");
   expect_complete<L1Counters>("L1");
   expect_complete<L2Counters>("L2");
+  expect_complete<DramChannelCounters>("DRAM channel");
   expect_complete<CrossbarCounters::Network>("crossbar");
 }
 

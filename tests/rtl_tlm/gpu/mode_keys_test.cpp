@@ -20,6 +20,7 @@ using Names = std::vector<std::string_view>;
 std::string other_value(std::string_view key) {
   const auto value = config_json(GpuConfig{}).at(std::string(key));
   if (value.is_boolean()) return value.get<bool>() ? "false" : "true";
+  if (key == "dram.scheduling") return "fcfs";
   return std::to_string(value.get<std::uint64_t>() + 2);
 }
 
@@ -57,6 +58,52 @@ TEST(ModeKeys, TheLineNamesKeysAndMode) {
   warn_of_ignored_keys(load_config("", {}), {SimulationMode::fast}, "--mode fast");
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
             "grtx: configuration: l1.mshr_merges, dram.age_cap have no effect in --mode fast\n");
+}
+
+std::vector<std::string> idle(const std::vector<std::string>& settings) {
+  std::vector<std::string> all;
+  for (const IdleKey& each : idle_keys(load_config("", settings))) all.push_back(each.key + ": " + each.because);
+  return all;
+}
+
+TEST(IdleKeys, AreThoseThatAnotherKeyLeavesWithoutEffect) {
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(idle({"dram.age_cap=7", "dram.banks=8", "dram.timing.rcd=9"}), Texts{});
+  EXPECT_EQ(idle({"dram.hit_cap=2"}), Texts{"dram.hit_cap: dram.scheduling = fr_fcfs"});
+  EXPECT_EQ(idle({"dram.hit_cap=2", "dram.scheduling=fr_fcfs_cap", "dram.age_cap=7"}), Texts{});
+  EXPECT_EQ(idle({"dram.scheduling=fcfs", "dram.age_cap=7"}), Texts{"dram.age_cap: dram.scheduling = fcfs"});
+}
+
+TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
+  register_memory_system("filed", nullptr, true);
+  const std::vector<std::string> filed = {"dram.model=filed", "dram.simulator.config=a.json"};
+  EXPECT_EQ(idle(filed), std::vector<std::string>{});
+  std::vector<std::string> settings = filed;
+  for (const char* used : {"dram.mhz=1000", "dram.fixed_latency=7", "dram.simulator.per_slice=false", "l2.slices=2"}) {
+    settings.emplace_back(used);
+  }
+  EXPECT_EQ(idle(settings), std::vector<std::string>{});
+  GpuConfig config;
+  for (const modules::Parameter& key : config_keys(config)) {
+    if (!key.name.starts_with("dram.") || key.name.starts_with("dram.simulator.")) continue;
+    if (key.name == "dram.model" || key.name == "dram.mhz" || key.name == "dram.fixed_latency") continue;
+    settings = filed;
+    settings.push_back(setting(key.name));
+    if (key.name == "dram.perfect") {
+      EXPECT_THROW(load_config("", settings), Error) << "a limit study that is not made";
+    } else {
+      EXPECT_EQ(idle(settings), std::vector<std::string>{key.name + ": dram.model = filed"});
+    }
+  }
+  EXPECT_EQ(idle({"dram.simulator.config=a.json"}),
+            std::vector<std::string>{"dram.simulator.config: dram.model = built_in"});
+  testing::internal::CaptureStderr();
+  settings = filed;
+  for (const char* idle : {"dram.banks=8", "dram.timing.cl=7", "l1.mshr_merges=3"}) settings.emplace_back(idle);
+  warn_of_ignored_keys(load_config("", settings), {SimulationMode::fast}, "--mode fast");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "grtx: configuration: l1.mshr_merges has no effect in --mode fast\n"
+            "grtx: configuration: dram.banks, dram.timing.cl have no effect with dram.model = filed\n");
 }
 
 TEST(ModeKeys, WhatIsRefusedIsRefusedByName) {

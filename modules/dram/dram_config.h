@@ -1,0 +1,83 @@
+// What a DRAM channel is made of, and its timing: the keys dram.* and dram.timing.*.
+#pragma once
+
+#include <string>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/dram/dram_scheduling.h"
+#include "grtx/modules/kernel/parameter.h"
+
+namespace grtx::modules {
+
+/// In memory clocks (3500 MHz: 0.286 ns).
+struct DramTiming {
+  unsigned ccd = 4;
+  unsigned rrd = 10;
+  unsigned rcd = 20;
+  unsigned ras = 50;
+  unsigned rp = 20;
+  unsigned rc = 62;
+  unsigned cl = 20;   ///< to the first data
+  unsigned wl = 8;    ///< to the first data
+  unsigned cdlr = 9;  ///< from the last data
+  unsigned wr = 20;   ///< from the last data
+  unsigned rtp = 4;
+  unsigned turn = 2;
+
+  void parameters(ParameterList& list) {
+    const auto add = [&](const char* key, unsigned& clocks, const char* description, double min = 0) {
+      list.add(key, clocks, {min, 10000}, "clocks", description, kVulkanSim);
+    };
+    add("ccd", ccd, "column command to column command, clocks of a burst", 1);
+    add("rrd", rrd, "activate to activate, other banks");
+    add("rcd", rcd, "activate to column command");
+    add("ras", ras, "activate to precharge");
+    add("rp", rp, "precharge to activate");
+    add("rc", rc, "activate to activate, same bank");
+    add("cl", cl, "read command to data");
+    add("wl", wl, "write command to data");
+    add("cdlr", cdlr, "write data to read command");
+    add("wr", wr, "write data to precharge");
+    add("rtp", rtp, "read command to precharge");
+    add("turn", turn, "bubble between read and write data");
+  }
+  unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }
+  unsigned write_to_read() const { return wl + ccd + cdlr; }
+  unsigned write_to_precharge() const { return wl + ccd + wr; }
+};
+
+struct DramChannelConfig {
+  DramTiming timing{};
+  unsigned banks = 16;
+  unsigned row_bytes = 2048;
+  unsigned burst_bytes = 32;  ///< burst length 16 on a 16-bit bus
+  unsigned queue = 64;
+  std::string scheduling = kFrFcfs;
+  unsigned hit_cap = 4;
+  Cycle age_cap = 1024;
+  bool bank_xor = false;  ///< needs 2^n banks
+  /// But for the timing, which is a table of its own.
+  void parameters(ParameterList& list) {
+    list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
+    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
+    list.add("burst_bytes", burst_bytes, {1, 4096}, "B", "moved by one column command", kVulkanSim);
+    list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
+    list.add("scheduling", scheduling, dram_scheduling_names(),
+             "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim);
+    list.add("hit_cap", hit_cap, {1, 1e6}, "commands",
+             "fr_fcfs_cap: column commands of a bank that may overtake its oldest request",
+             from_public("Mutlu and Moscibroda, MICRO 2007"));
+    list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request; not for fcfs",
+             kOurs);
+    list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
+  }
+  /// What no single range says: calls require(holds, key below dram, rule) for each rule.
+  template <typename Require>
+  void check(Require&& require) const {
+    const auto power_of_two = [](unsigned value) { return value != 0 && (value & (value - 1)) == 0; };
+    require(!bank_xor || power_of_two(banks), "bank_xor", "needs a power of two of dram.banks");
+    require(row_bytes >= burst_bytes, "row_bytes", "must not be smaller than dram.burst_bytes");
+  }
+};
+
+}  // namespace grtx::modules
