@@ -8,14 +8,6 @@
 #include "grtx/base/error.h"
 
 namespace grtx::modules {
-namespace {
-
-MemoryResponse answer(const MemoryRequest& r) {
-  return {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch};
-}
-
-}  // namespace
-
 L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : L1CacheModule(name, clock, config.clients),
       config_(config),
@@ -24,6 +16,7 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       response_due_(config.clients, kNever),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
+      written_by_(config.private_writes.policy == WritePolicy::write_back ? tags_.slots() : 0),
       miss_queue_(config.miss_queue),
       bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0) {
   const auto require = [](bool holds, const char* rule) {
@@ -32,6 +25,8 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
   require_allowed("l1", config);
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
+  require(config.private_writes.policy == WritePolicy::write_through || config.miss_queue >= config.geometry.sectors(),
+          "the miss queue must hold the write-back of a line");
 }
 
 void L1Cache::end_of_elaboration() {
@@ -65,8 +60,10 @@ void L1Cache::take_response(Cycle now) {
   if (arrived->write) {
     assert(writes_pending_ > 0 && arrived->client < clients_.size());
     --writes_pending_;
-    clients_[arrived->client].fills.push({*arrived, now});
-    respond_at(now, arrived->client);
+    if (!arrived->write_back) {
+      clients_[arrived->client].fills.push({*arrived, now});
+      respond_at(now, arrived->client);
+    }
   } else {
     fill(now, arrived->tag, arrived->address);
   }
@@ -76,15 +73,16 @@ void L1Cache::take_response(Cycle now) {
 void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   assert(mshrs_.in_use(mshr) && mshrs_.sector_address(mshr) == address);
   SectorCacheTags::Slot slot = tags_.find(address);
-  if (slot == SectorCacheTags::kNone) {
-    SectorCacheTags::Victim victim;
-    slot = tags_.insert(address, &victim);
-    if (victim.valid) ++counters_.evictions;
-    counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
+  if (slot == SectorCacheTags::kNone && room_for_victim(address)) slot = allocate(now, address);
+  if (slot != SectorCacheTags::kNone) {
+    const std::uint8_t sector = tags_.sector_bit(address);
+    tags_.set_valid(slot, sector);
+    if (!mshrs_.demanded(mshr)) tags_.set_unused_prefetch(slot, sector);
+  } else {
+    // A fill never waits for the way out: that way may end at this cache's own way in.
+    ++counters_.fills_bypassed;
+    if (!mshrs_.demanded(mshr)) ++counters_.prefetches_unused;
   }
-  const std::uint8_t sector = tags_.sector_bit(address);
-  tags_.set_valid(slot, sector);
-  if (!mshrs_.demanded(mshr)) tags_.set_unused_prefetch(slot, sector);
   ++counters_.fills;
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
@@ -200,9 +198,15 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
     ++region.write_hits;
     return true;
   }
-  if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
-  const SectorCacheTags::Slot slot = tags_.find(access.address);
+  SectorCacheTags::Slot slot = tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
+  const bool present = slot != SectorCacheTags::kNone;
+  const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
+  const std::size_t entries = effect.forward ? 1 : 0;
+  if (miss_queue_.size() + entries > config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
+  if (effect.keep && !present && !room_for_victim(access.address, entries)) {
+    return stall(L1Stall::miss_queue_full);  // for this cycle: any access may change whose turn to go it is
+  }
   ++region.writes;
   if (slot != SectorCacheTags::kNone) {
     tags_.touch(slot);
@@ -211,14 +215,53 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
       reference(slot, sector);
     }
   }
-  miss_queue_.push({access, now + config_.tag_latency});
-  ++version_;
-  ++writes_pending_;
+  if (effect.keep) {
+    if (!present) slot = allocate(now, access.address);
+    tags_.set_valid(slot, sector);
+    ++version_;
+  }
+  if (effect.dirty) {
+    if ((tags_.dirty(slot) & sector) != 0) ++counters_.rewrites;
+    tags_.set_dirty(slot, sector);
+    written_by_[slot] = access.region;
+    ++counters_.kept_writes;
+    answer_hit(now, client, access);
+  }
+  if (effect.forward) {
+    miss_queue_.push({access, now + config_.tag_latency});
+    ++version_;
+    ++writes_pending_;
+  }
   return true;
 }
 
+// Besides `entries` of another kind.
+bool L1Cache::room_for_victim(std::uint64_t address, std::size_t entries) const {
+  if (written_by_.empty()) return true;  // nothing is ever dirty
+  const auto dirty = static_cast<std::size_t>(std::popcount(tags_.victim(address).dirty));
+  return miss_queue_.size() + entries + dirty <= config_.miss_queue;
+}
+
+SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address) {
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = tags_.insert(address, &victim);
+  if (victim.valid) ++counters_.evictions;
+  counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
+  for (std::uint8_t dirty = victim.dirty; dirty != 0; dirty &= static_cast<std::uint8_t>(dirty - 1)) {
+    MemoryRequest dirty_sector;
+    dirty_sector.address = victim.address + static_cast<std::uint64_t>(std::countr_zero(dirty)) * kSectorBytes;
+    dirty_sector.sm = config_.sm;
+    dirty_sector.region = written_by_[slot];  // the line's place is the victim's
+    dirty_sector.write = dirty_sector.write_back = true;
+    miss_queue_.push({dirty_sector, now + config_.tag_latency});
+    ++writes_pending_;
+    ++counters_.write_backs;
+  }
+  return slot;
+}
+
 void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
-  client.hits.push({answer(access), now + client.hit_latency});
+  client.hits.push({response_to(access), now + client.hit_latency});
   respond_at(now + client.hit_latency, access.client);
 }
 
@@ -297,7 +340,7 @@ Inventory L1Cache::inventory() const {
       {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false, 256},
       // Hundreds of ways are searched at once, by comparators beside each tag.
       {"tags", config_.geometry.ways > 16 ? StorageKind::flip_flop : StorageKind::cache_tags,
-       tags_.tag_bits(kAddressBits, false), 1, 1, false},
+       tags_.tag_bits(kAddressBits, !written_by_.empty()), 1, 1, false},
       {"mshr", StorageKind::flip_flop,
        std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
        false},

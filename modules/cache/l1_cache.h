@@ -1,4 +1,5 @@
-// L1 data cache of an SM: sectored, write-through without write allocation, non-blocking with MSHRs, banked.
+// L1 data cache of an SM: sectored, non-blocking with MSHRs, banked; written through without allocation, or back where
+// only one ray or warp reads (write_policy.h).
 // Paper Table I (128 KB, 128 B lines, 256-way, LRU, 20 cycles); facts of MSHRs and queues from Vulkan-Sim's GPGPU-Sim.
 // Costs one tag probe per accepted request; sleeps when nothing is in flight.
 #pragma once
@@ -15,6 +16,7 @@
 #include "grtx/modules/cache/l1_cache_if.h"
 #include "grtx/modules/cache/mshr_table.h"
 #include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/cache/write_policy.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
@@ -41,9 +43,13 @@ struct L1Counters : CacheRegions {
   std::uint64_t prefetches_unused = 0;   ///< evicted, or resident at the end, without a demand reference
   std::uint64_t responses = 0;
   std::uint64_t fills = 0;
+  std::uint64_t fills_bypassed = 0;  ///< answered, but not kept: no room to write the victim back
   std::uint64_t evictions = 0;
-  std::uint64_t sent_reads = 0;  ///< to the crossbar
-  std::uint64_t sent_writes = 0;
+  std::uint64_t kept_writes = 0;  ///< sectors written that did not go on: they are dirty
+  std::uint64_t rewrites = 0;     ///< of these, sectors that were dirty already
+  std::uint64_t sent_reads = 0;   ///< to the crossbar
+  std::uint64_t sent_writes = 0;  ///< written through and written back
+  std::uint64_t write_backs = 0;  ///< of these, dirty sectors of evicted lines
   std::uint64_t mshr_cycles = 0;  ///< occupied MSHR entries summed over cycles
   Distribution miss_latency;      ///< from MSHR allocation to fill, core cycles
 
@@ -70,6 +76,7 @@ class L1Cache final : public L1CacheModule {
     unsigned mshr_entries = 256;
     unsigned mshr_merges = 8;
     unsigned miss_queue = 16;
+    PrivateWrites private_writes;
     bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
     bool perfect = false;           ///< nothing leaves the cache
     void parameters(ParameterList& list) {
@@ -84,6 +91,7 @@ class L1Cache final : public L1CacheModule {
                kVulkanSim);
       list.add("miss_queue", miss_queue, {1, kMaxEntries}, "requests", "misses and writes waiting for the crossbar",
                kVulkanSim);
+      private_writes.parameters(list);
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
@@ -100,6 +108,8 @@ class L1Cache final : public L1CacheModule {
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
+  /// kept_writes - rewrites - write_backs: they stay until their lines go.
+  std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
   void dump_state(std::ostream& out) const override;
@@ -134,6 +144,8 @@ class L1Cache final : public L1CacheModule {
   bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
   bool stall(L1Stall reason);
   bool refuse(Client& client, L1Stall reason);
+  bool room_for_victim(std::uint64_t address, std::size_t entries = 0) const;
+  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address);
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
@@ -155,6 +167,7 @@ class L1Cache final : public L1CacheModule {
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
   SectorCacheTags tags_;
   MshrTable mshrs_;
+  std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
   RingQueue<Miss> miss_queue_;
   unsigned bank_mask_;  ///< banks - 1 for a power of two of banks, else 0
   unsigned first_client_ = 0;

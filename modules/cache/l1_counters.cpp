@@ -14,7 +14,7 @@ const CounterTable<L1Counters>& L1Counters::table() {
     describe_regions(
         c,
         {"demand reads accepted", "demand reads whose sector was present", "demand reads merged into a pending MSHR",
-         "demand reads that allocated an MSHR", "writes, all forwarded to the L2"},
+         "demand reads that allocated an MSHR", "writes accepted"},
         list, prefix);
   };
   static const CounterTable<C> table =
@@ -32,9 +32,14 @@ const CounterTable<L1Counters>& L1Counters::table() {
           .sum(&C::prefetches_late, "prefetch.late", "sectors", "first demand access found the sector pending")
           .sum(&C::prefetches_unused, "prefetch.unused", "sectors", "never referenced by a demand access")
           .sum(&C::fills, "fills", "sectors", "sectors filled from the L2")
+          .sum(&C::fills_bypassed, "fills_bypassed", "sectors",
+               "of these, not kept: no room in the miss queue to write the victim back")
           .sum(&C::evictions, "evictions", "lines", "lines replaced")
+          .sum(&C::kept_writes, "kept_writes", "sectors", "writes that stayed in the L1, dirty")
+          .sum(&C::rewrites, "rewrites", "sectors", "of these, sectors that were dirty already")
+          .sum(&C::write_backs, "write_backs", "sectors", "dirty sectors written back when their line went")
           .sum(&C::sent_reads, "sent_reads", "sectors", "read misses sent to the L2")
-          .sum(&C::sent_writes, "sent_writes", "sectors", "writes sent to the L2")
+          .sum(&C::sent_writes, "sent_writes", "sectors", "writes sent to the L2: through and back")
           .sum(&C::mshr_cycles, "mshr_cycles", "entry-cycles", "occupied MSHR entries summed over cycles")
           .distribution(&C::miss_latency, "miss_latency", "cycles", "mean from MSHR allocation to fill",
                         "longest from MSHR allocation to fill");

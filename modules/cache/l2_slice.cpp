@@ -13,6 +13,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
       dram("dram", clock),
       config_(config),
       tags_(config.geometry),
+      written_by_(tags_.slots()),
       mshrs_(config.mshr_entries, config.mshr_merges),
       pipe_(std::size_t{config.latency} + config.queue) {
   const auto require = [](bool holds, const char* rule) {
@@ -138,7 +139,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     if (mshrs_.full()) return stall(L2Stall::mshr_full);
     if (dram_queue_.size() >= config_.dram_queue) return stall(L2Stall::dram_queue);
     count_mshr_cycles(now);
-    dram_queue_.push({access.address, mshrs_.allocate(now, access.address, access), false});
+    dram_queue_.push({access.address, mshrs_.allocate(now, access.address, access), access.region, false});
     ++region.misses;
   }
   ++region.reads;
@@ -165,6 +166,7 @@ bool L2Slice::write(const MemoryRequest& access) {
     if ((tags_.valid(slot) & sector) != 0) ++region.write_hits;
     tags_.set_valid(slot, sector);
     tags_.set_dirty(slot, sector);
+    written_by_[slot] = access.region;
   }
   ++region.writes;
   reply(access);
@@ -183,13 +185,13 @@ SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local) {
   for (unsigned sector = 0; sector < config_.geometry.sectors(); ++sector) {
     if ((victim.dirty >> sector & 1) == 0) continue;
     const std::uint64_t evicted = victim.address + std::uint64_t{sector} * config_.geometry.sector_bytes;
-    dram_queue_.push({config_.interleave.global(evicted, config_.slice), kWriteBack, true});
+    dram_queue_.push({config_.interleave.global(evicted, config_.slice), kWriteBack, written_by_[slot], true});
   }
   return slot;
 }
 
 void L2Slice::reply(const MemoryRequest& r) {
-  replies_.push({r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch});
+  replies_.push(response_to(r));
 }
 
 void L2Slice::send_dram(Cycle now) {
@@ -197,6 +199,7 @@ void L2Slice::send_dram(Cycle now) {
   const DramRequest head = dram_queue_.front();
   dram_queue_.pop();
   ++(head.write ? counters_.dram_writes : counters_.dram_reads);
+  ++(head.write ? counters_.dram_writes_of : counters_.dram_reads_of)[index(head.region)];
   dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context);
 }
 

@@ -8,6 +8,7 @@
 #include <iosfwd>
 #include <string>
 #include <systemc>
+#include <vector>
 
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/l2_slice_if.h"
@@ -36,7 +37,9 @@ struct L2Counters : CacheRegions {
   std::uint64_t replies_out = 0;
   std::uint64_t dram_reads = 0;   ///< sectors
   std::uint64_t dram_writes = 0;  ///< dirty sectors written back
-  std::uint64_t evictions = 0;    ///< lines
+  std::array<std::uint64_t, kRegionCount> dram_reads_of{};   ///< dram_reads by what they were for
+  std::array<std::uint64_t, kRegionCount> dram_writes_of{};  ///< dram_writes by who had written the line
+  std::uint64_t evictions = 0;                               ///< lines
   std::uint64_t mshr_cycles = 0;
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
 
@@ -108,6 +111,7 @@ class L2Slice final : public L2SliceModule {
   struct DramRequest {
     std::uint64_t address = 0;
     std::uint32_t context = 0;
+    Region region = Region::tlas;
     bool write = false;
   };
 
@@ -135,7 +139,8 @@ class L2Slice final : public L2SliceModule {
   LinkReader<MemoryRequest> in_;
   LinkWriter<MemoryResponse> out_;
   SectorCacheTags tags_;  ///< of slice-local addresses
-  MshrTable mshrs_;       ///< of global sector addresses
+  std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
+  MshrTable mshrs_;                 ///< of global sector addresses
   RingQueue<Access> pipe_;
   RingQueue<MemoryResponse> replies_;
   RingQueue<DramRequest> dram_queue_;

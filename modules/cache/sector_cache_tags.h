@@ -57,6 +57,8 @@ class SectorCacheTags {
     return static_cast<std::uint8_t>(1u << ((address & (geometry_.line_bytes - 1u)) >> sector_shift_));
   }
 
+  /// Slots are below this.
+  std::size_t slots() const { return static_cast<std::size_t>(set_count_) * stride(); }
   /// Slot of the line that holds `address`, or kNone.
   Slot find(std::uint64_t address) const {
     return large_ ? index_.find(line_number(address)) : find_small(line_number(address));

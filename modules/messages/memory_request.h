@@ -35,6 +35,11 @@ constexpr bool is_node(Region r) { return r <= Region::instance; }
 /// What the ray generation shader reads and writes beside its buffers: records of Gaussians, colours, pixels.
 constexpr bool is_shader_data(Region r) { return r == Region::gaussian || r == Region::sh || r == Region::ray; }
 
+/// Buffers that belong to one ray or warp: nobody else reads them, and what they hold dies with it.
+constexpr bool is_private(Region r) {
+  return r == Region::checkpoint || r == Region::eviction || r == Region::k_buffer || r == Region::stack;
+}
+
 /// address: byte address in the flat GPU address space, a multiple of kSectorBytes. Every request gets one response.
 struct MemoryRequest {
   std::uint64_t address = 0;
@@ -44,6 +49,7 @@ struct MemoryRequest {
   Region region = Region::tlas;
   bool write : 1 = false;  // bits: 16 B in all
   bool prefetch : 1 = false;
+  bool write_back : 1 = false;  ///< a write of the L1's own: no client waits for it
 };
 
 struct MemoryResponse {
@@ -54,7 +60,12 @@ struct MemoryResponse {
   Region region = Region::tlas;
   bool write : 1 = false;
   bool prefetch : 1 = false;
+  bool write_back : 1 = false;
 };
 static_assert(sizeof(MemoryRequest) == 16 && sizeof(MemoryResponse) == 16);
+
+constexpr MemoryResponse response_to(const MemoryRequest& r) {
+  return {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch, r.write_back};
+}
 
 }  // namespace grtx::modules

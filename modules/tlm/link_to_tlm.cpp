@@ -38,8 +38,7 @@ Cycle LinkToTlm::tick(Cycle now) {
 
 bool LinkToTlm::answer(Cycle now, std::uint32_t slot) {
   if (!response->can_push(now)) return false;
-  const MemoryRequest& r = slots_[slot];
-  response->push(now, {r.address, r.tag, r.client, r.sm, r.region, r.write, r.prefetch});
+  response->push(now, response_to(slots_[slot]));
   free_.push_back(slot);
   return true;
 }

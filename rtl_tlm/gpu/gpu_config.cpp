@@ -154,14 +154,20 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
   return json;
 }
 
-// Keys that came later count where they differ from what was there before, so that hashes on record stay.
+// Keys that came later count where they differ from what was there before, so that hashes on record stay. What was there
+// before is their default.
 std::string config_hash(const GpuConfig& config) {
+  static constexpr const char* kLaterKeys[] = {"dram.model",
+                                               "dram.simulator.config",
+                                               "dram.simulator.per_slice",
+                                               "l1.replacement",
+                                               "l2.replacement",
+                                               "l1.private_writes",
+                                               "l1.private_allocate"};
   nlohmann::ordered_json json = config_json(config);
-  if (config.dram_model == kBuiltInMemory) {
-    for (const char* key : {"dram.model", "dram.simulator.config", "dram.simulator.per_slice"}) json.erase(key);
-  }
-  for (const char* key : {"l1.replacement", "l2.replacement"}) {
-    if (json.at(key) == "lru") json.erase(key);
+  const nlohmann::ordered_json before = config_json(GpuConfig());
+  for (const char* key : kLaterKeys) {
+    if (json.contains(key) && json.at(key) == before.value(key, json.at(key))) json.erase(key);
   }
   const nlohmann::ordered_json defaults = config_json(GpuConfig{});
   for (const char* key : {"dram.scheduling", "dram.hit_cap"}) {

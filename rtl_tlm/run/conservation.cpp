@@ -4,6 +4,8 @@
 
 #include <numeric>
 
+#include "grtx/modules/cache/l1_cache.h"
+
 namespace grtx::sim {
 
 std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups) {
@@ -72,6 +74,15 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem
   std::vector<std::string> violations;
   if (!gpu.idle()) violations.push_back("the GPU is not empty at the end");
   if (!memory.idle()) violations.push_back("the DRAM is not empty at the end");
+  for (const auto& sm : gpu.sms()) {
+    const auto* own = dynamic_cast<const modules::L1Cache*>(&sm->l1());
+    if (own == nullptr) continue;
+    const modules::L1Counters l1 = own->counters();
+    if (l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
+      violations.push_back(fmt::format("{}: {} sectors kept, {} of them again, {} written back, {} dirty", own->name(),
+                                       l1.kept_writes, l1.rewrites, l1.write_backs, own->dirty_sectors()));
+    }
+  }
   for (const auto& slice : gpu.slices()) {
     const auto* own = dynamic_cast<const modules::L2Slice*>(slice.get());
     if (own != nullptr && own->dram.pool().live() != 0)

@@ -28,6 +28,7 @@ L1::L1(Shared& shared, unsigned sm)
       sm_(sm),
       one_by_one_(shared.config.sm_links.l1_capacity == 1),
       tags_(config_.geometry),
+      written_by_(config_.private_writes.policy == WritePolicy::write_back ? tags_.slots() : 0),
       sectors_(config_.geometry.sectors()),
       largest_(std::max(1u, config_.mshr_entries / 8)),  // a request waits for one MSHR and takes one a sector
       fills_(fills_of(shared.config)),
@@ -173,10 +174,12 @@ L1::Taken L1::try_head(Cycle now) {
   std::uint8_t present = r.sectors;
   std::uint8_t missing = 0;
   std::uint32_t filling = AddressIndex::kNone;
+  PrivateWrites::Effect effect;
   if (!config_.perfect) {
     slot = tags_.find(r.line);
     present = slot == SectorCacheTags::kNone ? std::uint8_t{0} : r.sectors & tags_.valid(slot);
-    missing = write ? r.sectors : r.sectors ^ present;
+    if (write) effect = config_.private_writes.effect(r.region, slot != SectorCacheTags::kNone);
+    missing = !write ? r.sectors ^ present : effect.forward ? r.sectors : std::uint8_t{0};
   }
   std::uint8_t on_the_way = 0;
   if (missing != 0) {
@@ -204,6 +207,7 @@ L1::Taken L1::try_head(Cycle now) {
   if (missing != 0) taken = std::max(taken, crossed_.room(count_of(missing)));
   const Cycle through = taken + config_.latency;
   Cycle seen = present != 0 && (!write || config_.perfect) ? through : 0;
+  if (effect.dirty) seen = through;
   port.next = taken + 1 + (one_by_one_ ? count : 0);
   port.queue.pop();
   if (on_the_way != 0) {
@@ -216,6 +220,7 @@ L1::Taken L1::try_head(Cycle now) {
   }
   count_access<kClient>(slot, r, present, on_the_way, filling);
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  if (effect.keep) keep_write(slot, r.line, r.sectors, r.region, effect.dirty, taken, true);
   if (missing != 0) seen = std::max(seen, send_miss(filling, r, missing, kClient == kPrefetch, at));
   if (kClient == kNode) {
     link_pushed_ = link_.take_in_turn(taken, count) + 1;
@@ -288,7 +293,7 @@ Cycle L1::send_miss(std::uint32_t filling, const Request& r, std::uint8_t missin
   if (prefetched) counters_.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
     if (free_fills_.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
-      const SectorCacheTags::Slot slot = place(r.line, missing, true);
+      const SectorCacheTags::Slot slot = place(r.line, missing, trip.seen, true);
       if (prefetched) tags_.set_unused_prefetch(slot, missing);
       return trip.seen + 1;
     }
@@ -313,23 +318,49 @@ Cycle L1::send_miss(std::uint32_t filling, const Request& r, std::uint8_t missin
 void L1::fill(Cycle now, std::uint32_t number) {
   const Fill& fill = fills_[number];
   if (fill.complete > now) return shared_.agenda.add(fill.complete, {What::l1_fill, sm_, number});
-  const SectorCacheTags::Slot slot = place(fill.line, fill.sectors, true);
+  const SectorCacheTags::Slot slot = place(fill.line, fill.sectors, now, true);
   if (fill.prefetched != 0) tags_.set_unused_prefetch(slot, fill.prefetched);
   filling_.erase(fill.line / kSectorBytes);
   free_fills_.push_back(number);
 }
 
-SectorCacheTags::Slot L1::place(std::uint64_t line, std::uint8_t sectors, bool timed) {
+SectorCacheTags::Slot L1::place(std::uint64_t line, std::uint8_t sectors, Cycle now, bool timed) {
   SectorCacheTags::Slot slot = tags_.find(line);
-  if (slot == SectorCacheTags::kNone) {
-    SectorCacheTags::Victim victim;
-    slot = tags_.insert(line, &victim);
-    if (victim.valid && timed) ++counters_.evictions;
-    counters_.prefetches_unused += count_of(victim.unused_prefetch);
-  }
+  if (slot == SectorCacheTags::kNone) slot = allocate(line, now, timed);
   if (timed) counters_.fills += count_of(sectors);
   tags_.set_valid(slot, sectors);
   return slot;
+}
+
+SectorCacheTags::Slot L1::allocate(std::uint64_t line, Cycle now, bool timed) {
+  SectorCacheTags::Victim victim;
+  const SectorCacheTags::Slot slot = tags_.insert(line, &victim);
+  counters_.prefetches_unused += count_of(victim.unused_prefetch);
+  if (victim.valid && timed) ++counters_.evictions;
+  if (victim.dirty == 0) return slot;
+  const FastMemory::Request write_back{sm_, victim.address, victim.dirty, written_by_[slot], true};
+  if (!timed) {
+    shared_.memory.warm(write_back);
+    return slot;
+  }
+  const unsigned count = count_of(victim.dirty);
+  crossed_.take(shared_.memory.access(write_back, now + config_.tag_latency).crossed, count);
+  counters_.sent_writes += count;
+  counters_.write_backs += count;
+  return slot;
+}
+
+void L1::keep_write(SectorCacheTags::Slot slot, std::uint64_t line, std::uint8_t sectors, Region region, bool dirty,
+                    Cycle now, bool timed) {
+  if (slot == SectorCacheTags::kNone) slot = allocate(line, now, timed);
+  tags_.set_valid(slot, sectors);
+  if (!dirty) return;
+  if (timed) {
+    counters_.kept_writes += count_of(sectors);
+    counters_.rewrites += count_of(sectors & tags_.dirty(slot));
+  }
+  tags_.set_dirty(slot, sectors);
+  written_by_[slot] = region;
 }
 
 template <Client kClient>
@@ -354,6 +385,11 @@ void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Re
     if (client != kPrefetch) demand(slot, present);
     if (!write) missing ^= present;
   }
+  if (write) {
+    const PrivateWrites::Effect effect = config_.private_writes.effect(region, slot != SectorCacheTags::kNone);
+    if (effect.keep) keep_write(slot, line, sectors, region, effect.dirty, 0, false);
+    if (!effect.forward) return;
+  }
   if (missing == 0) return;
   if (!write) {
     if (const std::uint32_t filling = filling_.find(line / kSectorBytes); filling != AddressIndex::kNone) {
@@ -365,7 +401,7 @@ void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Re
     }
   }
   shared_.memory.warm({sm_, line, missing, region, write});
-  if (!write) place(line, missing, false);
+  if (!write) place(line, missing, 0, false);
 }
 
 }  // namespace grtx::sim::fast

@@ -156,7 +156,12 @@ class L1 {
   Cycle take_banks(unsigned client, const Request& r, Cycle at);
   Cycle send_miss(std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched, Cycle at);
   /// Sectors of a line take their place in the tags.
-  modules::SectorCacheTags::Slot place(std::uint64_t line, std::uint8_t sectors, bool timed);
+  modules::SectorCacheTags::Slot place(std::uint64_t line, std::uint8_t sectors, Cycle now, bool timed);
+  /// A line of the tags for `line`, which has none; what it held is written back, at `now` or at no time.
+  modules::SectorCacheTags::Slot allocate(std::uint64_t line, Cycle now, bool timed);
+  /// A write's sectors that stay here. slot: of their line, if it is present.
+  void keep_write(modules::SectorCacheTags::Slot slot, std::uint64_t line, std::uint8_t sectors,
+                  modules::Region region, bool dirty, Cycle now, bool timed);
   /// Sectors that a prefetch has brought are asked for.
   void demand(modules::SectorCacheTags::Slot slot, std::uint8_t sectors);
   /// The same of sectors on their way. awaited: of `sectors`, which have not arrived.
@@ -176,6 +181,7 @@ class L1 {
   Simt* simt_ = nullptr;
   bool one_by_one_;  ///< links to the L1 have one place, and carry something in every other cycle
   modules::SectorCacheTags tags_;
+  std::vector<modules::Region> written_by_;  ///< by line of the tags: of its dirty sectors
   unsigned sectors_, largest_;
   std::vector<Fill> fills_;
   std::vector<std::uint32_t> free_fills_;

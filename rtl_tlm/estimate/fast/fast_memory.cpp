@@ -103,7 +103,9 @@ void FastMemory::warm(const Request& request) {
   SectorCacheTags::Victim victim;
   const SectorCacheTags::Slot slot = find_or_insert(slice, interleave_.local(request.line), victim);
   slice.tags.set_valid(slot, request.sectors);
-  if (request.write) slice.tags.set_dirty(slot, request.sectors);
+  if (!request.write) return;
+  slice.tags.set_dirty(slot, request.sectors);
+  slice.written_by[slot] = request.region;
 }
 
 // When the last answer is there.
@@ -120,13 +122,15 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   const std::uint64_t local = interleave_.local(request.line);
   SectorCacheTags::Victim victim;
   const SectorCacheTags::Slot slot = find_or_insert(slice, local, victim);
+  const modules::Region written_by = slice.written_by[slot];  // the line's place is the victim's
   if (victim.valid) ++counters.evictions;
   const auto present = static_cast<std::uint8_t>(request.sectors & slice.tags.valid(slot));
   slice.tags.set_valid(slot, request.sectors);
   if (request.write) {
     region.write_hits += count_of(present);
     slice.tags.set_dirty(slot, request.sectors);
-    write_back(index, now, victim);
+    slice.written_by[slot] = request.region;
+    write_back(index, now, victim, written_by);
     return now;
   }
   region.hits += count_of(present);
@@ -135,16 +139,18 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   const unsigned misses = count_of(missing);
   region.misses += misses;
   counters.dram_reads += misses;
+  counters.dram_reads_of[modules::index(request.region)] += misses;
   const auto first = static_cast<std::uint64_t>(std::countr_zero(missing)) * sector_bytes_;
   const Cycle done = read_dram(index, now, local + first, misses);
   counters.mshr_cycles += misses * (done - now);
   counters.miss_latency.add(done - now, misses);
-  write_back(index, done, victim);  // the line's place is taken when it comes
+  write_back(index, done, victim, written_by);  // the line's place is taken when it comes
   return done;
 }
 
-void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Victim& victim) {
+void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Victim& victim, modules::Region region) {
   if (victim.dirty == 0) return;
+  l2_[index].dram_writes_of[modules::index(region)] += count_of(victim.dirty);
   l2_[index].dram_writes += count_of(victim.dirty);
   slices_[index].writes.push({clock_of(now), victim.address, count_of(victim.dirty)});
 }

@@ -63,8 +63,9 @@ class FastMemory {
   struct Slice {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity,
           unsigned sms)
-        : tags(c.geometry), runs(sms), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
+        : tags(c.geometry), written_by(tags.slots()), runs(sms), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
     modules::SectorCacheTags tags;
+    std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
     TurnCalendar input;
     PortCalendar lookup, reply;
     std::vector<Run> runs;    ///< by SM: the newest
@@ -87,7 +88,7 @@ class FastMemory {
   Cycle look_up(unsigned index, const Request& request, Cycle now);
   Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
   /// A line has left the slice.
-  void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim);
+  void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim, modules::Region region);
   /// Gives the DRAM what has left the slice up to memory clock `clock`.
   void write_dram(Slice& slice, Cycle clock);
 
