@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -17,6 +18,7 @@ namespace grtx::sim {
 namespace {
 
 struct Options {
+  std::string machine;
   std::string config;
   std::vector<std::string> settings;
   MachineUse use;
@@ -73,7 +75,7 @@ int cost(const Options& options) {
     return 0;
   }
   technology(options.cost.nm);  // before anything is built
-  const GpuConfig config = load_config(options.config, options.settings);
+  const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   const MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
   const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
   MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
@@ -99,6 +101,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
                                    [options] { return cost(*options); });
+  add_machine_option(command, options->machine);
   command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)");
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);

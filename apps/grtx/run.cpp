@@ -1,5 +1,6 @@
 // grtx run: the main job. Traces one view with the four designs, simulates each, and compares.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
@@ -50,6 +52,8 @@ struct Options {
   std::string scene;
   ViewOptions view;
   TracerCli tracer;
+  CLI::App* command = nullptr;
+  std::string machine = "paper";
   std::string config;
   std::vector<std::string> settings;
   std::string output;
@@ -193,7 +197,8 @@ void print_intervals(const ordered_json& results) {
 
 int run(const Options& options, bool quiet) {
   refuse_objects(options.scene, "run");
-  const GpuConfig config = load_config(options.config, options.settings);
+  apply_machine_tracer(*options.command, options.machine);
+  const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
   warn_of_ignored_keys(config, options.mode, sampled);
   for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
@@ -213,6 +218,7 @@ int run(const Options& options, bool quiet) {
   ordered_json results;
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
+  results["machine"] = options.machine;
   results["config"] = config_json(config);
   std::vector<std::string> violations;
   for (const char* name : kTableOrder) {
@@ -241,6 +247,8 @@ int run(const Options& options, bool quiet) {
   report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
 
+  fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
+             options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
   print_table(results["designs"]);
   if (options.mode == SimulationMode::sampled) print_intervals(results);
   for (const char* kind : {"primary", "secondary"}) {
@@ -264,7 +272,10 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command->add_option("--scene", options->scene, "Scene file (no default)")->required();
   add_view_options(command, options->view);
   add_tracer_options(command, options->tracer);
-  command->add_option("--config", options->config, "Configuration file (default: the built-in values of paper.toml)");
+  options->command = command;
+  add_machine_option(command, options->machine);
+  command->add_option("--config", options->config,
+                      "Configuration file; its keys override the machine's (default: none)");
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
   add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim");
   add_sampled_options(command, options->sampled);

@@ -7,6 +7,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
 #include "grtx/base/atomic_file.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct Options {
   std::string trace;
+  std::string machine;
   std::string config;
   std::vector<std::string> settings;
   std::string statistics;
@@ -90,7 +92,7 @@ int run_simulation(Options options, bool quiet) {
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
-  const GpuConfig config = load_config(options.config, options.settings);
+  const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);
   if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, quiet);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
@@ -122,6 +124,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
                                    [options, &common] { return run_simulation(*options, common.quiet); });
   command->add_option("TRACE", options->trace, "Trace file (no default)");
+  add_machine_option(command, options->machine);
   command->add_option("--config", options->config,
                       "Configuration file; without one all keys have their defaults "
                       "(default: none)");

@@ -6,6 +6,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tile_view.h"
@@ -27,6 +28,8 @@ struct Options {
   std::string accel = "tri20";
   std::string checkpoint = "off";
   TracerCli tracer;
+  CLI::App* command = nullptr;
+  std::string machine;
   std::string output;
   std::string image;
   std::string statistics;
@@ -63,6 +66,7 @@ int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
 }
 
 int trace(const Options& options, bool quiet) {
+  apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }
@@ -133,6 +137,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
       ->check(one_of(names_of<frontend::AccelKind>()));
   command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
   add_tracer_options(command, options->tracer);
+  options->command = command;
+  add_machine_option(command, options->machine);
   command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
   command->add_option("--image", options->image, "Image to write: .png, .exr or .pfm (default: none)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");

@@ -19,12 +19,11 @@ struct WorldLeaf {
   const Proxy& proxy;
   std::uint32_t faces = proxy.is_sphere() ? 1 : proxy.faces();
 
-  void prefetch(std::uint32_t index) const {
-    if (!proxy.is_sphere()) gaussians.prefetch(index / faces);
-  }
+  void prefetch(std::uint32_t index) const { gaussians.prefetch(index / faces); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
     if (proxy.is_sphere()) {
-      image.write_procedural(address, index);
+      const GaussianRecord& record = gaussians.record(index);
+      image.write_procedural(address, index, record.to_unit, record.mean);
       return;
     }
     const std::uint32_t g = index / faces;

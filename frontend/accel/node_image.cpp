@@ -65,9 +65,16 @@ void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, c
   leaf_index_[address / traces::kNodeUnit] = primitive;
 }
 
-void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive) {
-  const std::uint32_t words[traces::kProceduralLeafBytes / 4] = {0xFF000000u, 1u << 29, 1u, primitive};
-  std::memcpy(at(address), words, sizeof words);
+void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit,
+                                 const glm::vec3& mean) {
+  struct {
+    std::uint32_t words[4];
+    glm::vec3 to_unit[3];
+    glm::vec3 mean;
+  } leaf = {{0xFF000000u, 1u << 29, 1u, primitive}, {}, mean};
+  static_assert(sizeof leaf == traces::kProceduralLeafBytes);
+  if (to_unit != nullptr) std::copy_n(to_unit, 3, leaf.to_unit);
+  std::memcpy(at(address), &leaf, sizeof leaf);
   leaf_index_[address / traces::kNodeUnit] = primitive;
 }
 

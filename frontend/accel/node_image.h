@@ -61,7 +61,10 @@ class NodeImage {
   void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count);
   void write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
                       const glm::vec3& c);
-  void write_procedural(std::uint64_t address, std::uint32_t primitive);
+  /// to_unit, mean: of an ellipsoid in the world, where the ray must be transformed; a unit sphere of a BLAS has
+  /// neither.
+  void write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit = nullptr,
+                        const glm::vec3& mean = {});
   /// world_to_object: 3x3 rows; object_to_world: 3x3 columns and translation, as in the Xe instance leaf.
   void write_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header, std::uint64_t blas_root,
                       const glm::vec3 (&world_to_object)[3], const glm::vec3 (&object_to_world)[3],

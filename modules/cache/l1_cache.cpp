@@ -34,6 +34,7 @@ void L1Cache::end_of_elaboration() {
   up_ = reader_of(from_memory);
   up_.wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
+    if (i < config_.widths.size()) clients_[i].width = config_.widths[i];
     clients_[i].request = reader_of(request[i]);
     clients_[i].request.wake(&alarm_);
     waiting_.watch(i, clients_[i].request);
@@ -94,32 +95,56 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   mshrs_.release(mshr);
 }
 
-// One request per client and one per bank a cycle; clients are tried in priority order, so a bank goes to the first.
+// A client's port takes `width` requests a cycle, a bank one; clients are tried in priority order, so a bank goes to
+// the first.
 void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;
-  const auto take = [&](unsigned i) {
-    Client& client = clients_[i];
+  waiting_.for_each_from(first_client_, [&](unsigned i) { take_from(now, i, won); });
+}
+
+void L1Cache::take_from(Cycle now, unsigned i, bool& won) {
+  Client& client = clients_[i];
+  const auto wins = [&] {
+    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
+    won = true;
+  };
+  unsigned left = client.width;
+  while (left > 0 && !client.held.empty() && accept(now, client, client.oldest_held, client.held.front())) {
+    client.held.pop();
+    --left;
+    wins();
+  }
+  for (; left > 0; --left) {
     const MemoryRequest* head = client.request.front(now);
-    if (head == nullptr) {
-      next_request_ = std::min(next_request_, client.request.next_visible());
-      return;
-    }
+    if (head == nullptr) break;
     MemoryRequest accepted = *head;
     accepted.client = static_cast<std::uint8_t>(i);
     accepted.sm = config_.sm;
-    if (!accept(now, client, accepted)) {
+    if (accept(now, client, client.head, accepted)) {
+      wins();
+    } else if (client.head.at == version_ && may_wait_aside(client, accepted)) {
+      client.held.push(accepted);
+      client.head = {};
+    } else {
       next_request_ = now;
       return;
     }
     client.request.pop(now);
-    waiting_.popped(i, client.request);
-    next_request_ = std::min(next_request_, client.request.next_visible());
-    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
-    won = true;
-  };
-  waiting_.for_each_from(first_client_, take);
+  }
+  if (!client.held.empty()) {
+    next_request_ = now;
+    return;
+  }
+  waiting_.popped(i, client.request);
+  next_request_ = std::min(next_request_, client.request.next_visible());
+}
+
+// Only what nobody writes: a write behind it would be seen too early.
+bool L1Cache::may_wait_aside(const Client& client, const MemoryRequest& access) const {
+  return client.held.size() < config_.held_misses && !access.write &&
+         (is_node(access.region) || is_shader_data(access.region));
 }
 
 bool L1Cache::stall(L1Stall reason) {
@@ -127,40 +152,40 @@ bool L1Cache::stall(L1Stall reason) {
   return false;
 }
 
-bool L1Cache::refuse(Client& client, L1Stall reason) {
-  client.refused_at = version_;
-  client.refusal = reason;
+bool L1Cache::refuse(Refusal& refusal, L1Stall reason) {
+  refusal = {version_, reason};
   return stall(reason);
 }
 
-bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
+bool L1Cache::accept(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
   assert(access.address % kSectorBytes == 0);
   // A blocked response port backs the hit pipeline up to the access port.
-  if (client.hits.size() >= config_.latency) return stall(L1Stall::response_port);
+  if (client.hits.size() >= std::size_t{config_.latency} * client.width) return stall(L1Stall::response_port);
   const std::uint64_t sector = access.address / kSectorBytes;
   const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
-  // A head that was refused is refused again as long as nothing has changed inside.
-  if (client.refused_at == version_) return stall(client.refusal);
-  const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
+  // A request that was refused is refused again as long as nothing has changed inside.
+  if (refusal.at == version_) return stall(refusal.reason);
+  const bool accepted =
+      access.write ? accept_write(now, client, refusal, access) : accept_read(now, client, refusal, access);
   if (accepted) {
     banks_taken_ |= bank;
-    client.refused_at = kNever;
+    refusal.at = kNever;
   }
   return accepted;
 }
 
-bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access) {
+bool L1Cache::accept_read(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool hit = config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0);
   const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
   const bool miss = !hit && pending == MshrTable::kNone;
   if (miss) {
-    if (mshrs_.full()) return refuse(client, L1Stall::mshr_full);
-    if (miss_queue_.size() >= config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
+    if (mshrs_.full()) return refuse(refusal, L1Stall::mshr_full);
+    if (miss_queue_.size() >= config_.miss_queue) return refuse(refusal, L1Stall::miss_queue_full);
   } else if (!hit && mshrs_.merges_full(pending)) {
-    return refuse(client, L1Stall::merges_full);
+    return refuse(refusal, L1Stall::merges_full);
   }
 
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
@@ -190,7 +215,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
   return true;
 }
 
-bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
+bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
   RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     answer_hit(now, client, access);
@@ -203,7 +228,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
   const bool present = slot != SectorCacheTags::kNone;
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
   const std::size_t entries = effect.forward ? 1 : 0;
-  if (miss_queue_.size() + entries > config_.miss_queue) return refuse(client, L1Stall::miss_queue_full);
+  if (miss_queue_.size() + entries > config_.miss_queue) return refuse(refusal, L1Stall::miss_queue_full);
   if (effect.keep && !present && !room_for_victim(access.address, entries)) {
     return stall(L1Stall::miss_queue_full);  // for this cycle: any access may change whose turn to go it is
   }
@@ -280,7 +305,7 @@ void L1Cache::send_miss(Cycle now) {
   ++version_;
 }
 
-// One response per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
+// `width` responses per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
 void L1Cache::send_responses(Cycle now) {
   if (next_response_ > now) return;
   next_response_ = kNever;
@@ -292,15 +317,16 @@ void L1Cache::send_responses(Cycle now) {
 
 void L1Cache::send_response(Cycle now, std::size_t i) {
   Client& client = clients_[i];
-  if (!client.response.can_push(now)) return;
-  const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
-  const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
-  RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
-  client.response.push(now, queue.front().response);
-  queue.pop();
-  ++counters_.responses;
-  const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
-  response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
+  for (unsigned sent = 0; sent < client.width && response_due_[i] <= now && client.response.can_push(now); ++sent) {
+    const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
+    const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
+    RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
+    client.response.push(now, queue.front().response);
+    queue.pop();
+    ++counters_.responses;
+    const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
+    response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
+  }
 }
 
 Cycle L1Cache::next_due(Cycle now) const {
@@ -316,7 +342,7 @@ void L1Cache::count_mshr_cycles(Cycle now) {
 
 bool L1Cache::idle() const {
   const bool quiet = std::all_of(clients_.begin(), clients_.end(), [](const Client& c) {
-    return c.hits.empty() && c.fills.empty() && c.request.empty();
+    return c.hits.empty() && c.fills.empty() && c.held.empty() && c.request.empty();
   });
   return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_.empty();
 }
@@ -345,6 +371,10 @@ Inventory L1Cache::inventory() const {
        std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
        false},
       {"miss_queue", StorageKind::ram, std::uint64_t{config_.miss_queue} * miss_bits, 1, 1, false}};
+  if (config_.held_misses > 0) {
+    inventory.storage.push_back({"held_misses", StorageKind::ram,
+                                 std::uint64_t{config_.clients} * config_.held_misses * miss_bits, 1, 1, false});
+  }
   inventory.operators = {
       {"match", kAddressBits - 7, std::uint64_t{config_.geometry.ways} * config_.banks},  // tag comparators
       {"match", kAddressBits - 5, config_.mshr_entries}};

@@ -67,8 +67,9 @@ struct L1Counters : CacheRegions {
 class L1Cache final : public L1CacheModule {
  public:
   struct Config {
-    unsigned clients = 2;  ///< request/response port pairs; by the assembly
-    std::uint8_t sm = 0;   ///< number that requests carry into the crossbar; by the assembly
+    unsigned clients = 2;          ///< request/response port pairs; by the assembly
+    std::uint8_t sm = 0;           ///< number that requests carry into the crossbar; by the assembly
+    std::vector<unsigned> widths;  ///< sectors a cycle of each client's port; none: 1; by the assembly
     SectorCacheTags::Geometry geometry{};
     unsigned latency = 20;
     unsigned tag_latency = 1;
@@ -76,6 +77,7 @@ class L1Cache final : public L1CacheModule {
     unsigned mshr_entries = 256;
     unsigned mshr_merges = 8;
     unsigned miss_queue = 16;
+    unsigned held_misses = 0;
     PrivateWrites private_writes;
     bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
     bool perfect = false;           ///< nothing leaves the cache
@@ -91,6 +93,10 @@ class L1Cache final : public L1CacheModule {
                kVulkanSim);
       list.add("miss_queue", miss_queue, {1, kMaxEntries}, "requests", "misses and writes waiting for the crossbar",
                kVulkanSim);
+      list.add("held_misses", held_misses, {0, kMaxEntries}, "requests",
+               "reads of a client's port that wait aside for an MSHR or the miss queue, so that hits behind them go "
+               "on; nodes and records only",
+               kOurs);
       private_writes.parameters(list);
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
@@ -124,14 +130,20 @@ class L1Cache final : public L1CacheModule {
     MemoryRequest request;
     Cycle due = 0;
   };
+  /// Why the cache refused a request, and its version_ then: as long as that stays it refuses it again.
+  struct Refusal {
+    std::uint64_t at = kNever;
+    L1Stall reason = L1Stall::count;
+  };
   struct Client {
     LinkReader<MemoryRequest> request;
     LinkWriter<MemoryResponse> response;
-    RingQueue<Pending> hits;            ///< the hit pipeline
-    RingQueue<Pending> fills;           ///< released by fills and write acknowledgements
-    unsigned hit_latency = 0;           ///< to entering the response link
-    std::uint64_t refused_at = kNever;  ///< version_ at which the cache refused the present head
-    L1Stall refusal = L1Stall::count;   ///< and why
+    RingQueue<Pending> hits;        ///< the hit pipeline
+    RingQueue<Pending> fills;       ///< released by fills and write acknowledgements
+    RingQueue<MemoryRequest> held;  ///< refused reads that let others pass
+    unsigned width = 1;             ///< sectors a cycle
+    unsigned hit_latency = 0;       ///< to entering the response link
+    Refusal head, oldest_held;
   };
 
   void end_of_elaboration() override;
@@ -139,11 +151,13 @@ class L1Cache final : public L1CacheModule {
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
-  bool accept(Cycle now, Client& client, const MemoryRequest& access);
-  bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
-  bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
+  void take_from(Cycle now, unsigned client, bool& won);
+  bool may_wait_aside(const Client& client, const MemoryRequest& access) const;
+  bool accept(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
+  bool accept_read(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
+  bool accept_write(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
   bool stall(L1Stall reason);
-  bool refuse(Client& client, L1Stall reason);
+  bool refuse(Refusal& refusal, L1Stall reason);
   bool room_for_victim(std::uint64_t address, std::size_t entries = 0) const;
   SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address);
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);

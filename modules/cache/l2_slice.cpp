@@ -190,9 +190,7 @@ SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local) {
   return slot;
 }
 
-void L2Slice::reply(const MemoryRequest& r) {
-  replies_.push(response_to(r));
-}
+void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r)); }
 
 void L2Slice::send_dram(Cycle now) {
   if (dram_queue_.empty() || !dram.can_send(now)) return;

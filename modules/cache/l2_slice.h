@@ -35,8 +35,8 @@ struct L2Counters : CacheRegions {
   std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> stalls{};
   std::uint64_t requests_in = 0;
   std::uint64_t replies_out = 0;
-  std::uint64_t dram_reads = 0;   ///< sectors
-  std::uint64_t dram_writes = 0;  ///< dirty sectors written back
+  std::uint64_t dram_reads = 0;                              ///< sectors
+  std::uint64_t dram_writes = 0;                             ///< dirty sectors written back
   std::array<std::uint64_t, kRegionCount> dram_reads_of{};   ///< dram_reads by what they were for
   std::array<std::uint64_t, kRegionCount> dram_writes_of{};  ///< dram_writes by who had written the line
   std::uint64_t evictions = 0;                               ///< lines
@@ -138,7 +138,7 @@ class L2Slice final : public L2SliceModule {
   Config config_;
   LinkReader<MemoryRequest> in_;
   LinkWriter<MemoryResponse> out_;
-  SectorCacheTags tags_;  ///< of slice-local addresses
+  SectorCacheTags tags_;            ///< of slice-local addresses
   std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
   MshrTable mshrs_;                 ///< of global sector addresses
   RingQueue<Access> pipe_;

@@ -104,22 +104,23 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
 
 void MemoryScheduler::issue(Cycle now) {
   if (queue_.empty()) return;
-  config_.by_shader ? issue_batch(now) : issue_sector(now);
+  config_.by_shader ? issue_batch(now) : issue_sectors(now);
 }
 
-void MemoryScheduler::issue_sector(Cycle now) {
-  if (!requests_.can_push(now)) return;
-  Pending& p = queue_.front();
-  const Fetch& f = fetches_[p.fetch];
-  const SectorAccess sector = NodeSectors(f.node, traffic_).at(p.next);
-  MemoryRequest message;
-  message.address = sector.address;
-  message.tag = p.fetch;
-  message.region = sector.region;
-  requests_.push(now, message);
-  ++counters_.sectors[static_cast<std::size_t>(message.region)];
-  ++outstanding_;
-  if (++p.next == f.sectors) queue_.pop();
+void MemoryScheduler::issue_sectors(Cycle now) {
+  for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && requests_.can_push(now); ++i) {
+    Pending& p = queue_.front();
+    const Fetch& f = fetches_[p.fetch];
+    const SectorAccess sector = NodeSectors(f.node, traffic_).at(p.next);
+    MemoryRequest message;
+    message.address = sector.address;
+    message.tag = p.fetch;
+    message.region = sector.region;
+    requests_.push(now, message);
+    ++counters_.sectors[static_cast<std::size_t>(message.region)];
+    ++outstanding_;
+    if (++p.next == f.sectors) queue_.pop();
+  }
 }
 
 void MemoryScheduler::issue_batch(Cycle now) {
@@ -149,27 +150,30 @@ NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
 }
 
 void MemoryScheduler::respond(Cycle now) {
-  if (config_.by_shader) {
-    const NodeFetchDone* front = batches_done_.front(now);
-    if (front == nullptr) return;
-    const NodeFetchDone done = *front;
-    batches_done_.pop(now);
-    for_each_bit(done.fetches, [&](unsigned lane) {
-      const LaneId id = lane_id(done.entry, lane);
-      outstanding_ -= fetches_[id].missing;
-      fetches_[id].missing = 0;
-      complete(now, id);
-    });
-    return;
+  if (config_.by_shader) return take_batch_done(now);
+  for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
+    const MemoryResponse* arrived = responses_.front(now);
+    if (arrived == nullptr) return;
+    const auto id = static_cast<LaneId>(arrived->tag);
+    responses_.pop(now);
+    Fetch& f = fetches_[id];
+    assert(f.missing > 0 && outstanding_ > 0);
+    --outstanding_;
+    if (--f.missing == 0) complete(now, id);
   }
-  const MemoryResponse* arrived = responses_.front(now);
-  if (arrived == nullptr) return;
-  const auto id = static_cast<LaneId>(arrived->tag);
-  responses_.pop(now);
-  Fetch& f = fetches_[id];
-  assert(f.missing > 0 && outstanding_ > 0);
-  --outstanding_;
-  if (--f.missing == 0) complete(now, id);
+}
+
+void MemoryScheduler::take_batch_done(Cycle now) {
+  const NodeFetchDone* front = batches_done_.front(now);
+  if (front == nullptr) return;
+  const NodeFetchDone done = *front;
+  batches_done_.pop(now);
+  for_each_bit(done.fetches, [&](unsigned lane) {
+    const LaneId id = lane_id(done.entry, lane);
+    outstanding_ -= fetches_[id].missing;
+    fetches_[id].missing = 0;
+    complete(now, id);
+  });
 }
 
 void MemoryScheduler::complete(Cycle now, LaneId id) {

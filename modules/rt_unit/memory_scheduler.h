@@ -33,6 +33,7 @@ class MemoryScheduler final : public NodeFetchModule {
     unsigned queue = 64;  ///< a warp is scheduled while 32 places are free
     bool merge_in_flight = true;
     bool by_shader = false;
+    unsigned sectors_per_cycle = 1;
     NodeTrafficConfig traffic;
     void parameters(ParameterList& list) {
       list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
@@ -40,6 +41,8 @@ class MemoryScheduler final : public NodeFetchModule {
                from_public("Vulkan-Sim merges within one cycle only"));
       list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
                from_paper("GRTX, Section IV: the RT unit does"));
+      list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
+               "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim);
       traffic.parameters(list);
     }
   };
@@ -66,9 +69,9 @@ class MemoryScheduler final : public NodeFetchModule {
   void begin_warp(Cycle now, unsigned entry) override;
   void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
 
-  /// Takes at most one response, or one batch that the SIMT core has read.
+  /// Takes at most sectors_per_cycle responses, or one batch that the SIMT core has read.
   void respond(Cycle now) override;
-  /// Sends at most one sector, or the fetches at the front of the queue that belong to one warp.
+  /// Sends at most sectors_per_cycle sectors, or the fetches at the front of the queue that belong to one warp.
   void issue(Cycle now) override;
   bool busy() const override { return !queue_.empty(); }
 
@@ -95,7 +98,8 @@ class MemoryScheduler final : public NodeFetchModule {
   };
   static std::uint64_t merge_key(std::uint64_t address, bool header);
   void end_of_elaboration() override;
-  void issue_sector(Cycle now);
+  void issue_sectors(Cycle now);
+  void take_batch_done(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);

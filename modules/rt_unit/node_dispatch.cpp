@@ -20,7 +20,10 @@ void NodeDispatch::end_of_elaboration() {
   attach(NodeKind::triangle, ray_triangle);
   attach(NodeKind::procedural, ray_sphere);
   attach(NodeKind::instance, ray_transform);
+  if (config_.transforms_leaves) attach(NodeKind::procedural, ray_transform);
 }
+
+void NodeDispatch::unit_result(Cycle now, LaneId id) { ray_sphere->enqueue(now, id, 1); }
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
   intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];

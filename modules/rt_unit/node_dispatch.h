@@ -1,4 +1,5 @@
-// Node dispatch of the RT unit: hands the lanes whose node has arrived to the intersection unit of the node's kind.
+// Node dispatch of the RT unit: hands the lanes whose node has arrived to the intersection unit of the node's kind;
+// those at a procedural leaf of a monolithic BVH first to the transform unit, because the primitive is a unit sphere.
 // Paper: Section IV-B, "Baseline Architecture". Cost: wires and the choice among four units; no storage.
 #pragma once
 
@@ -11,13 +12,16 @@
 
 namespace grtx::modules {
 
-class NodeDispatch final : public sc_core::sc_module, public fetched_node_if {
+class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, public intersection_client_if {
  public:
   struct Config {
-    bool box_op_per_child = false;  ///< a box operation tests one child, not the whole node
+    bool box_op_per_child = false;   ///< a box operation tests one child, not the whole node
+    bool transforms_leaves = false;  ///< procedural leaves hold a matrix: the ray is transformed, then tested
   };
 
   NodeDispatch(const sc_core::sc_module_name& name, const Config& config);
+
+  bool transforms_leaves() const { return config_.transforms_leaves; }
 
   template <typename T>
   using Optional = sc_core::sc_port<T, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
@@ -30,6 +34,8 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if {
 
   /// Throws Error for a kind whose unit is unbound.
   void fetched(Cycle now, unsigned entry, LaneMask lanes, traces::NodeKind kind) override;
+  /// The ray of a lane at a leaf has been transformed.
+  void unit_result(Cycle now, LaneId id) override;
 
  private:
   void end_of_elaboration() override;

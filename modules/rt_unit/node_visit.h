@@ -51,6 +51,11 @@ struct SectorRun {
 };
 
 /// What a visit reads, in this order: a leaf's descriptor (if that is a request of its own), the node, the BLAS header.
+/// Procedural leaves of a monolithic BVH hold the matrix to the unit sphere; of a shared BLAS the instance leaf does.
+inline bool transforms_leaves(const traces::Header& header) {
+  return !header.two_level && traces::has_procedural_leaves(header.accel);
+}
+
 class NodeSectors {
  public:
   NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic)

@@ -39,8 +39,10 @@ void RtUnitConfig::parameters(ParameterList& list) {
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
   list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
-  list.under("transform",
-             [&](ParameterList& unit) { ray_transform.parameters(unit, "ray-transform", kTreeTraversal); });
+  list.under("transform", [&](ParameterList& unit) {
+    ray_transform.parameters(unit, "ray-transform",
+                             assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
+  });
 }
 
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
@@ -49,7 +51,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child}) {
+      dispatch_("node_dispatch", {config.box_op_per_child, transforms_leaves(header)}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
   bind_parts();
@@ -96,7 +98,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   } else {
     ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path());
   }
-  if (header.two_level) {
+  if (header.two_level || transforms_leaves(header)) {
     ray_transform_ = unit(parts.ray_transform, "ray_transform", config_.ray_transform, ray_transform_path());
   }
 }
@@ -134,7 +136,13 @@ void RtUnit::bind_parts() {
   if (ray_triangle_) dispatch_.ray_triangle.bind(*ray_triangle_);
   if (ray_sphere_) dispatch_.ray_sphere.bind(*ray_sphere_);
   if (ray_transform_) dispatch_.ray_transform.bind(*ray_transform_);
-  for (IntersectionModule* unit : units_) unit->client.bind(*scheduler_);
+  for (IntersectionModule* unit : units_) {
+    if (unit == ray_transform_.get() && dispatch_.transforms_leaves()) {
+      unit->client.bind(dispatch_);
+    } else {
+      unit->client.bind(*scheduler_);
+    }
+  }
 
   any_hit_->warp_buffer.bind(*warp_buffer_);
   any_hit_->client.bind(*scheduler_);

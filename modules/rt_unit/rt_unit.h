@@ -33,7 +33,7 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_box{4, 13, 1};
   IntersectionUnit::Config ray_triangle{4, 37, 1};
   IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
-  IntersectionUnit::Config ray_transform{4, 4, 1};
+  IntersectionUnit::Config ray_transform{4, 6, 1};
   bool box_op_per_child = false;
   AnyHitCollector::Config any_hit;
   CheckpointUnit::Config checkpoint;

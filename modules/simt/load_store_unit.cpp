@@ -23,7 +23,7 @@ void LoadStoreUnit::grow(std::size_t at_least) {
   head_ = 0;
 }
 
-void LoadStoreUnit::enqueue(unsigned slot, const std::vector<SectorAccess>& sectors, bool write) {
+void LoadStoreUnit::enqueue(unsigned slot, std::span<const SectorAccess> sectors, bool write) {
   if (size_ + sectors.size() > ring_.size()) grow(size_ + sectors.size());
   const std::size_t mask = ring_.size() - 1;
   auto& by_region = write ? counters_.stores : counters_.loads;
@@ -36,24 +36,23 @@ void LoadStoreUnit::enqueue(unsigned slot, const std::vector<SectorAccess>& sect
   counters_.deepest_queue = std::max<std::uint64_t>(counters_.deepest_queue, size_);
 }
 
-bool LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& requests) {
-  if (size_ == 0) return false;
-  if (!requests.can_push(now)) {
-    ++counters_.blocked_cycles;
-    return false;
+unsigned LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& requests, unsigned most) {
+  if (size_ != 0 && !requests.can_push(now)) ++counters_.blocked_cycles;
+  unsigned sent = 0;
+  for (; sent < most && size_ != 0 && requests.can_push(now); ++sent) {
+    const Waiting& oldest = ring_[head_];
+    MemoryRequest request;
+    request.address = oldest.address;
+    request.tag = oldest.slot;
+    request.client = client_;
+    request.region = oldest.region;
+    request.write = oldest.write;
+    requests.push(now, request);
+    head_ = (head_ + 1) & (ring_.size() - 1);
+    if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
+    ++in_flight_;
   }
-  const Waiting& oldest = ring_[head_];
-  MemoryRequest request;
-  request.address = oldest.address;
-  request.tag = oldest.slot;
-  request.client = client_;
-  request.region = oldest.region;
-  request.write = oldest.write;
-  requests.push(now, request);
-  head_ = (head_ + 1) & (ring_.size() - 1);
-  if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
-  ++in_flight_;
-  return true;
+  return sent;
 }
 
 unsigned LoadStoreUnit::receive(const MemoryResponse& response) {

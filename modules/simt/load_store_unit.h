@@ -1,10 +1,11 @@
-// Load-store unit of the SIMT core: sends the sectors of shader phases to the L1, one a cycle, in the order of arrival,
-// and counts what each warp still waits for.
+// Load-store unit of the SIMT core: sends the sectors of shader phases to the L1, one a cycle or more, in the order of
+// arrival, and counts what each warp still waits for.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <iosfwd>
+#include <span>
 #include <vector>
 
 #include "grtx/modules/kernel/link_access.h"
@@ -28,9 +29,10 @@ class LoadStoreUnit {
   LoadStoreUnit(unsigned resident_warps, std::uint8_t l1_client);
 
   /// Queues sectors of the warp in `slot` behind all that wait already.
-  void enqueue(unsigned slot, const std::vector<SectorAccess>& sectors, bool write);
-  /// Sends the oldest request if `requests` takes one in cycle `now`; true when it did.
-  bool send(Cycle now, const LinkWriter<MemoryRequest>& requests);
+  void enqueue(unsigned slot, std::span<const SectorAccess> sectors, bool write);
+  /// Sends the oldest requests, at most `most`, as far as `requests` takes them in cycle `now`. Returns how
+  /// many it took.
+  unsigned send(Cycle now, const LinkWriter<MemoryRequest>& requests, unsigned most = 1);
   /// Accounts a response; returns its warp slot.
   unsigned receive(const MemoryResponse& response);
 

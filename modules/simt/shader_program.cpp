@@ -174,13 +174,13 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   });
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
 
-  const auto walk = [&](const LaneCounts& counts, const Entries& last, bool is_store) {
-    for_each_entry(
-        warp_slot, batch.lanes, counts, [&](unsigned lane, std::uint32_t i) { return last[lane] - i; }, is_store,
-        phase);
-  };
-  walk(reads, last_read, false);
-  walk(writes, last_written, true);
+  for_each_entry(
+      warp_slot, batch.lanes, reads, [&](unsigned lane, std::uint32_t i) { return last_read[lane] - i; }, false, phase,
+      [this](std::uint32_t) { return costs_.dependent_loads; });
+  close_steps(phase);
+  for_each_entry(
+      warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
+      phase);
   if (evicting != 0) {
     store(Region::eviction, phase);
     for_each_bit(evicting, [&](unsigned lane) {
@@ -189,6 +189,14 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
       ++counters_.evictions;
     });
   }
+}
+
+// The last step takes what loads are left, and the instructions that the others leave.
+void ShaderProgram::close_steps(ShaderPhase& phase) const {
+  const auto loads = static_cast<std::uint32_t>(phase.loads.size());
+  if (!phase.steps.empty() && phase.steps.back() != loads) phase.steps.push_back(loads);
+  if (phase.steps.size() <= 1) return phase.steps.clear();
+  phase.step_instructions = std::min<std::uint64_t>(costs_.any_hit_per_shift, phase.instructions / phase.steps.size());
 }
 
 void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) {

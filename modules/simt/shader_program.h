@@ -28,6 +28,7 @@ struct ShaderCosts {
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
   unsigned sort_per_entry = 6;        ///< compare, select, advance
+  bool dependent_loads = true;        ///< of the any-hit shader's loop over the k-buffer
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
   unsigned sh_per_coefficient = 4;
@@ -76,12 +77,17 @@ struct ShaderPhase {
   std::uint64_t instructions = 0;
   std::vector<SectorAccess> loads;
   std::vector<SectorAccess> stores;
+  /// Loads in steps that wait for each other, as the iterations of a loop whose end depends on what was read: of each
+  /// step where its loads end. Empty: all loads go out at once.
+  std::vector<std::uint32_t> steps;
+  std::uint64_t step_instructions = 0;  ///< executed after each step but the last; part of `instructions`
 
   void reset(PhaseKind k, std::uint64_t n) {
     kind = k;
     instructions = n;
     loads.clear();
     stores.clear();
+    steps.clear();
   }
 };
 
@@ -150,10 +156,17 @@ class ShaderProgram {
   }
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
   unsigned sort_passes(std::uint32_t entries) const;
-  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step.
+  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step. A step of
+  /// the phase's loads ends after the iterations for which ends_step(i) holds.
+  template <typename IndexAt, typename EndsStep>
+  void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                      bool is_store, ShaderPhase& phase, const EndsStep& ends_step);
   template <typename IndexAt>
   void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
-                      bool is_store, ShaderPhase& phase);
+                      bool is_store, ShaderPhase& phase) {
+    for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
+  }
+  void close_steps(ShaderPhase& phase) const;
   void find_active(Warp& warp);
   void load(Region region, ShaderPhase& phase);
   void store(Region region, ShaderPhase& phase);
@@ -173,9 +186,9 @@ class ShaderProgram {
   ShaderCounters counters_;
 };
 
-template <typename IndexAt>
+template <typename IndexAt, typename EndsStep>
 void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
-                                   bool is_store, ShaderPhase& phase) {
+                                   bool is_store, ShaderPhase& phase, const EndsStep& ends_step) {
   constexpr std::uint64_t kFieldBytes = 4;  // t or id of a k-buffer entry
   for (std::uint32_t i = 0;; ++i) {
     LaneMask running = 0;  // lanes whose loop is longer than i
@@ -193,6 +206,7 @@ void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, cons
         coalescer_.touch(map_.k_buffer(warp_slot, at(lane, i), field, lane), kFieldBytes);
       });
     }
+    if (ends_step(i)) phase.steps.push_back(static_cast<std::uint32_t>(phase.loads.size()));
   }
 }
 

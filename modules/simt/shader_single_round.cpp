@@ -56,7 +56,12 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
     if ((sinking & bit(lane)) != 0) return std::min((1U << i) - 1, k_ - 1);
     return i == 0 ? appended[lane] : i - 1;
   };
-  for_each_entry(warp_slot, batch.lanes, reads, read_at, false, phase);
+  // A heap's levels wait for each other; building one reads all entries anyway.
+  std::uint32_t levels = 0;
+  for_each_bit(sinking, [&](unsigned lane) { levels = std::max(levels, reads[lane]); });
+  for_each_entry(warp_slot, batch.lanes, reads, read_at, false, phase,
+                 [&](std::uint32_t i) { return costs_.dependent_loads && i % 2 == 0 && i + 1 < levels; });
+  close_steps(phase);
   for_each_entry(warp_slot, batch.lanes, writes, write_at, true, phase);
 }
 

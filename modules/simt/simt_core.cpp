@@ -116,13 +116,15 @@ Cycle SimtCore::tick(Cycle now) {
 }
 
 void SimtCore::accept_response(Cycle now) {
-  const MemoryResponse* response = memory_response_.front(now);
-  if (response == nullptr) return;
-  const bool write = response->write;
-  const unsigned slot = lsu_.receive(*response);
-  memory_response_.pop(now);
-  if (!write && lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
-  if (write) end_if_drained(slot, now);
+  for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
+    const MemoryResponse* response = memory_response_.front(now);
+    if (response == nullptr) return;
+    const bool write = response->write;
+    const unsigned slot = lsu_.receive(*response);
+    memory_response_.pop(now);
+    if (!write && lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
+    if (write) end_if_drained(slot, now);
+  }
 }
 
 void SimtCore::accept_messages(Cycle now) {
@@ -170,7 +172,7 @@ void SimtCore::finish_phases(Cycle now) {
       next_ready_ = std::min(next_ready_, ready);
     }
   }
-  for_each_bit(service, [&](unsigned slot) { finish_service(slot, now); });
+  for_each_bit(service, [&](unsigned slot) { more_steps(slot) ? load_step(slot, now) : finish_service(slot, now); });
   for_each_bit(ray_generation, [&](unsigned slot) {
     store(slot);
     finish_ray_generation(slot, now);
@@ -290,7 +292,13 @@ void SimtCore::load(unsigned slot, Cycle now) {
   warp.kind = phase_.kind;
   warp.instructions = phase_.instructions;
   warp.stores.swap(phase_.stores);
-  if (phase_.loads.empty()) {
+  warp.steps.swap(phase_.steps);
+  if (!warp.steps.empty()) {
+    warp.loads.swap(phase_.loads);
+    warp.next_step = 0;
+    warp.step_instructions = phase_.step_instructions;
+    load_step(slot, now);
+  } else if (phase_.loads.empty()) {
     loaded_ |= bit(slot);
   } else {
     lsu_.enqueue(slot, phase_.loads, false);
@@ -298,13 +306,24 @@ void SimtCore::load(unsigned slot, Cycle now) {
   }
 }
 
+void SimtCore::load_step(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  const std::uint32_t begin = warp.next_step == 0 ? 0 : warp.steps[warp.next_step - 1];
+  const std::uint32_t end = warp.steps[warp.next_step++];
+  lsu_.enqueue(slot, std::span(warp.loads).subspan(begin, end - begin), false);
+  enter(slot, WarpActivity::memory, now);
+}
+
 void SimtCore::issue(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
   enter(slot, executing(warp.kind), now);
-  warp.ready = issue_slots_.reserve(slot, warp.instructions, now);
+  const bool last = !more_steps(slot);
+  const std::uint64_t instructions = last ? warp.instructions : warp.step_instructions;
+  warp.instructions -= instructions;
+  warp.ready = issue_slots_.reserve(slot, instructions, now);
   next_ready_ = std::min(next_ready_, warp.ready);
-  counters_.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
-  ++counters_.phases[static_cast<std::size_t>(warp.kind)];
+  counters_.instructions[static_cast<std::size_t>(warp.kind)] += instructions;
+  if (last) ++counters_.phases[static_cast<std::size_t>(warp.kind)];
 }
 
 void SimtCore::store(unsigned slot) {
@@ -320,7 +339,7 @@ void SimtCore::end_if_drained(unsigned slot, Cycle now) {
 }
 
 void SimtCore::send(Cycle now) {
-  lsu_.send(now, memory_request_);
+  lsu_.send(now, memory_request_, config_.sectors_per_cycle);
   const auto rt_of = [this](std::uint16_t slot) -> RtLinks& { return rt_[slot % rt_.size()]; };
   if (!any_hits_done_.empty()) {
     LinkWriter<AnyHitDone>& link = rt_of(any_hits_done_.front().slot).any_hit_done;

@@ -30,12 +30,19 @@ struct SimtCoreConfig {
   unsigned instruction_latency = 4;
   std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
   std::uint64_t registers = 65536;
+  unsigned sectors_per_cycle = 1;
   ShaderCosts costs;
   /// But for the costs, which are a table of their own.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
              "from issue of an instruction to its result", assumed("common GPU ALU latency"));
+    list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
+             "width of the load-store unit and of its port at the L1", kOurs);
+    list.add("dependent_loads", costs.dependent_loads,
+             "the loop of an any-hit shader over the k-buffer waits for what it reads before it goes on; else all its "
+             "loads go out at once",
+             kOurs);
     list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
              kVulkanSim);
   }
@@ -93,10 +100,14 @@ class SimtCore final : public SimtCoreModule {
     Cycle since = 0;       ///< of this activity
     Cycle ready = kNever;  ///< when the instructions of the running phase are done
     PhaseKind kind = PhaseKind::prologue;
-    std::uint64_t instructions = 0;    ///< of the running phase
+    std::uint64_t instructions = 0;    ///< of the running phase, not yet issued
     std::vector<SectorAccess> stores;  ///< of the running phase
-    LaneMask any_hit_lanes = 0;        ///< of the running any-hit shader
-    NodeFetchDone fetched;             ///< of the running node fetch
+    std::vector<SectorAccess> loads;   ///< of a phase in steps
+    std::vector<std::uint32_t> steps;  ///< of the running phase
+    std::size_t next_step = 0;         ///< whose loads have not gone out
+    std::uint64_t step_instructions = 0;
+    LaneMask any_hit_lanes = 0;  ///< of the running any-hit shader
+    NodeFetchDone fetched;       ///< of the running node fetch
   };
 
   void start_of_simulation() override;
@@ -105,6 +116,8 @@ class SimtCore final : public SimtCoreModule {
   void accept_response(Cycle now);
   void accept_messages(Cycle now);
   void finish_phases(Cycle now);
+  bool more_steps(unsigned slot) const { return slots_[slot].next_step < slots_[slot].steps.size(); }
+  void load_step(unsigned slot, Cycle now);
   void finish_ray_generation(unsigned slot, Cycle now);
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);

@@ -129,11 +129,15 @@ void check_config(const GpuConfig& config, const std::string& origin) {
 }
 
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
-  GpuConfig config;
+  return load_config(GpuConfig(), "", path, settings);
+}
+
+GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
+                      const std::vector<std::string>& settings) {
   const std::vector<modules::Parameter> keys = config_keys(config);
   if (!path.empty()) load_config_file(path, keys);
   for (const std::string& setting : settings) apply_setting(setting, keys);
-  check_config(config, settings.empty() ? path : "configuration");
+  check_config(config, !settings.empty() ? "configuration" : path.empty() ? origin : path);
   return config;
 }
 
@@ -154,8 +158,8 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
   return json;
 }
 
-// Keys that came later count where they differ from what was there before, so that hashes on record stay. What was there
-// before is their default.
+// Keys that came later count where they differ from what was there before, so that hashes on record stay. What was
+// there before is their default.
 std::string config_hash(const GpuConfig& config) {
   static constexpr const char* kLaterKeys[] = {"dram.model",
                                                "dram.simulator.config",
@@ -163,15 +167,16 @@ std::string config_hash(const GpuConfig& config) {
                                                "l1.replacement",
                                                "l2.replacement",
                                                "l1.private_writes",
-                                               "l1.private_allocate"};
+                                               "l1.private_allocate",
+                                               "l1.held_misses",
+                                               "rt.memory.sectors_per_cycle",
+                                               "simt.sectors_per_cycle",
+                                               "dram.scheduling",
+                                               "dram.hit_cap"};
   nlohmann::ordered_json json = config_json(config);
   const nlohmann::ordered_json before = config_json(GpuConfig());
   for (const char* key : kLaterKeys) {
     if (json.contains(key) && json.at(key) == before.value(key, json.at(key))) json.erase(key);
-  }
-  const nlohmann::ordered_json defaults = config_json(GpuConfig{});
-  for (const char* key : {"dram.scheduling", "dram.hit_cap"}) {
-    if (json.at(key) == defaults.at(key)) json.erase(key);
   }
   return hex(xxh3(json.dump()));
 }

@@ -91,6 +91,9 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config);
 /// Defaults, then the file (if `path` is not empty), then the settings "key=value" in order. Throws Error for anything
 /// that is unknown, of the wrong type, out of range, or impossible in combination.
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
+/// The same on top of `config`, which `origin` gave.
+GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
+                      const std::vector<std::string>& settings);
 
 /// Throws Error{origin, key, rule} when keys contradict each other.
 void check_config(const GpuConfig& config, const std::string& origin);

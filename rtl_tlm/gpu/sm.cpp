@@ -63,20 +63,26 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
 
   // Ports of the L1; those that the configuration does not use do not exist.
   std::vector<std::string> clients;
+  std::vector<unsigned> widths;  // sectors a cycle
+  const auto add_client = [&](const std::string& client, unsigned width = 1) {
+    clients.push_back(client);
+    widths.push_back(width);
+  };
   std::uint8_t simt_client = 0;
   for (unsigned u = 0; u < units; ++u) {
-    if (!by_shader) clients.push_back(numbered("rt_node", u));
+    if (!by_shader) add_client(numbered("rt_node", u), config.rt.memory.sectors_per_cycle);
     if (u == 0) {
       simt_client = static_cast<std::uint8_t>(clients.size());
-      clients.push_back("simt");
+      add_client("simt", config.simt.sectors_per_cycle);
     }
-    if (header.checkpoint) clients.push_back(numbered("rt_checkpoint", u));
-    if (config.rt.sibling_prefetch) clients.push_back(numbered("rt_prefetch", u));
-    if (config.rt.warp_buffer.spill) clients.push_back(numbered("rt_stack", u));
+    if (header.checkpoint) add_client(numbered("rt_checkpoint", u));
+    if (config.rt.sibling_prefetch) add_client(numbered("rt_prefetch", u));
+    if (config.rt.warp_buffer.spill) add_client(numbered("rt_stack", u));
   }
-  for (const std::string& client : clients) {
-    requests_.push_back(link<MemoryRequest>(prefix + client + "_request", links.l1_latency, links.l1_capacity));
-    responses_.push_back(link<MemoryResponse>(prefix + client + "_response", links.l1_latency, links.l1_capacity));
+  for (std::size_t i = 0; i < clients.size(); ++i) {
+    const std::size_t capacity = links.l1_capacity * widths[i];
+    requests_.push_back(link<MemoryRequest>(prefix + clients[i] + "_request", links.l1_latency, capacity));
+    responses_.push_back(link<MemoryResponse>(prefix + clients[i] + "_response", links.l1_latency, capacity));
   }
 
   modules::SimtCoreConfig simt = config.simt;
@@ -86,6 +92,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   modules::L1Cache::Config l1 = config.l1;
   l1.sm = static_cast<std::uint8_t>(config.index);
   l1.clients = static_cast<unsigned>(clients.size());
+  l1.widths = widths;
   rt_.resize(units);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {

@@ -18,7 +18,7 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
     triangle = std::max(triangle, divide_up(rt.ray_triangle.busy_cycles, config.rt.ray_triangle.count));
     sphere = std::max(sphere, divide_up(rt.ray_sphere.busy_cycles, config.rt.ray_sphere.count));
     transform = std::max(transform, divide_up(rt.ray_transform.busy_cycles, config.rt.ray_transform.count));
-    rt_port = std::max(rt_port, rt.memory.node_sectors());
+    rt_port = std::max(rt_port, divide_up(rt.memory.node_sectors(), config.rt.memory.sectors_per_cycle));
   }
   for (const modules::SimtCounters& core : c.simt_of) {
     simt = std::max(simt, divide_up(core.issue_busy_cycles, config.simt.schedulers));
@@ -34,7 +34,7 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
           {"unit.triangle", triangle, "busiest ray-triangle units"},
           {"unit.sphere", sphere, "busiest ray-sphere units"},
           {"unit.transform", transform, "busiest ray-transform units"},
-          {"rt_port", rt_port, "node sectors of the busiest RT unit, one a cycle"},
+          {"rt_port", rt_port, "node sectors of the busiest RT unit over the width of its port"},
           {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
           {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
           {"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},

@@ -147,7 +147,7 @@ class MockMemory {
     if (const MemoryRequest* r = in_.front(now); r != nullptr) {
       if (takes(now)) {
         arrivals_.push_back({now, *r});
-        pending_.push_back({now + latency_, {r->address, r->tag, r->client, r->sm, r->region, r->write, r->prefetch}});
+        pending_.push_back({now + latency_, response_to(*r)});
         in_.pop(now);
       }
       clock_.request(now + 1);

@@ -88,6 +88,7 @@ void RtUnit::await(LaneId id, const Lane& lane, const Call& call, Cycle ready) {
   } else if (event.kind() == EventKind::visit_instance) {
     unit = &transform_;
   }
+  if (transforms_leaves_ && event.kind() == EventKind::visit_leaf) ready = transform_.test(ready, 1);
   // Its warp can be selected in the cycle after it.
   shared_.agenda.add(unit->test(ready, tests) - 1, {What::lane, sm_, id});
 }

@@ -33,12 +33,14 @@ L1::L1(Shared& shared, unsigned sm)
       largest_(std::max(1u, config_.mshr_entries / 8)),  // a request waits for one MSHR and takes one a sector
       fills_(fills_of(shared.config)),
       filling_(fills_.size()),
-      link_(shared.config.sm_links.l1_capacity),
+      link_(shared.config.sm_links.l1_capacity * shared.config.rt.memory.sectors_per_cycle),
       crossed_(config_.miss_queue + shared.config.links.capacity),
       mshrs_(config_.mshr_entries),
-      hits_(config_.latency),
+      hits_(std::size_t{config_.latency} * shared.config.rt.memory.sectors_per_cycle),
       banks_(config_.banks) {
   for (auto i = static_cast<std::uint32_t>(fills_.size()); i > 0; --i) free_fills_.push_back(i - 1);
+  ports_[kNode].width = shared.config.rt.memory.sectors_per_cycle;
+  ports_[kSimt].width = shared.config.simt.sectors_per_cycle;
 }
 
 bool L1::waits(Client client, std::uint64_t address) const {
@@ -120,7 +122,8 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   const auto lowest = static_cast<unsigned>(std::countr_zero(r.sectors));
   const unsigned run = unsigned{r.sectors} >> lowest;
   const unsigned count = count_of(run);
-  if ((run & (run + 1)) == 0) {
+  const unsigned width = ports_[client].width;
+  if ((run & (run + 1)) == 0 && width == 1) {
     const unsigned bank = banks_.bank(first + lowest);
     if (banks_.reserve_run(bank, at, count)) return at + count - 1;
     std::uint64_t& conflicts = counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
@@ -138,10 +141,11 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
     return at + count - 1;
   }
   std::uint64_t conflicts = 0;
-  --at;
+  unsigned sent = 0;
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
     const std::uint64_t sector = first + static_cast<unsigned>(std::countr_zero(rest));
-    ++at;
+    if (sent != 0 && sent % width == 0) ++at;
+    ++sent;
     const Cycle taken = banks_.reserve(banks_.bank(sector), at);
     if (taken == at) continue;
     if (std::exchange(between_, !between_)) {
@@ -222,21 +226,33 @@ L1::Taken L1::try_head(Cycle now) {
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
   if (effect.keep) keep_write(slot, r.line, r.sectors, r.region, effect.dirty, taken, true);
   if (missing != 0) seen = std::max(seen, send_miss(filling, r, missing, kClient == kPrefetch, at));
-  if (kClient == kNode) {
-    link_pushed_ = link_.take_in_turn(taken, count) + 1;
-    const bool in_pipeline = seen == through;
-    if (responses_.reserve_run(seen, count, in_pipeline)) {
-      if (in_pipeline) hits_.take_in_turn(seen, count);
-    } else {
-      const Cycle first = seen - (count - 1);
-      for (unsigned i = 0; i < count; ++i) {
-        seen = in_pipeline ? responses_.reserve_hit(first + i) : responses_.reserve_fill(first + i);
-        if (in_pipeline) hits_.take(seen);
-      }
-    }
-  }
+  if (kClient == kNode) seen = return_nodes(count, taken, seen, seen == through);
   deliver<kClient>(r, seen);
   return missing != 0 ? Taken::miss : Taken::hit;
+}
+
+Cycle L1::return_nodes(unsigned count, Cycle taken, Cycle seen, bool in_pipeline) {
+  const unsigned width = ports_[kNode].width;
+  if (width == 1) {
+    link_pushed_ = link_.take_in_turn(taken, count) + 1;
+    if (responses_.reserve_run(seen, count, in_pipeline)) {
+      if (in_pipeline) hits_.take_in_turn(seen, count);
+      return seen;
+    }
+  } else {
+    const Cycle begun = taken - (count - 1) / width;
+    for (unsigned i = 0; i < count; ++i) {
+      link_pushed_ = link_.room() + 1;
+      link_.take(begun + i / width);
+    }
+  }
+  const Cycle first = seen - (count - 1) / width;
+  for (unsigned i = 0; i < count; ++i) {
+    const Cycle place = (first + i / width) * width;
+    seen = (in_pipeline ? responses_.reserve_hit(place) : responses_.reserve_fill(place)) / width;
+    if (in_pipeline) hits_.take(seen);
+  }
+  return seen;
 }
 
 template <Client kClient>

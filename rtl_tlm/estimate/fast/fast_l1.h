@@ -98,7 +98,7 @@ class L1 {
   }
   void fill(Cycle now, std::uint32_t number);
   void advance(Cycle now) {
-    responses_.advance(now);
+    responses_.advance(now * ports_[kNode].width);
     banks_.advance(now);
   }
 
@@ -126,11 +126,12 @@ class L1 {
  private:
   static constexpr Cycle kAhead = 24;  ///< requests are served so many cycles ahead of time: many in one event
 
-  /// A client's port: one sector a cycle.
+  /// A client's port: `width` sectors a cycle.
   struct Port {
     modules::RingQueue<Request> queue;
     std::size_t timeless = 0;  ///< requests of kNobody in it
     std::size_t timed() const { return queue.size() - timeless; }
+    unsigned width = 1;
     Cycle next = 0;   ///< free from
     Cycle until = 0;  ///< refused until
   };
@@ -154,14 +155,16 @@ class L1 {
   Taken try_head(Cycle now);
   /// The cycle in which the banks take the last of the sectors, the first at `at` at the earliest.
   Cycle take_banks(unsigned client, const Request& r, Cycle at);
+  /// When the RT unit has the answers to a node request that went through in cycle `taken` and are due up to `seen`.
+  Cycle return_nodes(unsigned count, Cycle taken, Cycle seen, bool in_pipeline);
   Cycle send_miss(std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched, Cycle at);
   /// Sectors of a line take their place in the tags.
   modules::SectorCacheTags::Slot place(std::uint64_t line, std::uint8_t sectors, Cycle now, bool timed);
   /// A line of the tags for `line`, which has none; what it held is written back, at `now` or at no time.
   modules::SectorCacheTags::Slot allocate(std::uint64_t line, Cycle now, bool timed);
   /// A write's sectors that stay here. slot: of their line, if it is present.
-  void keep_write(modules::SectorCacheTags::Slot slot, std::uint64_t line, std::uint8_t sectors,
-                  modules::Region region, bool dirty, Cycle now, bool timed);
+  void keep_write(modules::SectorCacheTags::Slot slot, std::uint64_t line, std::uint8_t sectors, modules::Region region,
+                  bool dirty, Cycle now, bool timed);
   /// Sectors that a prefetch has brought are asked for.
   void demand(modules::SectorCacheTags::Slot slot, std::uint8_t sectors);
   /// The same of sectors on their way. awaited: of `sectors`, which have not arrived.
@@ -193,7 +196,7 @@ class L1 {
   PlaceRing hits_;  ///< pipeline
   BankCalendar banks_;
   bool between_ = false;        ///< the next bank conflict is the node request's
-  ResponseCalendar responses_;  ///< to node requests
+  ResponseCalendar responses_;  ///< to node requests; a cycle has as many places as their port is wide
   std::array<Port, kClients> ports_;
   unsigned waiting_ = 0;     ///< bits of the ports with requests
   unsigned first_ = 0;       ///< whose turn it is

@@ -63,7 +63,13 @@ class FastMemory {
   struct Slice {
     Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity,
           unsigned sms)
-        : tags(c.geometry), written_by(tags.slots()), runs(sms), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries), dram(channel) {}
+        : tags(c.geometry),
+          written_by(tags.slots()),
+          runs(sms),
+          looked_up(capacity),
+          queue(c.dram_queue),
+          mshrs(c.mshr_entries),
+          dram(channel) {}
     modules::SectorCacheTags tags;
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
     TurnCalendar input;

@@ -32,7 +32,8 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       free_entries_(lowest_bits(config_.warp_buffer.entries)),
       box_(config_.ray_box),
       leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle : config_.ray_sphere),
-      transform_(config_.ray_transform) {
+      transform_(config_.ray_transform),
+      transforms_leaves_(modules::transforms_leaves(shared.header)) {
   counters_.units = 1;
   if (config_.sibling_prefetch) prefetcher_.emplace(shared, l1);
 }

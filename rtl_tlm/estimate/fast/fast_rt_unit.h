@@ -146,6 +146,7 @@ class RtUnit {
   std::size_t fetches_ = 0;            ///< nodes that have not been asked for
   modules::RingQueue<Cycle> leaving_;  ///< when those that have been, ahead of time, leave the memory scheduler's queue
   IntersectionPipelines box_, leaf_, transform_;
+  bool transforms_leaves_;
   Cycle accounted_ = 0;  ///< cycles before it are counted as selections or stalls
   modules::Stall last_stall_{};
   modules::RtUnitCounters counters_;

@@ -47,7 +47,7 @@ void Simt::enter(Cycle now, Warp& warp, WarpActivity activity) {
 }
 
 template <typename F>
-void Simt::for_each_line(const std::vector<SectorAccess>& sectors, F&& f) const {
+void Simt::for_each_line(std::span<const SectorAccess> sectors, F&& f) const {
   const SectorCacheTags& tags = l1_.tags();
   for (std::size_t i = 0; i < sectors.size();) {
     const std::uint64_t line = tags.line_address(sectors[i].address);
@@ -94,14 +94,34 @@ void Simt::load(Cycle now, unsigned slot) {
   warp.loads_seen = 0;
   warp.shortened =
       shared_.stride > 1 && warp.kind != PhaseKind::any_hit;  // any-hit shaders of other events are not timed
+  warp.steps.swap(shared_.phase.steps);
+  warp.next_step = 0;
+  if (!warp.steps.empty()) {
+    warp.loads.swap(shared_.phase.loads);
+    warp.step_instructions = shared_.phase.step_instructions;
+    return load_step(now, slot);
+  }
   if (shared_.phase.loads.empty()) return issue(now, slot);
+  send_loads(now, slot, shared_.phase.loads);
+}
+
+void Simt::load_step(Cycle now, unsigned slot) {
+  Warp& warp = warps_[slot];
+  const std::uint32_t begin = warp.next_step == 0 ? 0 : warp.steps[warp.next_step - 1];
+  const std::uint32_t end = warp.steps[warp.next_step++];
+  warp.loads_seen = 0;
+  send_loads(now, slot, std::span(warp.loads).subspan(begin, end - begin));
+}
+
+void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> loads) {
+  Warp& warp = warps_[slot];
   enter(now, warp, WarpActivity::memory);
   warp.loading = true;
   warp.loads_from = now;
   warp.loads_timed = 0;
   const bool idle = l1_.idle(kSimt);
   const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
-  for_each_line(shared_.phase.loads, [&](std::uint64_t line, std::uint8_t mask, Region region) {
+  for_each_line(loads, [&](std::uint64_t line, std::uint8_t mask, Region region) {
     if (warp.shortened && !shared_.chosen(line, key)) return l1_.warm(kSimt, line, mask, region, false);
     counters_.memory.loads[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
     ++warp.loads_pending;
@@ -125,10 +145,13 @@ Cycle Simt::loaded(const Warp& warp, Cycle seen) {
 void Simt::issue(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
   enter(now, warp, executing(warp.kind));
-  counters_.instructions[static_cast<std::size_t>(warp.kind)] += warp.instructions;
-  ++counters_.phases[static_cast<std::size_t>(warp.kind)];
-  if (!warp.shortened) return add(issue_.reserve(slot, warp.instructions, now), slot);
-  shared_.instructions_left += warp.instructions;
+  const bool last = warp.next_step >= warp.steps.size();
+  const std::uint64_t instructions = last ? warp.instructions : warp.step_instructions;
+  warp.instructions -= instructions;
+  counters_.instructions[static_cast<std::size_t>(warp.kind)] += instructions;
+  if (last) ++counters_.phases[static_cast<std::size_t>(warp.kind)];
+  if (!warp.shortened) return add(issue_.reserve(slot, instructions, now), slot);
+  shared_.instructions_left += instructions;
   const Cycle latency = shared_.config.simt.instruction_latency;
   const Cycle issued = issue_.reserve(slot, shared_.instructions_left / shared_.stride, now) - latency;
   shared_.instructions_left %= shared_.stride;
@@ -153,6 +176,7 @@ void Simt::store(Cycle now, unsigned slot) {
 void Simt::warp_event(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
   if (std::exchange(warp.loading, false)) return issue(now, slot);
+  if (warp.next_step < warp.steps.size()) return load_step(now, slot);
   if (warp.in_service) return service_ends(now, slot);
   if (warp.step != Step::tracing && warp.step != Step::draining) store(now, slot);
   switch (warp.step) {

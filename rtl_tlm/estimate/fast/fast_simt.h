@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "grtx/modules/messages/warp_messages.h"
@@ -63,6 +64,10 @@ class Simt {
     Cycle since = 0;  ///< of the activity
     std::uint64_t instructions = 0;
     std::vector<modules::SectorAccess> stores;
+    std::vector<modules::SectorAccess> loads;  ///< of a phase in steps
+    std::vector<std::uint32_t> steps;          ///< of the present phase, where the loads of each end
+    std::size_t next_step = 0;                 ///< whose loads have not gone out
+    std::uint64_t step_instructions = 0;
     std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
     Cycle loads_seen = 0, stores_seen = 0;
     // Of a phase in which one in so many requests takes time, and everything as much less of it.
@@ -73,6 +78,9 @@ class Simt {
 
   void start(Cycle now, unsigned slot, Step step);
   void load(Cycle now, unsigned slot);
+  void load_step(Cycle now, unsigned slot);
+  /// The loads of a phase, or of a step of one.
+  void send_loads(Cycle now, unsigned slot, std::span<const modules::SectorAccess> loads);
   void issue(Cycle now, unsigned slot);
   void store(Cycle now, unsigned slot);
   void service_ends(Cycle now, unsigned slot);
@@ -83,7 +91,7 @@ class Simt {
   void run_any_hit(const modules::AnyHitBatch& batch, AnyHitWork& counted);
   /// Consecutive sectors of a line and region are one request.
   template <typename F>
-  void for_each_line(const std::vector<modules::SectorAccess>& sectors, F&& f) const;
+  void for_each_line(std::span<const modules::SectorAccess> sectors, F&& f) const;
 
   Shared& shared_;
   unsigned sm_;

@@ -1,6 +1,7 @@
 // L1: random traffic with random back-pressure loses nothing, ends empty, keeps every conservation law, and does not
 // depend on idle skip.
 #include <map>
+#include <set>
 
 #include "modules/cache/l1_bench.h"
 
@@ -22,8 +23,13 @@ class L1Random : public SystemCTest {
     config.geometry = {4096, 128, 32, 8};
     config.mshr_entries = seed % 2 == 0 ? 6 : 64;
     config.mshr_merges = 3;
-    config.miss_queue = 3;
+    config.miss_queue = seed % 4 == 1 ? 3 : 5;
+    if (config.miss_queue >= 4) config.private_writes.policy = WritePolicy::write_back;
+    config.private_writes.allocate = seed % 3 != 0;
+    config.widths = {1, static_cast<unsigned>(1 + seed % 4), 2};
+    config.held_misses = seed % 5 == 2 ? 2 : 0;
     L1Bench bench(config, 60, idle_skip);
+    std::set<std::uint64_t> written_sectors;
     const auto sometimes = [seed](unsigned salt, unsigned percent) {
       return [=](Cycle now) { return Random(seed * 977 + now * 13 + salt).chance(percent); };
     };
@@ -39,6 +45,7 @@ class L1Random : public SystemCTest {
         r.region = static_cast<Region>(random.below(kRegionCount));
         r.write = random.chance(20);
         r.prefetch = !r.write && random.chance(20);
+        if (r.write) written_sectors.insert(r.address);
         bench.client(c).at(cycle, r);
       }
     }
@@ -53,7 +60,16 @@ class L1Random : public SystemCTest {
               counters.prefetches_useful + counters.prefetches_late + counters.prefetches_unused);
     EXPECT_EQ(counters.sent_reads, all.misses + counters.prefetches_fetched);
     EXPECT_EQ(counters.fills, counters.sent_reads);
-    EXPECT_EQ(counters.sent_writes, all.writes);
+    EXPECT_EQ(counters.sent_writes - counters.write_backs, all.writes - counters.kept_writes);
+    EXPECT_EQ(counters.kept_writes, counters.rewrites + counters.write_backs + bench.l1.dirty_sectors());
+    // Nothing that was written is lost: it has reached the memory since, or is dirty.
+    std::map<std::uint64_t, bool> at_memory;
+    for (const auto& written : written_sectors) at_memory[written] = false;
+    for (const auto& arrival : bench.memory.arrivals()) {
+      if (arrival.request.write) at_memory.at(arrival.request.address) = true;
+    }
+    const auto missing = std::count_if(at_memory.begin(), at_memory.end(), [](const auto& s) { return !s.second; });
+    EXPECT_LE(static_cast<std::uint64_t>(missing), bench.l1.dirty_sectors());
     EXPECT_EQ(counters.sent_reads + counters.sent_writes, bench.memory.arrivals().size());
 
     Result result;
@@ -73,13 +89,15 @@ class L1Random : public SystemCTest {
 
 TEST_F(L1Random, NothingIsLostAndIdleSkipChangesNothing) {
   L1Counters sum;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const Result skipping = simulate(seed, true);
     const Result ticking = simulate(seed, false);
     EXPECT_EQ(skipping.statistics, ticking.statistics);
     EXPECT_EQ(skipping.answers, ticking.answers);
     sum += skipping.counters;
   }
+  EXPECT_GT(sum.fills_bypassed, 0u);
+  EXPECT_GT(sum.write_backs, 0u);
   for (std::size_t i = 0; i < sum.stalls.size(); ++i) EXPECT_GT(sum.stalls[i], 0u) << kL1StallNames[i] << " untested";
 }
 

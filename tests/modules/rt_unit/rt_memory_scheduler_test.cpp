@@ -51,7 +51,7 @@ struct Bench final : warp_buffer_if, fetched_node_if {
 };
 
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  Bench bench({64, false, false, {}}, header(), 2, 64);
+  Bench bench({64, false, false, 1, {}}, header(), 2, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(5, 0);
@@ -79,7 +79,7 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  Bench bench({64, true, false, {}}, header(), 1, 64);
+  Bench bench({64, true, false, 1, {}}, header(), 1, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -101,7 +101,7 @@ TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  Bench bench({64, false, false, {128, true, false}}, header(), 1);
+  Bench bench({64, false, false, 1, {128, true, false}}, header(), 1);
   MemoryScheduler& memory = bench.memory;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
@@ -125,7 +125,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  Bench bench({64, false, false, {}}, header(), 1, 1);
+  Bench bench({64, false, false, 1, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -143,8 +143,8 @@ TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
 }
 
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {
-  EXPECT_THROW(MemoryScheduler("a", {31, false, false, {}}, header(), 1), Error);
-  EXPECT_THROW(MemoryScheduler("b", {32, false, false, {96, true, false}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("a", {31, false, false, 1, {}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("b", {32, false, false, 1, {96, true, false}}, header(), 1), Error);
 }
 
 }  // namespace

@@ -116,13 +116,16 @@ TEST_F(SimtTiming, AnyHitReadsInsertsAndAnswers) {
     bench.start(0, group, 1);
     bench.run();
     ASSERT_EQ(bench.batches.size(), c.before + 1);
-    const Cycle loads = c.loads * 8;  // two fields of 32 lanes x 4 B
+    const Cycle loads = 8;  // of an entry: two fields of 32 lanes x 4 B
     // Stores of the insertion before are still being sent when this batch arrives; they go first.
     const Cycle seen_in = bench.batches[c.before].first;
     const Cycle stores_before = c.before == 0 ? 0 : 8;
     const Cycle sent_from = c.before == 0 ? seen_in : bench.any_hits_done[c.before - 1].first - 1 + stores_before;
-    const Cycle back = loads == 0 ? seen_in : sent_from + loads - 1 + bench.memory_latency();
-    EXPECT_EQ(bench.any_hits_done[c.before].first, back + phase(12 + 3 * c.shifts) + 1)
+    // Each entry is read once the one before has been looked at, three instructions each.
+    Cycle back = c.loads == 0 ? seen_in : sent_from + loads - 1 + bench.memory_latency();
+    for (unsigned i = 1; i < c.loads; ++i) back += phase(3) + loads - 1 + bench.memory_latency();
+    const unsigned looked_at = c.loads == 0 ? 0 : c.loads - 1;
+    EXPECT_EQ(bench.any_hits_done[c.before].first, back + phase(12 + 3 * c.shifts - 3 * looked_at) + 1)
         << "outcome " << static_cast<int>(c.outcome) << " shifts " << c.shifts << " after " << c.before;
   }
 }

@@ -23,7 +23,8 @@ using traces::RayGroup;
 
 // Defaults of the model (docs/model/configuration.md).
 inline constexpr Cycle kMessage = 1, kLink = 1, kTag = 1, kL1 = 20, kCrossbar = 8, kL2 = 165;
-inline constexpr Cycle kBox = 13, kTriangle = 37, kPrologue = 40, kTraceCall = 6, kEvictMove = 8, kAnyHit = 12;
+inline constexpr Cycle kBox = 13, kTriangle = 37, kTransform = 6, kPrologue = 40, kTraceCall = 6, kEvictMove = 8,
+                       kAnyHit = 12;
 inline constexpr Cycle kBlendFixed = 10, kBlendEntry = 24, kShCoefficient = 4, kEpilogue = 10;
 inline constexpr Cycle kCcd = 4, kRcd = 20, kCl = 20, kDramFixed = 256;
 inline constexpr Cycle kNodeSectors = 2;  // 64 B

@@ -71,7 +71,7 @@ TEST(DirectedAlternatives, SphereUnit) {
     add_round(d.groups[0].rays[0], chain(d.groups[0], 5, LeafOutcome::miss));
     d.groups[0].nodes.back().child_kinds[0] = NodeKind::procedural;
     EXPECT_EQ(value(simulated(d, {"l1.perfect=true", "rt.sphere.latency=" + std::to_string(latency)}), "gpu.cycles"),
-              kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, latency) + finish(1, kL1Hit));
+              kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + 1 + latency) + finish(1, kL1Hit));
   }
 }
 

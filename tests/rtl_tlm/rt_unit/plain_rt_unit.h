@@ -59,6 +59,7 @@ class PlainRtUnit {
     units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_transform)};
     leaf_unit_ = procedural ? 2 : 1;
+    ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
   }
 
   void launch(const traces::RayGroup& group, unsigned slot) {
@@ -191,7 +192,12 @@ class PlainRtUnit {
       while (!unit.flying.empty() && unit.flying.front().due <= now_) {
         const LaneName name = unit.flying.front().lane;
         unit.flying.erase(unit.flying.begin());
-        result(name);
+        // A procedural leaf of a monolithic BVH: transformed first, then tested.
+        if (ellipsoid_ && &unit == &units_[3]) {
+          units_[2].queue.push_back({name, now_, 1});
+        } else {
+          result(name);
+        }
       }
     }
   }
@@ -269,7 +275,8 @@ class PlainRtUnit {
 
   // --- 3 responses -------------------------------------------------------------------------------------------------
   void take_responses() {
-    if (!node_responses_.empty() && node_responses_.front().visible <= now_) {
+    for (unsigned i = 0; i < config_.memory.sectors_per_cycle; ++i) {
+      if (node_responses_.empty() || node_responses_.front().visible > now_) break;
       Fetch& fetch = fetches_.at(node_responses_.front().what);
       node_responses_.pop_front();
       if (++fetch.back == fetch.sectors.size()) {
@@ -302,7 +309,7 @@ class PlainRtUnit {
     std::vector<unsigned> lanes = fetch.lanes;
     std::sort(lanes.begin(), lanes.end());
     const bool internal = fetch.kind == traces::NodeKind::internal;
-    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance ? 3 : leaf_unit_];
+    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 3 : leaf_unit_];
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
@@ -320,7 +327,7 @@ class PlainRtUnit {
 
   // --- 4 issue -----------------------------------------------------------------------------------------------------
   void issue() {
-    if (!fetch_queue_.empty()) {
+    for (unsigned i = 0; i < config_.memory.sectors_per_cycle && !fetch_queue_.empty(); ++i) {
       const std::size_t number = fetch_queue_.front();
       Fetch& fetch = fetches_.at(number);
       if (fetch.opened < now_) {
@@ -648,6 +655,7 @@ class PlainRtUnit {
   std::vector<Warp> warps_;
   std::vector<Unit> units_;  // box, triangle, sphere, transform
   unsigned leaf_unit_ = 1;
+  bool ellipsoid_ = false;
 
   std::map<std::size_t, Fetch> fetches_;
   std::size_t next_fetch_ = 0;

@@ -216,7 +216,7 @@ TEST_F(RtUnitTest, VisitsReadTheConfiguredSectors) {
     }
     EXPECT_EQ(addresses, c.addresses);
     const std::size_t sectors = c.addresses.size();
-    EXPECT_EQ(bench.dones[0].cycle, kFirst + sectors + 2 * (20 + 1) + 4 + 37);
+    EXPECT_EQ(bench.dones[0].cycle, kFirst + sectors + 2 * (20 + 1) + 6 + 37);
   }
 }
 
@@ -229,7 +229,8 @@ TEST_F(RtUnitTest, SphereLeavesGoToTheSphereUnit) {
   RtBench bench(small_header("ellipsoid"), options);
   bench.launch(group, 0);
   bench.run();
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + 2 + 20 + 1 + 50);
+  EXPECT_EQ(bench.dones[0].cycle, kFirst + 2 + 20 + 1 + 6 + 1 + 50);
+  EXPECT_EQ(bench.counters().ray_transform.operations, 1u);
   EXPECT_EQ(bench.counters().ray_sphere.operations, 1u);
   EXPECT_EQ(bench.counters().ray_triangle.operations, 0u);
 }

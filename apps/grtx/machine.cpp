@@ -1,0 +1,111 @@
+#include "grtx/apps/grtx/machine.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
+#include "grtx/rtl_tlm/config/config_file.h"
+
+namespace grtx::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Beside the program as it was installed, else where it was built from.
+fs::path machines_folder() {
+  std::error_code failed;
+  const fs::path program = fs::read_symlink("/proc/self/exe", failed);
+  const fs::path installed = program.parent_path() / ".." / GRTX_MACHINES_INSTALLED;
+  return !failed && fs::is_directory(installed) ? installed : fs::path(GRTX_MACHINES_SOURCE);
+}
+
+std::vector<std::string> machine_names() {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (const auto& file : fs::directory_iterator(machines_folder(), failed)) {
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string path_of(const std::string& machine) {
+  if (machine.ends_with(".toml")) return machine;
+  const std::vector<std::string> names = machine_names();
+  if (std::find(names.begin(), names.end(), machine) == names.end()) {
+    throw Error("--machine", machine,
+                fmt::format("is none of {}; the nearest is {}; a file of your own ends in .toml",
+                            fmt::join(names, ", "), nearest_name(machine, names)));
+  }
+  return (machines_folder() / (machine + ".toml")).string();
+}
+
+std::string flag_of(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+/// Options of the tracer as keys tracer.NAME; what is set goes to `values`.
+void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::string>& values) {
+  CLI::App command;
+  TracerCli options;
+  add_tracer_options(&command, options);
+  list.under("tracer", [&](modules::ParameterList& tracer) {
+    for (const CLI::Option* option : command.get_options()) {
+      if (option->get_lnames().empty() || option->get_lnames().front() == "help") continue;
+      std::string key = option->get_lnames().front();
+      std::replace(key.begin(), key.end(), '-', '_');
+      tracer.add(key.c_str(), values[key], {}, option->get_description(), modules::kOurs);
+    }
+  });
+}
+
+/// The file's keys: of the hardware into `config`, of the tracer returned by name.
+std::map<std::string, std::string> read_machine(const std::string& path, GpuConfig& config) {
+  std::map<std::string, std::string> tracer;
+  modules::ParameterList list;
+  config.parameters(list);
+  add_tracer_keys(list, tracer);
+  load_config_file(path, list.items());
+  std::erase_if(tracer, [](const auto& entry) { return entry.second.empty(); });
+  return tracer;
+}
+
+}  // namespace
+
+CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
+  return command->add_option("--machine", machine,
+                             fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
+                                         ".toml; --config and options of the tracer override it{}",
+                                         fmt::join(machine_names(), ", "), machine.empty() ? " (default: none)" : ""));
+}
+
+GpuConfig load_machine_config(const std::string& machine, const std::string& config,
+                              const std::vector<std::string>& settings) {
+  GpuConfig resolved;
+  if (!machine.empty()) read_machine(path_of(machine), resolved);
+  return load_config(std::move(resolved), machine, config, settings);
+}
+
+void apply_machine_tracer(CLI::App& command, const std::string& machine) {
+  if (machine.empty()) return;
+  GpuConfig unused;
+  const std::string path = path_of(machine);
+  for (const auto& [key, value] : read_machine(path, unused)) {
+    CLI::Option* option = command.get_option(flag_of(key));
+    if (option->count() > 0) continue;  // named on the command line
+    try {
+      option->add_result(value);
+      option->run_callback();
+    } catch (const CLI::Error& error) {
+      throw Error(path, "tracer." + key, error.what());
+    }
+  }
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,26 @@
+// A machine: one word for a hardware configuration and the tracer options that go with it. A file in configs/machines
+// holds both: keys of the configuration, and in [tracer] options of the command line, with _ for -.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::sim {
+
+/// --machine, with the machines of the project as a hint. default_name: "" for none.
+CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
+
+/// machine: a name, the path of a file, or "" for no machine, that is all keys at their defaults. Then the file
+/// `config`, if not "", and the settings key=value. Throws Error for unknown names, keys and values.
+GpuConfig load_machine_config(const std::string& machine, const std::string& config,
+                              const std::vector<std::string>& settings);
+
+/// Gives the command's tracer options the values of the machine, but for those that the command line names. Throws
+/// Error{file, key, rule}.
+void apply_machine_tracer(CLI::App& command, const std::string& machine);
+
+}  // namespace grtx::sim

@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""Readings of the paper against its six ratios, from the databases of configs/sweeps/readings*.toml.
+
+    python3 bench/readings.py readings.sqlite readings_write_back.sqlite [--svg F.svg] [--csv F.csv]
+
+Prints a table of all readings in the order of their distance to the paper (mean squared log ratio over the six ratios
+and all scenes), then the best reading scene by scene; the picture is a waterfall from the first reading to the best.
+"""
+import argparse
+import csv
+import json
+import math
+import sqlite3
+import sys
+
+PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "L2 accesses": 4.75, "latency": 1.77, "node fetches": 3.03}
+AXES = ("order", "pop test", "private writes", "ports")
+FIRST = ("near_first", "on", "write_through", 1)
+DESIGNS = ("baseline", "sw", "hw", "grtx")
+NAMES = {"cycles": "gpu.cycles", "l2": "gpu.l2.accesses", "latency": "gpu.rt.node_fetch_latency",
+         "fetches": "gpu.rt.node_fetches"}
+
+
+def read(path):
+    """{(reading, scene): {design: {name: value}}} of the points that are done."""
+    database = sqlite3.connect(path)
+    found = {}
+    for number, scene, design, coordinates, config in database.execute(
+            "SELECT id, scene, design, coordinates, config FROM point WHERE status = 'done'"):
+        at, machine = json.loads(coordinates), json.loads(config)
+        reading = (at["tracer.child_order"], at["tracer.pop_test"], machine["l1.private_writes"],
+                   machine["rt.memory.sectors_per_cycle"])
+        values = dict(database.execute(
+            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",
+            (number, *NAMES.values())))
+        found.setdefault((reading, scene), {})[design] = {k: values[n] for k, n in NAMES.items()}
+    return found
+
+
+def ratios(designs):
+    base, grtx = designs["baseline"], designs["grtx"]
+    speed = {d: base["cycles"] / designs[d]["cycles"] for d in DESIGNS[1:]}
+    return {**speed, "L2 accesses": base["l2"] / grtx["l2"], "latency": base["latency"] / grtx["latency"],
+            "node fetches": base["fetches"] / grtx["fetches"]}
+
+
+def distance(rows):
+    """Mean squared log ratio to the paper."""
+    logs = [math.log(row[name] / PAPER[name]) ** 2 for row in rows for name in PAPER]
+    return sum(logs) / len(logs)
+
+
+def geometric_mean(rows, name):
+    return math.exp(sum(math.log(row[name]) for row in rows) / len(rows))
+
+
+def steps_to(best, table):
+    """From FIRST to `best`, each time the axis whose change brings most."""
+    reading, path = FIRST, [("first reading", FIRST)]
+    while reading != best:
+        options = [tuple(best[j] if j == i else reading[j] for j in range(len(AXES)))
+                   for i in range(len(AXES)) if reading[i] != best[i]]
+        following = min(options, key=lambda r: distance(table[r]))
+        changed = next(i for i in range(len(AXES)) if following[i] != reading[i])
+        path.append((f"{AXES[changed]}: {following[changed]}", following))
+        reading = following
+    return path
+
+
+def waterfall(path, table):
+    values = [math.sqrt(distance(table[r])) for _, r in path]
+    width, height, left, top, bar = 160 * len(path) + 90, 330, 60, 40, 90
+    scale = 220 / max(values)
+    y = lambda v: top + 220 - v * scale
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" '
+           f'font-size="12"><rect width="100%" height="100%" fill="white"/>',
+           f'<text x="{left}" y="22" font-size="14">Distance to the paper: root mean squared log ratio, six ratios, '
+           f'all scenes</text>',
+           f'<line x1="{left - 10}" y1="{y(0)}" x2="{width - 20}" y2="{y(0)}" stroke="black"/>']
+    for i, ((label, _), value) in enumerate(zip(path, values)):
+        x = left + 160 * i
+        before = values[i - 1] if i else 0.0
+        high, low = max(value, before), min(value, before)
+        colour = "#8a8a8a" if i == 0 else "#2a7f62" if value < before else "#b4442c"
+        out.append(f'<rect x="{x}" y="{y(high):.1f}" width="{bar}" height="{max(1.0, (high - low) * scale):.1f}" '
+                   f'fill="{colour}"/>')
+        out.append(f'<text x="{x}" y="{y(high) - 6:.1f}">{value:.3f}</text>')
+        if i + 1 < len(path):
+            out.append(f'<line x1="{x + bar}" y1="{y(value):.1f}" x2="{x + 160}" y2="{y(value):.1f}" '
+                       f'stroke="#888" stroke-dasharray="3 3"/>')
+        name, _, what = label.partition(": ")
+        out.append(f'<text x="{x}" y="{y(0) + 18}">{name}</text><text x="{x}" y="{y(0) + 34}">{what}</text>')
+    return "\n".join(out + ["</svg>\n"])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("databases", nargs="+")
+    parser.add_argument("--svg", help="waterfall picture")
+    parser.add_argument("--csv", help="all ratios of all scenes")
+    options = parser.parse_args()
+    by_scene = {}
+    for path in options.databases:
+        by_scene.update(read(path))
+    whole = {key: ratios(d) for key, d in by_scene.items() if all(n in d for n in DESIGNS)}
+    if not whole:
+        sys.exit("readings: no reading is complete")
+    scenes = sorted({scene for _, scene in whole})
+    table = {}
+    for (reading, scene), row in whole.items():
+        table.setdefault(reading, {})[scene] = row
+    table = {r: [rows[s] for s in scenes] for r, rows in table.items() if set(rows) == set(scenes)}
+
+    head = list(AXES) + list(PAPER) + ["distance"]
+    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    print("| *paper* | | | | " + " | ".join(f"*{v:.2f}*" for v in PAPER.values()) + " | |")
+    ranked = sorted(table, key=lambda r: distance(table[r]))
+    for reading in ranked:
+        cells = [str(v) for v in reading] + [f"{geometric_mean(table[reading], n):.2f}" for n in PAPER]
+        print("| " + " | ".join(cells) + f" | {distance(table[reading]):.4f} |")
+    best = ranked[0]
+    print(f"\nBest reading: {', '.join(map(str, best))}\n\n| scene | " + " | ".join(PAPER) + " |\n|" +
+          "---|" * (len(PAPER) + 1))
+    for scene, row in zip(scenes, table[best]):
+        print(f"| {scene} | " + " | ".join(f"{row[n]:.2f}" for n in PAPER) + " |")
+    if FIRST in table:
+        path = steps_to(best, table)
+        print("\nSteps: " + "; ".join(f"{label} {distance(table[r]):.4f}" for label, r in path))
+        if options.svg:
+            with open(options.svg, "w") as file:
+                file.write(waterfall(path, table))
+    if options.csv:
+        with open(options.csv, "w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(list(AXES) + ["scene"] + list(PAPER))
+            for (reading, scene), row in sorted(whole.items(), key=str):
+                writer.writerow(list(reading) + [scene] + [f"{row[n]:.4f}" for n in PAPER])
+
+
+if __name__ == "__main__":
+    main()

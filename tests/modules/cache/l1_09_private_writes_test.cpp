@@ -1,0 +1,131 @@
+// L1: private buffers by policy: written through or back, with or without a line of their own; what is dirty reaches
+// the memory when its line goes, and a fill never waits for that.
+#include "modules/cache/l1_bench.h"
+
+namespace grtx::modules {
+namespace {
+
+class L1PrivateWrites : public SystemCTest {
+ protected:
+  static L1Cache::Config config(WritePolicy policy, bool allocate) {
+    L1Cache::Config config;
+    config.private_writes = {policy, allocate};
+    return config;
+  }
+};
+
+TEST_F(L1PrivateWrites, OnlyBuffersOfOneRayOrWarpAreKept) {
+  for (std::size_t i = 0; i < kRegionCount; ++i) {
+    const auto region = static_cast<Region>(i);
+    const bool own = region == Region::checkpoint || region == Region::eviction || region == Region::k_buffer ||
+                     region == Region::stack;
+    for (const bool allocate : {false, true}) {
+      for (const bool present : {false, true}) {
+        const auto through = PrivateWrites{WritePolicy::write_through, allocate}.effect(region, present);
+        EXPECT_EQ(through.keep, own && allocate);
+        EXPECT_FALSE(through.dirty);
+        EXPECT_TRUE(through.forward);
+        const auto back = PrivateWrites{WritePolicy::write_back, allocate}.effect(region, present);
+        EXPECT_EQ(back.keep, own && (allocate || present)) << kRegionNames[i];
+        EXPECT_EQ(back.dirty, back.keep);
+        EXPECT_EQ(back.forward, !back.dirty);
+      }
+    }
+  }
+}
+
+TEST_F(L1PrivateWrites, AKeptWriteIsAnsweredAsAHitAndNothingLeaves) {
+  L1Bench bench(config(WritePolicy::write_back, true));
+  const auto first = bench.client().write(10, 0x80, Region::checkpoint);
+  const auto again = bench.client().write(100, 0x80, Region::checkpoint);
+  const auto read = bench.client().read(200, 0x80, Region::checkpoint);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
+  EXPECT_EQ(bench.client().answered(first), 10 + bench.l1.config().latency);
+  EXPECT_EQ(bench.client().answered(again), 100 + bench.l1.config().latency);
+  EXPECT_EQ(bench.client().answered(read), 200 + bench.l1.config().latency);
+  EXPECT_TRUE(bench.memory.arrivals().empty());
+  const L1Counters counters = bench.l1.counters();
+  EXPECT_EQ(counters.kept_writes, 2u);
+  EXPECT_EQ(counters.rewrites, 1u);
+  EXPECT_EQ(counters.write_backs, 0u);
+  EXPECT_EQ(bench.l1.dirty_sectors(), 1u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, WithoutAllocationOnlyAPresentLineKeepsAWrite) {
+  L1Bench bench(config(WritePolicy::write_back, false));
+  bench.client().write(10, 0x80, Region::stack);    // absent: goes on
+  bench.client().read(500, 0xA0, Region::stack);    // brings the line, not the sector at 0x80
+  bench.client().write(1000, 0x80, Region::stack);  // stays
+  const auto read = bench.client().read(1100, 0x80, Region::stack);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 3000));
+  EXPECT_EQ(bench.memory.arrivals().size(), 2u);
+  EXPECT_EQ(bench.client().answered(read), 1100 + bench.l1.config().latency);
+  EXPECT_EQ(bench.l1.counters().kept_writes, 1u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, ThroughWithAllocationKeepsTheSectorCleanAndSendsIt) {
+  L1Bench bench(config(WritePolicy::write_through, true));
+  const auto write = bench.client().write(10, 0x80, Region::eviction);
+  const auto read = bench.client().read(12, 0x80, Region::eviction);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
+  ASSERT_EQ(bench.memory.arrivals().size(), 1u);
+  EXPECT_TRUE(bench.memory.arrivals()[0].request.write);
+  EXPECT_FALSE(bench.memory.arrivals()[0].request.write_back);
+  EXPECT_EQ(bench.client().answered(write), 10 + l1_miss_latency(bench.l1.config(), L1Bench::kMemoryLatency));
+  EXPECT_EQ(bench.client().answered(read), 12 + bench.l1.config().latency);
+  EXPECT_EQ(bench.l1.dirty_sectors(), 0u);
+}
+
+TEST_F(L1PrivateWrites, AnEvictedLineSendsItsDirtySectorsAndNobodyIsAnswered) {
+  L1Cache::Config small = config(WritePolicy::write_back, true);
+  small.geometry = {256, 128, 32, 2};
+  small.sm = 7;
+  L1Bench bench(small);
+  bench.client().write(10, 0x000, Region::checkpoint);
+  bench.client().write(20, 0x040, Region::checkpoint);
+  bench.client().write(30, 0x080, Region::k_buffer);
+  bench.client().write(100, 0x100, Region::eviction);  // takes the place of line 0
+  EXPECT_TRUE(run_until_quiet(bench.clock, 2000));
+  const auto& arrivals = bench.memory.arrivals();
+  ASSERT_EQ(arrivals.size(), 2u);
+  EXPECT_EQ(arrivals[0].request.address, 0x000u);
+  EXPECT_EQ(arrivals[1].request.address, 0x040u);
+  for (const auto& arrival : arrivals) {
+    EXPECT_TRUE(arrival.request.write && arrival.request.write_back);
+    EXPECT_EQ(arrival.request.region, Region::checkpoint);
+    EXPECT_EQ(arrival.request.sm, 7);
+  }
+  const L1Counters counters = bench.l1.counters();
+  EXPECT_EQ(counters.write_backs, 2u);
+  EXPECT_EQ(counters.kept_writes, counters.write_backs + bench.l1.dirty_sectors());
+  EXPECT_EQ(bench.client().answers().size(), 4u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, AFillWhoseVictimCannotLeaveIsAnsweredAndNotKept) {
+  L1Cache::Config small = config(WritePolicy::write_back, true);
+  small.geometry = {128, 128, 32, 1};  // one line
+  small.miss_queue = 4;
+  L1Bench bench(small);
+  bench.client().read(10, 0x1000);  // its fill comes when the only line is dirty and the queue is full
+  for (unsigned sector = 0; sector < 4; ++sector) bench.client().write(20 + sector, sector * 32, Region::stack);
+  bool closed = false;
+  bench.memory.takes = [&](Cycle now) { return !(closed = now > 40 && now < 400); };
+  for (unsigned i = 0; i < 3; ++i)
+    bench.client().at(50 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+  EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
+  EXPECT_EQ(bench.l1.counters().fills, 1u);
+  EXPECT_EQ(bench.l1.counters().write_backs + bench.l1.dirty_sectors(), 4u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, WriteBackNeedsRoomForALineInTheMissQueue) {
+  L1Cache::Config small = config(WritePolicy::write_back, true);
+  small.miss_queue = 3;
+  EXPECT_THROW(L1Bench bench(small), Error);
+}
+
+}  // namespace
+}  // namespace grtx::modules
