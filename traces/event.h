@@ -6,14 +6,15 @@
 // checkpoint buffer whenever the stack runs empty.
 //
 //   visit_internal   top of stack: internal node fetched, its child boxes tested. Children in `pushed()` are pushed
-//                    (near first: the nearest ends on top); children in `checkpoints` (box hit, t beyond t_max) are
-//                    written to the destination buffer; when checkpointing is off or has overflowed they are dropped.
+//                    (the one that Header::child_order visits first ends on top); children in `checkpoints` (box hit, t
+//                    beyond t_max) are written to the destination buffer; when checkpointing is off or has overflowed
+//                    they are dropped.
 //   visit_instance   top of stack: TLAS leaf fetched, ray transformed. `detail` 0: the BLAS root is pushed;
 //                    1: transform only, for a BLAS node taken from the checkpoint buffer (the node itself stays on
 //                    top).
 //   visit_leaf       top of stack: primitive fetched and tested, see LeafOutcome.
 //   cull             top of stack is beyond the current t_max: popped without a fetch; `checkpoints` = 1 if written to
-//                    the destination buffer, 0 if dropped.
+//                    the destination buffer, 0 if dropped. Only with Header::pop_test: else it is visited.
 //   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1
 //   follows. replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the
 //   destination.

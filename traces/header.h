@@ -10,7 +10,9 @@
 
 namespace grtx::traces {
 
-inline constexpr std::uint32_t kFormatVersion = 4;
+/// Versions that a reader knows. A writer takes the oldest that can say what the header says.
+inline constexpr std::uint32_t kOldestFormatVersion = 4;
+inline constexpr std::uint32_t kFormatVersion = 5;
 
 struct Header {
   // What was traced.
@@ -20,6 +22,7 @@ struct Header {
   bool checkpoint = false;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
   ChildOrder child_order = ChildOrder::near_first;
+  PopTest pop_test = PopTest::on;
   unsigned width = 0;   ///< image, pixels
   unsigned height = 0;  ///< image, pixels
   unsigned warp_size = 32;
@@ -44,6 +47,11 @@ struct Header {
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
   std::map<std::string, std::string> inputs;
 };
+
+/// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim.
+constexpr std::uint32_t format_version(const Header& header) {
+  return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;
+}
 
 /// Sums over the whole trace, computed by the writer from the events themselves.
 struct Totals {

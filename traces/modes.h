@@ -33,18 +33,26 @@ constexpr auto enum_names(Tracing) {
   return std::to_array<EnumName<Tracing>>({{multi, "multi"}, {single, "single"}, {closest, "closest"}});
 }
 
-/// Order in which a replay round reads the source buffer.
+/// Order in which a replay round reads the source buffer (traces/orders/checkpoint_order.h).
 enum class CheckpointOrder : std::uint8_t { fifo, lifo, nearest };
 constexpr auto enum_names(CheckpointOrder) {
   using enum CheckpointOrder;
   return std::to_array<EnumName<CheckpointOrder>>({{fifo, "fifo"}, {lifo, "lifo"}, {nearest, "nearest"}});
 }
 
-/// Order in which the hit children of a node are visited.
-enum class ChildOrder : std::uint8_t { near_first, slot };
+/// Order in which the hit children of a node are visited (traces/orders/child_order.h).
+enum class ChildOrder : std::uint8_t { near_first, slot, vulkan_sim };
 constexpr auto enum_names(ChildOrder) {
   using enum ChildOrder;
-  return std::to_array<EnumName<ChildOrder>>({{near_first, "near_first"}, {slot, "slot"}});
+  return std::to_array<EnumName<ChildOrder>>({{near_first, "near_first"}, {slot, "slot"}, {vulkan_sim, "vulkan_sim"}});
+}
+
+/// Whether a node on the stack is compared with t_max when it is popped, for which its stack entry holds its t. off:
+/// what was pushed is fetched, and only its children fail the test.
+enum class PopTest : std::uint8_t { on, off };
+constexpr auto enum_names(PopTest) {
+  using enum PopTest;
+  return std::to_array<EnumName<PopTest>>({{on, "on"}, {off, "off"}});
 }
 
 /// How pixels form warps.

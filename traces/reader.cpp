@@ -69,9 +69,9 @@ struct Reader::Impl {
     }
     if (start.size() < kPreambleBytes) fail(start.size(), "the file ends inside its first 24 bytes");
     const std::uint32_t version = load_u32(&start[8]);
-    if (version != kFormatVersion) {
-      fail(8, "has format version " + std::to_string(version) + "; this program reads version " +
-                  std::to_string(kFormatVersion));
+    if (version < kOldestFormatVersion || version > kFormatVersion) {
+      fail(8, "has format version " + std::to_string(version) + "; this program reads versions " +
+                  std::to_string(kOldestFormatVersion) + " to " + std::to_string(kFormatVersion));
     }
     const std::uint64_t length = load_u32(&start[12]);
     if (length > kMaxHeaderBytes || length > size - kPreambleBytes) {
@@ -80,7 +80,7 @@ struct Reader::Impl {
     const Bytes json = pread_bytes(kPreambleBytes, length);
     if (xxh3(json.data(), json.size()) != load_u64(&start[16])) fail(16, "the hash of the header is wrong");
     try {
-      header = header_from_json({reinterpret_cast<const char*>(json.data()), json.size()});
+      header = header_from_json({reinterpret_cast<const char*>(json.data()), json.size()}, version);
     } catch (const Malformed& fault) {
       fail(kPreambleBytes, std::string("header: ") + fault.what());
     }

@@ -29,7 +29,7 @@ struct Writer::Impl {
     if (json.size() > kMaxHeaderBytes) throw Error(path, "trace header", "must take at most 1 MiB");
     file.emplace(path);
     Bytes preamble(kFileMagic.begin(), kFileMagic.end());
-    put_u32(preamble, kFormatVersion);
+    put_u32(preamble, format_version(h));
     put_u32(preamble, static_cast<std::uint32_t>(json.size()));
     put_u64(preamble, xxh3(json));
     write(preamble.data(), preamble.size());

@@ -67,33 +67,43 @@ struct Traced {
   ordered_json statistics;  ///< tracer.*, accel.*, trace.*
 };
 
-/// Traces all designs; the image of the first goes to `image`. Returns whether all images are bit-identical.
-bool trace_designs(const Options& options, bool quiet, std::map<std::string, Traced>& traced, frontend::Image& image) {
+/// What tracing all designs gave.
+struct TracedDesigns {
+  std::map<std::string, Traced> designs;
+  frontend::Image image;  ///< of the first
+  bool identical = true;  ///< all images, to the bit
+  RaysEnd rays_end;       ///< of each design
+};
+
+TracedDesigns trace_designs(const Options& options, bool quiet) {
   frontend::ViewTracer view(frontend::load_scene(options.scene), select_camera(options.view),
                             options.tracer.kernel_radius == KernelRadius::adaptive);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
-  bool identical = true;
+  TracedDesigns all;
   for (const Design& design : kDesigns) {
     view.build(accel_options(options.tracer, design.accel));
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
+    render.count_hits = !all.rays_end.hits;  // the same rays meet the same proxies in each design
     std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
     inputs.merge(object_inputs(objects));
-    Traced& result = traced[design.name];
+    Traced& result = all.designs[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
-    const frontend::TracedView traced_view =
+    frontend::TracedView traced_view =
         view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, result.path, inputs);
-    const frontend::RenderResult& rendered = traced_view.result;
+    frontend::RenderResult& rendered = traced_view.result;
+    if (!rendered.hits) rendered.hits = all.rays_end.hits;
+    all.rays_end = rays_end(rendered);
     result.statistics = statistics_object(tracer_statistics(view, traced_view));
     result.statistics.update(statistics_object(tracer_host_statistics(view.accel(), rendered)));
-    if (image.pixels.empty()) {
-      image = rendered.image;
+    if (all.image.pixels.empty()) {
+      all.image = rendered.image;
     } else {
-      identical = identical && frontend::compare(image, rendered.image).identical();
+      all.identical = all.identical && frontend::compare(all.image, rendered.image).identical();
     }
   }
-  return identical;
+  return all;
 }
 
 constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
@@ -209,11 +219,10 @@ int run(const Options& options, bool quiet) {
   std::filesystem::create_directories(options.output, failed);
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
 
-  std::map<std::string, Traced> traced;
-  frontend::Image image;
-  const bool identical = trace_designs(options, quiet, traced, image);
-  frontend::write_image(options.output + "/image.png", image);
-  const std::map<std::string, ordered_json> documents = simulate_designs(traced, config, options, sampled, quiet);
+  const TracedDesigns traced = trace_designs(options, quiet);
+  frontend::write_image(options.output + "/image.png", traced.image);
+  const std::map<std::string, ordered_json> documents =
+      simulate_designs(traced.designs, config, options, sampled, quiet);
 
   ordered_json results;
   results["schema"] = "grtx.run/1";
@@ -223,7 +232,7 @@ int run(const Options& options, bool quiet) {
   std::vector<std::string> violations;
   for (const char* name : kTableOrder) {
     ordered_json& design = results["designs"][name];
-    design = traced.at(name).statistics;
+    design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
     results["inputs"][name] = documents.at(name).at("inputs");
     results["binding_bound"][name] = documents.at(name).at("binding_bound");
@@ -240,7 +249,7 @@ int run(const Options& options, bool quiet) {
   } else if (options.tracer.secondary.what != "none") {
     add_speedups_by_kind(results);
   }
-  results["images_identical"] = identical;
+  results["images_identical"] = traced.identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
   ReportOptions report;
@@ -258,9 +267,10 @@ int run(const Options& options, bool quiet) {
     for (const auto& [name, speedup] : results[key].items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
-  fmt::print("images of the four designs: {}\n", identical ? "bit-identical" : "DIFFERENT");
+  fmt::print("{}\n", describe(traced.rays_end));
+  fmt::print("images of the four designs: {}\n", traced.identical ? "bit-identical" : "DIFFERENT");
   for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
-  return identical && violations.empty() ? 0 : 1;
+  return traced.identical && violations.empty() ? 0 : 1;
 }
 
 }  // namespace

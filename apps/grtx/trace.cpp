@@ -79,6 +79,7 @@ int trace(const Options& options, bool quiet) {
   }
   frontend::RenderOptions render = render_options(options.tracer, quiet);
   render.count_unique = !options.statistics.empty();
+  render.count_hits = !options.statistics.empty();
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
   const frontend::Camera camera = select_camera(options.view);
@@ -116,6 +117,7 @@ int trace(const Options& options, bool quiet) {
         static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, view.scene().size())),
         static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
         traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
+    fmt::print("{}\n", describe(rays_end(result)));
     if (!objects.empty()) {
       fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
                  traced.plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));

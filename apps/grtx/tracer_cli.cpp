@@ -29,6 +29,8 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_choice(command, "--resume", cli.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   add_choice(command, "--kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
   add_choice(command, "--child-order", cli.child_order, "Order in which hit children are visited");
+  add_choice(command, "--pop-test", cli.pop_test,
+             "Whether a node is compared with t_max when popped, for which its stack entry holds its t");
   add_choice(command, "--tmax-update", cli.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   add_choice(command, "--checkpoint-order", cli.checkpoint_order, "Order in which replay reads the source buffer");
   add_choice(command, "--replay-tmax", cli.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
@@ -73,6 +75,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.checkpoint_order = cli.checkpoint_order;
   o.replay_tmax = cli.replay_tmax;
   o.child_order = cli.child_order;
+  o.pop_test = cli.pop_test;
   o.sh_direction = cli.sh_dir;
   o.adaptive_radius = cli.kernel_radius == KernelRadius::adaptive;
   o.tracing = *from_name<Tracing>(cli.tracing);
@@ -132,6 +135,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
       {"triangle_test", std::string(name_of(cli.triangle_test))},
       {"box_bits", std::to_string(cli.box_bits)},
       {"response_precision", std::string(name_of(cli.response_precision))}};
+  if (cli.pop_test != TracerOptions{}.pop_test) inputs["pop_test"] = name_of(cli.pop_test);
   inputs.merge(secondary_inputs(cli.secondary));
   return inputs;
 }

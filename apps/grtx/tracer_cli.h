@@ -35,6 +35,7 @@ struct TracerCli {
   frontend::Resume resume = frontend::Resume::exact;
   KernelRadius kernel_radius = KernelRadius::adaptive;
   frontend::ChildOrder child_order = frontend::ChildOrder::near_first;
+  frontend::PopTest pop_test = frontend::PopTest::on;
   frontend::TmaxUpdate tmax_update = frontend::TmaxUpdate::reported;
   frontend::CheckpointOrder checkpoint_order = frontend::CheckpointOrder::fifo;
   frontend::ReplayTmax replay_tmax = frontend::ReplayTmax::infinity;
@@ -58,7 +59,8 @@ void add_tracer_options(CLI::App* command, TracerCli& cli);
 frontend::TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);
 frontend::AccelOptions accel_options(const TracerCli& cli, frontend::AccelKind accel);
 frontend::RenderOptions render_options(const TracerCli& cli, bool quiet);
-/// Resolved options as text, for the "inputs" of outputs and trace headers.
+/// Resolved options as text, for the "inputs" of outputs and trace headers. pop_test is left out at its default, so
+/// that hashes of inputs on record stay.
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);
 
 }  // namespace grtx::sim

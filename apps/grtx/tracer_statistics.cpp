@@ -1,9 +1,15 @@
 #include "grtx/apps/grtx/tracer_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace grtx::sim {
 namespace {
+
+double ratio(std::uint64_t part, std::uint64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(1, whole));
+}
 
 void add_tracer_statistics(modules::StatisticList& list, const frontend::RenderResult& result) {
   const frontend::TracerCounters& c = result.counters;
@@ -29,6 +35,13 @@ void add_tracer_statistics(modules::StatisticList& list, const frontend::RenderR
   list.add("tracer.processed", c.processed, "hits", "k-buffer entries looked at when blending");
   list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
   list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
+  const RaysEnd end = rays_end(result);
+  list.add("tracer.ert_share", end.ert_share(), "ratio", "rays ended by early ray termination / rays");
+  if (end.hits) {
+    list.add("tracer.hits", *end.hits, "hits", "proxy hits of all rays, those behind early ray termination included");
+    list.add("tracer.hits_behind_end", end.hits_behind_end(), "ratio",
+             "tracer.hits / tracer.processed: hits that rays have for each that they process");
+  }
   list.add("tracer.ties_lost", c.ties_lost, "hits", "ties at the resume point lost by --resume strict");
   list.add("tracer.inside_skipped", c.inside_skipped, "hits", "Gaussians skipped because their proxy holds the origin");
   list.add("tracer.single.overflows", c.single_overflows, "rounds", "single-round: a hit met a full buffer of k hits");
@@ -97,12 +110,24 @@ void add_secondary_statistics(modules::StatisticList& list, const frontend::Seco
 
 void add_trace_statistics(modules::StatisticList& list, const frontend::TraceFile& trace) {
   list.add("trace.bytes", trace.bytes, "B", "size of the trace file");
-  list.add("trace.bytes_per_visit",
-           static_cast<double>(trace.bytes) / static_cast<double>(std::max<std::uint64_t>(1, trace.visits)), "B",
-           "trace.bytes / node visits");
+  list.add("trace.bytes_per_visit", ratio(trace.bytes, trace.visits), "B", "trace.bytes / node visits");
 }
 
 }  // namespace
+
+double RaysEnd::ert_share() const { return ratio(terminated, rays); }
+double RaysEnd::hits_behind_end() const { return ratio(hits.value_or(0), processed); }
+
+RaysEnd rays_end(const frontend::RenderResult& result) {
+  const frontend::TracerCounters& c = result.counters;
+  return {c.rays, c.terminated, c.processed, result.hits};
+}
+
+std::string describe(const RaysEnd& end) {
+  std::string text = fmt::format("{:.1f} % of rays end by early termination", 100.0 * end.ert_share());
+  if (end.hits) text += fmt::format("; there are {:.2f} hits for each that is processed", end.hits_behind_end());
+  return text;
+}
 
 modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced) {
   modules::StatisticList list;

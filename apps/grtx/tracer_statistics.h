@@ -1,12 +1,29 @@
 // The tracer's counters under their published names.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
+
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/modules/kernel/statistics.h"
 
 namespace grtx::sim {
+
+/// How the rays of a view end, and how much lies behind their ends.
+struct RaysEnd {
+  std::uint64_t rays = 0;
+  std::uint64_t terminated = 0;       ///< rays ended by early termination
+  std::uint64_t processed = 0;        ///< hits looked at when blending
+  std::optional<std::uint64_t> hits;  ///< frontend::count_hits()
+  double ert_share() const;           ///< terminated / rays
+  double hits_behind_end() const;     ///< hits / processed
+};
+RaysEnd rays_end(const frontend::RenderResult& result);
+/// For people, below a table.
+std::string describe(const RaysEnd& end);
 
 /// tracer.*, accel.*, tracer.secondary.* (the share of the secondary rays; all zero without objects) and, when a trace
 /// was written, trace.* (deterministic).

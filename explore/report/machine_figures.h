@@ -17,9 +17,10 @@ struct MachineFigures {
   std::string problem;  ///< why there are none
 };
 
-/// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel: of the trace, decides on sphere units.
-/// statistics: of the run; empty: no energy.
+/// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel, pop_test: of the trace, decide on sphere
+/// units and on what a stack entry holds; "": as by default. statistics: of the run; empty: no energy.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
-                               const std::string& accel, const nlohmann::ordered_json& statistics);
+                               const std::string& accel, const std::string& pop_test,
+                               const nlohmann::ordered_json& statistics);
 
 }  // namespace grtx::sim

@@ -250,6 +250,13 @@ std::string run_headline(const ReportRun& run) {
                         fmt::format("{:.1f} µs", d.value("gpu.time_us")));
     }
   }
+  const DesignResult& first = run.results.designs.front();  // all trace the same rays
+  if (const double share = first.value("tracer.ert_share"); std::isfinite(share)) {
+    cards += headline(fmt::format("{:.1f} %", 100.0 * share), "Rays ended early", "by transmittance");
+  }
+  if (const double behind = first.value("tracer.hits_behind_end"); std::isfinite(behind)) {
+    cards += headline(times(behind), "Hits behind the end", "hits of rays / hits that they process");
+  }
   if (run.results.has_verdict) {
     cards += headline(run.results.images_identical ? "yes" : "<strong>NO</strong>", "Images identical",
                       "of all designs, bit for bit");

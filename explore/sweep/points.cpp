@@ -68,11 +68,15 @@ std::string design_name(const Structure& s) {
   return s.accel + (s.checkpoint ? "+checkpoint" : "");
 }
 
-std::vector<std::string> cost_arguments(const Structure& s) {
+/// tracer: resolved options.
+std::vector<std::string> cost_arguments(const Structure& s, const ordered_json& tracer) {
   const bool two_level = s.accel.starts_with("tlas-");
   std::vector<std::string> arguments = {"--design",
                                         s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline")};
   if (s.accel == "ellipsoid" || s.accel == "tlas-sphere") arguments.push_back("--spheres");
+  if (tracer.contains("pop_test")) {
+    arguments.insert(arguments.end(), {"--pop-test", tracer.at("pop_test").get<std::string>()});
+  }
   return arguments;
 }
 
@@ -184,7 +188,7 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
           if (plan_scene.views.size() > 1) point.coordinates["view"] = view;
           for (const auto& [name, value] : varied) point.coordinates[name] = value;
           point.config = config_of(base, values, point.broken);
-          point.cost_arguments = cost_arguments(structure);
+          point.cost_arguments = cost_arguments(structure, trace.options.at("tracer"));
           point.key = point_key(point, program);
           if (traces.insert(trace.key).second) all.traces.push_back(std::move(trace));
           if (points.insert(point.key).second) all.points.push_back(std::move(point));

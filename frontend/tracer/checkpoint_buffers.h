@@ -2,19 +2,22 @@
 // destination.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/traversal_stack.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::frontend {
 
 class CheckpointBuffers {
  public:
   explicit CheckpointBuffers(const TracerOptions& options)
-      : enabled_(options.checkpoint), capacity_(options.checkpoint_capacity), order_(options.checkpoint_order) {}
+      : enabled_(options.checkpoint),
+        capacity_(options.checkpoint_capacity),
+        order_(options.checkpoint_order),
+        read_order_(options.checkpoint_order) {}
 
   bool enabled() const { return enabled_; }
   void begin_ray() { source_.clear(); }
@@ -39,21 +42,19 @@ class CheckpointBuffers {
 
   /// What was written last becomes what is read next.
   void swap() { source_.swap(destination_); }
-  /// The source in the order in which a round reads it.
-  const std::vector<StackEntry>& to_read() {
-    if (order_ == CheckpointOrder::lifo) {
-      std::reverse(source_.begin(), source_.end());
-    } else if (order_ == CheckpointOrder::nearest) {
-      std::stable_sort(source_.begin(), source_.end(),
-                       [](const StackEntry& a, const StackEntry& b) { return a.t < b.t; });
-    }
-    return source_;
+  /// Begins to read the source; returns how many entries it holds.
+  std::size_t begin_reading() {
+    traces::with_checkpoint_order(order_, [this](auto policy) { policy.arrange(source_); });
+    return source_.size();
   }
+  /// The next of them, after `read` others.
+  const StackEntry& entry(std::size_t read) const { return source_[read_order_.position(read, source_.size())]; }
 
  private:
   const bool enabled_;
   const std::size_t capacity_;
   const CheckpointOrder order_;
+  const traces::ReadOrder read_order_;
   bool overflow_ = false;
   std::vector<StackEntry> source_;
   std::vector<StackEntry> destination_;

@@ -1,11 +1,12 @@
 #include "grtx/frontend/tracer/encoding_recorder.h"
 
-#include <algorithm>
-
 namespace grtx::frontend {
 
 EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header& header)
-    : nodes_(image), header_(header), lifo_(header.checkpoint_order == traces::CheckpointOrder::lifo) {}
+    : nodes_(image),
+      header_(header),
+      read_order_(header.checkpoint_order),
+      learns_(traces::PopOrder(header.child_order).by_slots() ? 0 : 1) {}
 
 void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;
@@ -41,7 +42,6 @@ void EncodingRecorder::begin_round(bool replay) {
   source_.clear();
   if (replay) source_.swap(destination_);
   destination_.clear();
-  if (lifo_) std::reverse(source_.begin(), source_.end());
   read_ = 0;
   depth_ = 0;
   if (!replay) push({traces::GroupModel::kRootParent, 0});

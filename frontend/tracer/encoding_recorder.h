@@ -13,8 +13,10 @@
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/traces/codec/encoded_group.h"
 #include "grtx/traces/codec/pop_encoder.h"
+#include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::frontend {
 
@@ -52,9 +54,7 @@ class EncodingRecorder {
   /// The header must outlive the recorder.
   EncodingRecorder(const NodeImage& image, const traces::Header& header);
   /// Whether it can record for this header.
-  static bool can_record(const traces::Header& header) {
-    return header.checkpoint_order != traces::CheckpointOrder::nearest;
-  }
+  static bool can_record(const traces::Header& header) { return traces::ReadOrder(header.checkpoint_order).by_place(); }
 
   void begin_group(std::uint32_t index, traces::RayKind kind);
   /// Rays begin in lane order.
@@ -75,7 +75,7 @@ class EncodingRecorder {
   }
   void internal(const Children& children, std::uint32_t /*address*/, unsigned pushed, unsigned checkpoints) {
     out_.internal(at_, children.node_, pushed, checkpoints);
-    if (children.differ_ != 0) out_.pop_all({stack_.data() + depth_, children.end_});
+    if ((children.differ_ & learns_) != 0) out_.pop_all({stack_.data() + depth_, children.end_});
     depth_ = static_cast<std::size_t>(children.end_ - stack_.data());
     for (; checkpoints != 0; checkpoints &= checkpoints - 1) {
       destination_.emplace_back(children.node_, static_cast<unsigned>(std::countr_zero(checkpoints)));
@@ -125,7 +125,8 @@ class EncodingRecorder {
   }
   /// What is in a checkpoint buffer is read alone: nothing else is expected.
   void read_source() {
-    at_ = {source_[read_].parent(), source_[read_].slot()};
+    const traces::ChildPlace& entry = source_[read_order_.position(read_, source_.size())];
+    at_ = {entry.parent(), entry.slot()};
     ++read_;
     if (room_-- == 0) make_room();
   }
@@ -134,8 +135,9 @@ class EncodingRecorder {
 
   ImageNodes nodes_;  ///< outlives each group
   const traces::Header& header_;
-  const bool lifo_;
-  bool begun_ = false;  ///< there is a ray that has not ended
+  const traces::ReadOrder read_order_;
+  const unsigned learns_;  ///< 1: the order of children is not told by slots, but learnt
+  bool begun_ = false;     ///< there is a ray that has not ended
   std::uint32_t pixel_ = 0;
   std::size_t rounds_ = 0;
   traces::ChildPlace at_;  ///< popped or read last

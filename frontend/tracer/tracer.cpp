@@ -109,6 +109,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
   header.child_order = options.child_order;
+  header.pop_test = options.pop_test;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;
@@ -245,7 +246,26 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
   }
   if (footprint) result.footprint_bytes = footprint->bytes();
+  if (render.count_hits) result.hits = count_hits(scene, gaussians, accel, camera, options, render);
   return result;
+}
+
+std::uint64_t count_hits(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                         const Camera& camera, const TracerOptions& options, const RenderOptions& render) {
+  TracerOptions all = options;
+  all.ert = 0.0f;
+  all.tracing = Tracing::single;  // a round for as many hits as its buffer takes
+  all.k = kMaxK;
+  all.checkpoint = false;
+  all.resume = Resume::exact;
+  all.skips = kFaithfulSkips;  // hits that are never accepted are hits
+  all.skips.add(Skip::blas);
+  RenderOptions rays;
+  rays.threads = render.threads;
+  rays.linear_mapping = render.linear_mapping;
+  rays.warp_size = render.warp_size;
+  rays.secondary = render.secondary;
+  return frontend::render(scene, gaussians, accel, camera, all, rays, nullptr).counters.processed;
 }
 
 }  // namespace grtx::frontend

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct RenderOptions {
   bool linear_mapping = false;  ///< groups of consecutive pixels instead of tiles
   unsigned warp_size = 32;      ///< rays of a group: 4, 8, 16 or 32
   bool count_unique = false;    ///< visits_unique and footprint (slower)
+  bool count_hits = false;      ///< RenderResult::hits (traces the view once more)
   bool keep_sequences = false;  ///< per-pixel blended ids, for tests
   bool pixel_costs = false;     ///< fill RenderResult::pixel_costs
   bool quiet = true;
@@ -50,6 +52,7 @@ struct RenderResult {
   Image image;
   TracerCounters counters;             ///< of all rays
   TracerCounters secondary;            ///< of the secondary rays among them
+  std::optional<std::uint64_t> hits;   ///< as count_hits() has them; none unless asked for
   std::uint64_t footprint_bytes = 0;   ///< distinct node bytes touched by the view; 0 unless count_unique
   double seconds = 0.0;                ///< tracing alone
   std::vector<PixelCost> pixel_costs;  ///< by pixel, row by row, top row first; empty unless asked for
@@ -66,6 +69,12 @@ std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned heig
 /// Header of the trace that render() will write for these inputs. Secondary groups follow the primary ones.
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render);
+
+/// Proxy hits of all rays of a view, those of render.secondary included, each up to the end that an object sets it,
+/// but beyond early ray termination: what the rays would process without it. It depends on the rays and on the proxy
+/// alone, not on how either is traced. Traces the view without early termination, skipping all that it may.
+std::uint64_t count_hits(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                         const Camera& camera, const TracerOptions& options, const RenderOptions& render);
 
 /// writer: nullptr renders only. The image, counters and trace are the same for any number of threads.
 RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,

@@ -17,6 +17,7 @@ namespace grtx::frontend {
 // Modes that the hardware model obeys too are named in the trace's header.
 using traces::CheckpointOrder;
 using traces::ChildOrder;
+using traces::PopTest;
 using traces::Tracing;
 
 /// How a round continues: in the order (t, id), or with the paper's t_min < t.
@@ -70,6 +71,7 @@ struct TracerOptions {
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
   ReplayTmax replay_tmax = ReplayTmax::infinity;
   ChildOrder child_order = ChildOrder::near_first;
+  PopTest pop_test = PopTest::on;
   ShDirection sh_direction = ShDirection::ray;
   bool adaptive_radius = true;
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1

@@ -4,6 +4,7 @@
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/traces/orders/child_order.h"
 
 namespace grtx::frontend {
 namespace {
@@ -57,15 +58,19 @@ void Traversal::miss_scene(RayState& state, Recorder& recorder) {
 template <typename Recorder>
 void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) {
   if (!Recorder::kEnabled && walks_lists_) return walk_round(ray, state);
-  stack_.clear();
-  if (state.replay) return resume(ray, state, recorder);
-  push_root(0, 0.0f, 0, 0);
-  drain_stack(ray, state, recorder);
+  traces::with_child_order(options_.child_order, [&]<typename Order>(Order) {
+    stack_.clear();
+    if (state.replay) return resume<Order>(ray, state, recorder);
+    push_root(0, 0.0f, 0, 0);
+    drain_stack<Order>(ray, state, recorder);
+  });
 }
 
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder) {
-  for (const StackEntry& entry : state.checkpoints.to_read()) {
+  const std::size_t entries = state.checkpoints.begin_reading();
+  for (std::size_t read = 0; read < entries; ++read) {
+    const StackEntry& entry = state.checkpoints.entry(read);
     ++state.counters.checkpoints_read;
     if (entry.t > state.t_max) {
       const bool kept = state.checkpoint(entry);
@@ -85,26 +90,26 @@ void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder)
       enter_instance(local_ray(ray, entry), entry.instance, state);
     }
     stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
-    drain_stack(ray, state, recorder);
+    drain_stack<Order>(ray, state, recorder);
   }
 }
 
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder) {
   while (!stack_.empty()) {
     const StackEntry entry = stack_.pop();
     recorder.pop();
-    if (entry.t > state.t_max) {
+    if (entry.t > state.t_max && pop_test_) {
       const bool kept = state.checkpoint(entry);
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
     switch (ReachedNode::kind_of(entry.packed)) {
       case NodeKind::internal:
-        visit_internal(local_ray(ray, entry), entry, state, recorder);
+        visit_internal<Order>(local_ray(ray, entry), entry, state, recorder);
         break;
       case NodeKind::instance:
-        visit_instance(ray, entry, state, recorder);
+        visit_instance<Order>(ray, entry, state, recorder);
         break;
       default:
         if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
@@ -115,39 +120,47 @@ void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& reco
                          static_cast<unsigned>(traces::LeafOutcome::miss), 0);
           break;
         }
-        visit_leaf(local_ray(ray, entry), entry, state, recorder);
+        visit_leaf<Order>(local_ray(ray, entry), entry, state, recorder);
         break;
     }
   }
 }
 
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_internal;
   visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
   std::uint32_t list = memory_[entry.node].link();
   if (list == 0) {
-    list = test_boxes(ray, entry.node, entry.in_blas(), state.t_min_cull);
+    list = test_boxes<Order>(ray, entry.node, entry.in_blas(), state.t_min_cull);
   } else {
     ++state.counters.skipped_retests;
   }
-  // The last of the list is pushed first, so that the nearest ends on top of the stack.
+  // The last of the list is pushed first, so that the first ends on top of the stack; a child that is followed at once
+  // comes on top of it.
   const ReachedNode* const children = &memory_[list];
   const std::uint32_t count = children->node;
   StackEntry* top = stack_.top();
   const std::uint32_t units = Recorder::kEnabled ? units_of(entry.node) : 0;
   typename Recorder::Children opened = recorder.open(units);
   unsigned pushed = 0, beyond = 0;
+  [[maybe_unused]] const std::uint32_t followed = Order::kFollows ? followed_child<Order>(children, state) : 0;
   for (std::uint32_t i = count; i > 0; --i) {
     const ReachedNode& child = children[i];
     // Written without branches, which would follow no pattern.
     const unsigned alive = child.exit >= state.t_min_cull ? 1u : 0u;
     const unsigned within = child.enter <= state.t_max ? alive : 0u;
+    const unsigned now = Order::kFollows && i == followed ? 0u : within;
     *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
-    top += within;
+    top += now;
     if (Recorder::kEnabled) pushed |= within << child.slot();
-    opened.put(child.slot(), within);
+    opened.put(child.slot(), now);
     beyond |= (alive ^ within) << child.slot();
+  }
+  if (Order::kFollows && followed != 0) {
+    const ReachedNode& child = children[followed];
+    *top++ = {child.enter, list + followed, child.packed, entry.instance, entry.object};
+    opened.put(child.slot(), 1);
   }
   stack_.set_top(top);
   unsigned checkpoints = 0;
@@ -155,8 +168,26 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
   recorder.internal(opened, units, pushed, checkpoints);
 }
 
+/// Place in the list of the child that is visited before all others pushed with it; 0: none is.
+template <typename Order>
+inline unsigned Traversal::followed_child(const ReachedNode* children, const RayState& state) const {
+  const std::uint32_t count = children->node;
+  unsigned pushed = 0, internal = 0;
+  for (std::uint32_t i = 1; i <= count; ++i) {
+    const ReachedNode& child = children[i];
+    if (child.exit >= state.t_min_cull && child.enter <= state.t_max) pushed |= 1u << child.slot();
+    if (ReachedNode::kind_of(child.packed) == NodeKind::internal) internal |= 1u << child.slot();
+  }
+  const unsigned followed = Order::followed(pushed, internal);
+  for (std::uint32_t i = 1; i <= count; ++i) {
+    if (followed == 1u << children[i].slot()) return i;
+  }
+  return 0;
+}
+
 /// Tests the boxes of a node's children; returns the list of those hit: its head, then the children, those to be
 /// visited first in front.
+template <typename Order>
 inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull) {
   const std::uint32_t units = units_of(node);
   const std::uint8_t* data = image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
@@ -171,13 +202,11 @@ inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t no
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
-  const bool near_first = options_.child_order == ChildOrder::near_first;
-  std::ptrdiff_t in_slot_order = 0;
   for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
     const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
     const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
     const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
-    head[1 + (near_first ? hits.rank[slot] : in_slot_order++)] =
+    head[1 + Order::place(slot, hits.hit, static_cast<unsigned>(hits.rank[slot]))] =
         ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
   }
   if (remember_) memory_[node].set_link(list);
@@ -199,7 +228,7 @@ inline unsigned Traversal::checkpoint_children(const StackEntry& parent, std::ui
   return kept;
 }
 
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_instance;
   visited(units_of(entry.node), 2);
@@ -211,8 +240,8 @@ void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, Ray
   enter_instance(local_ray(ray, entry), entry.node, state);
   if (!skip_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
   ++state.counters.skipped_blas_walks;
-  offer(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_, state), entry,
-        state, recorder);
+  offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_, state),
+               entry, state, recorder);
 }
 
 inline void Traversal::enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state) {
@@ -239,7 +268,7 @@ std::uint32_t Traversal::add_root(std::uint32_t units) {
   return memory_.add({0.0f, std::numeric_limits<float>::infinity(), units, NodeKind::internal, 0});
 }
 
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_leaf;
   visited(units_of(entry.node), 1);
@@ -251,11 +280,11 @@ void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayStat
   } else {
     ++state.counters.skipped_retests;
   }
-  offer(link, entry, state, recorder);
+  offer<Order>(link, entry, state, recorder);
 }
 
 /// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
-template <typename Recorder>
+template <typename Order, typename Recorder>
 void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder) {
   using traces::LeafOutcome;
   const auto outcome = [&](LeafOutcome o, unsigned checkpoints = 0, unsigned shifts = 0) {

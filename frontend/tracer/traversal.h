@@ -36,20 +36,24 @@ class Traversal {
   void round(const TraceRay& ray, RayState& state, Recorder& recorder);
 
  private:
-  // From node to node.
-  template <typename Recorder>
+  // From node to node. Order: traces/orders/child_order.h. Those that need none have it, too: each is then called once,
+  // and inlined.
+  template <typename Order, typename Recorder>
   void resume(const TraceRay& ray, RayState& state, Recorder& recorder);
-  template <typename Recorder>
+  template <typename Order, typename Recorder>
   void drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder);
-  template <typename Recorder>
+  template <typename Order, typename Recorder>
   void visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
-  template <typename Recorder>
+  template <typename Order, typename Recorder>
   void visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
-  template <typename Recorder>
+  template <typename Order, typename Recorder>
   void visit_leaf(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
-  template <typename Recorder>
+  template <typename Order, typename Recorder>
   void offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder);
+  template <typename Order>
   std::uint32_t test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull);
+  template <typename Order>
+  unsigned followed_child(const ReachedNode* children, const RayState& state) const;
   unsigned checkpoint_children(const StackEntry& parent, std::uint32_t list, unsigned mask, RayState& state);
   void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
@@ -81,6 +85,7 @@ class Traversal {
   const std::uint32_t blas_root_;  ///< units
   const Box root_box_;             ///< holds the decoded boxes of the root's children
   const TracerOptions options_;
+  const bool pop_test_ = options_.pop_test == PopTest::on;
   const bool remember_ = options_.skips.has(Skip::retests);
   /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
   const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;

@@ -8,6 +8,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/modes.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::modules {
 
@@ -34,13 +35,10 @@ class CheckpointLayout {
   /// order: the trace's checkpoint_order. capacity: entries of a buffer. write_combine: a lane's entries gather in its
   /// open sector; else each writes every sector it touches. read_buffer: a lane keeps the last sector it read.
   CheckpointLayout(traces::CheckpointOrder order, std::uint64_t capacity, bool write_combine, bool read_buffer)
-      : lifo_(order == traces::CheckpointOrder::lifo),
-        capacity_(capacity),
-        write_combine_(write_combine),
-        read_buffer_(read_buffer) {}
+      : order_(order), capacity_(capacity), write_combine_(write_combine), read_buffer_(read_buffer) {}
 
   /// Whether a lane's source_entries must be known when it begins.
-  bool reads_backwards() const { return lifo_; }
+  bool reads_backwards() const { return order_.backwards(); }
   /// Most sectors that an entry completes.
   unsigned most_sectors() const { return write_combine_ ? 1 : 2; }
 
@@ -57,7 +55,7 @@ class CheckpointLayout {
  private:
   [[noreturn]] static void refuse(const char* does);
 
-  bool lifo_;
+  traces::ReadOrder order_;
   std::uint64_t capacity_;
   bool write_combine_, read_buffer_;
 };
@@ -82,7 +80,7 @@ inline std::uint64_t CheckpointLayout::open_sector(const Lane& lane) const {
 }
 
 inline CheckpointLayout::Sectors CheckpointLayout::read(Lane& lane) const {
-  const std::uint64_t index = lifo_ ? lane.source_entries - 1 - lane.read : lane.read;
+  const std::uint64_t index = order_.position(lane.read, lane.source_entries);
   if (index >= capacity_) refuse("reads");
   ++lane.read;
   const std::uint64_t begin = lane.source + index * traces::kCheckpointEntryBytes;
@@ -91,8 +89,8 @@ inline CheckpointLayout::Sectors CheckpointLayout::read(Lane& lane) const {
   Sectors sectors;
   sectors.straddles = first != last;
   // The sector that the next entry shares is read last and stays.
-  const std::uint64_t shared = lifo_ ? first : last;
-  const std::uint64_t other = lifo_ ? last : first;
+  const std::uint64_t shared = order_.backwards() ? first : last;
+  const std::uint64_t other = order_.backwards() ? last : first;
   if (sectors.straddles && other != lane.held) sectors.number[sectors.count++] = other;
   if (shared != lane.held) sectors.number[sectors.count++] = shared;
   if (read_buffer_) lane.held = shared;

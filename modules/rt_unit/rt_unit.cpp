@@ -60,8 +60,9 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
 // Only the parts that this trace and this configuration need exist.
 void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
+  const StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
-    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint);
+    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry);
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
     return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);
@@ -81,7 +82,8 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   }
   if (config_.warp_buffer.spill) {
     stack_ = made(parts.stack_unit, "stack_unit", context_, [&](const char* name) {
-      return std::make_unique<StackUnit>(name, config_.warp_buffer.stack_entries, context_.map, entries, context_.sm);
+      return std::make_unique<StackUnit>(name, config_.warp_buffer.stack_entries, stack_entry, context_.map, entries,
+                                         context_.sm);
     });
   }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_,

@@ -1,5 +1,5 @@
-// Which entries of a lane's traversal stack lie in memory: the top stays in the warp buffer, two entries move together.
-// Without time: the stack unit sends the sectors.
+// Which entries of a lane's traversal stack lie in memory: the top stays in the warp buffer, a sector of entries moves
+// at a time. Without time: the stack unit sends the sectors.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,8 @@ namespace grtx::modules {
 
 class StackSpill {
  public:
-  /// Entries of 16 B (8 B address, 4 B t, padded) that move together: one sector.
-  static constexpr unsigned kEntriesOfSector = 2;
-
   struct Lane {
-    std::uint32_t in_memory = 0;  ///< entries; a multiple of kEntriesOfSector
+    std::uint32_t in_memory = 0;  ///< entries; a multiple of those in a sector
   };
   /// Sectors of the lane's stack area, from `first` on: to be written, or one to be read.
   struct Move {
@@ -22,8 +19,8 @@ class StackSpill {
     bool any() const { return spills > 0 || fill; }
   };
 
-  /// on_chip: entries of a lane in the warp buffer, >= kEntriesOfSector.
-  explicit StackSpill(unsigned on_chip) : on_chip_(on_chip) {}
+  /// on_chip: entries of a lane in the warp buffer, >= in_a_sector: entries that move together (StackEntryLayout).
+  StackSpill(unsigned on_chip, unsigned in_a_sector) : on_chip_(on_chip), in_a_sector_(in_a_sector) {}
 
   /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Only then a fill is needed:
   /// nothing is read ahead.
@@ -31,12 +28,12 @@ class StackSpill {
     Move move;
     std::uint32_t here = depth - lane.in_memory;
     if (here > on_chip_) {
-      move.first = lane.in_memory / kEntriesOfSector;
-      for (; here > on_chip_; here -= kEntriesOfSector) ++move.spills;
-      lane.in_memory += move.spills * kEntriesOfSector;
+      move.first = lane.in_memory / in_a_sector_;
+      for (; here > on_chip_; here -= in_a_sector_) ++move.spills;
+      lane.in_memory += move.spills * in_a_sector_;
     } else if (here == 0 && takes_top && lane.in_memory > 0) {
-      lane.in_memory -= kEntriesOfSector;
-      move.first = lane.in_memory / kEntriesOfSector;
+      lane.in_memory -= in_a_sector_;
+      move.first = lane.in_memory / in_a_sector_;
       move.fill = true;
     }
     return move;
@@ -44,6 +41,7 @@ class StackSpill {
 
  private:
   unsigned on_chip_;
+  unsigned in_a_sector_;
 };
 
 }  // namespace grtx::modules

@@ -22,16 +22,18 @@ const CounterTable<StackUnit::Counters>& StackUnit::Counters::table() {
   return table;
 }
 
-StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps,
-                     unsigned sm)
+StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry,
+                     const MemoryMap& map, unsigned warps, unsigned sm)
     : StackModule(name),
-      spill_(on_chip),
+      spill_(on_chip, entry.in_a_sector),
       map_(map),
       sm_(sm),
       lanes_(std::size_t{warps} * kMaxLanes),
       queue_(std::size_t{warps} * kMaxLanes) {
-  if (on_chip < StackSpill::kEntriesOfSector) {
-    throw Error("configuration", "rt.warp_buffer.stack_entries", "must be at least 2 when the stack spills");
+  if (on_chip < entry.in_a_sector) {
+    throw Error("configuration", "rt.warp_buffer.stack_entries",
+                "must be at least " + std::to_string(entry.in_a_sector) + " when the stack spills entries of " +
+                    std::to_string(entry.bytes) + " B");
   }
 }
 

@@ -17,6 +17,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/stack_entry.h"
 #include "grtx/modules/rt_unit/stack_if.h"
 #include "grtx/modules/rt_unit/stack_spill.h"
 
@@ -35,8 +36,10 @@ class StackUnit final : public StackModule {
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// on_chip: entries of a lane in the warp buffer, >= 2. warps: of the warp buffer. sm: whose stack areas are used.
-  StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const MemoryMap& map, unsigned warps, unsigned sm);
+  /// on_chip: entries of a lane in the warp buffer, no fewer than a sector holds. warps: of the warp buffer. sm: whose
+  /// stack areas are used.
+  StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry, const MemoryMap& map,
+            unsigned warps, unsigned sm);
 
   void begin_lane(LaneId id, std::uint16_t slot) override;
   bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;

@@ -7,8 +7,13 @@
 
 namespace grtx::modules {
 
-WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint)
-    : WarpBufferModule(name), config_(config), checkpoint_(checkpoint), table_(config.entries) {
+WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
+                       const StackEntryLayout& stack_entry)
+    : WarpBufferModule(name),
+      config_(config),
+      checkpoint_(checkpoint),
+      stack_entry_(stack_entry),
+      table_(config.entries) {
   require_allowed("rt.warp_buffer", config);
 }
 
@@ -51,8 +56,8 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"ray", StorageKind::ram, lanes * 8 * 32});   // origin, direction, t_min, t_max: 8 x fp32
   storage.push_back({"hit", StorageKind::ram, lanes * 2 * 32});   // t_hit, primitive id
   storage.push_back({"instance", StorageKind::ram, lanes * 64});  // address of the TLAS leaf the ray is inside
-  storage.push_back({"stack", StorageKind::ram, lanes * config_.stack_entries * (64 + 32)});  // address, t
-  storage.push_back({"status", StorageKind::flip_flop, lanes * 4});                           // ten lane states
+  storage.push_back({"stack", StorageKind::ram, lanes * config_.stack_entries * stack_entry_.bits});
+  storage.push_back({"status", StorageKind::flip_flop, lanes * 4});  // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});
   if (checkpoint_) {
     // Paper, "Hardware cost": (1 bit + 2 B + 2 B) a lane, two base addresses and the maximum size of a buffer a unit.

@@ -10,6 +10,7 @@
 
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/rt_unit/stack_entry.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
@@ -31,8 +32,10 @@ class WarpBuffer final : public WarpBufferModule {
   };
   using Counters = WarpBufferCounters;
 
-  /// checkpoint: the trace was made with checkpointing, so replay flags and offsets exist.
-  WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint);
+  /// checkpoint: the trace was made with checkpointing, so replay flags and offsets exist. stack_entry: what the stack
+  /// holds.
+  WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
+             const StackEntryLayout& stack_entry);
 
   WarpTable& warps() override { return table_; }
   const WarpTable& warps() const { return table_; }
@@ -52,6 +55,7 @@ class WarpBuffer final : public WarpBufferModule {
 
   Config config_;
   bool checkpoint_;
+  StackEntryLayout stack_entry_;
   WarpTable table_;
   warp_admission_if* admission_ = nullptr;
   LinkReader<TraceCall> calls_;

@@ -15,8 +15,8 @@ using modules::Link;
 
 namespace {
 
-// A ray's stack area: 256 entries of 16 B. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
-constexpr std::uint64_t kStackSectors = 128;
+// Of a ray's stack area. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
+constexpr std::uint64_t kStackEntries = 256;
 
 template <typename T>
 void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& name, unsigned count, unsigned latency,
@@ -50,7 +50,9 @@ void dump_links(std::ostream& out, const std::vector<std::unique_ptr<Link<T>>>& 
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
                                            std::uint64_t eviction_entries) {
   modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
-  if (config.rt.warp_buffer.spill) map.stack_sectors = kStackSectors;
+  if (config.rt.warp_buffer.spill) {
+    map.stack_sectors = kStackEntries / modules::stack_entry_layout(header.pop_test).in_a_sector;
+  }
   // As many as a checkpoint buffer holds, unless the trace needs more.
   const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
   if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);

@@ -22,6 +22,7 @@ traces::Header header_of(const MachineUse& use) {
   header.checkpoint = use.design == "hw" || use.design == "grtx";
   header.accel = header.two_level ? (use.spheres ? AccelKind::tlas_sphere : AccelKind::tlas_tri20)
                                   : (use.spheres ? AccelKind::ellipsoid : AccelKind::tri20);
+  header.pop_test = use.pop_test;
   header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
   // The smallest node image there is; its size is no hardware.
   header.root = traces::kHeaderBytes;

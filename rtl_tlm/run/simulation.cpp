@@ -21,6 +21,7 @@
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/pixel_cycles.h"
+#include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 #include "grtx/traces/check.h"
@@ -114,14 +115,7 @@ void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& option
 
 std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
                                              const SimulationOptions& options, const Engine& engine) {
-  std::map<std::string, std::string> inputs;
-  for (const auto& [name, value] : reader.header().inputs) inputs["trace." + name] = value;
-  inputs["accel"] = name_of(reader.header().accel);
-  inputs["k"] = std::to_string(reader.header().k);
-  inputs["checkpoint"] = reader.header().checkpoint ? "on" : "off";
-  inputs["trace_hash"] = reader.content_hash();
-  inputs["config_hash"] = config_hash(config);
-  inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+  std::map<std::string, std::string> inputs = simulation_inputs(reader, config);
   inputs["mode"] = engine.name();
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;

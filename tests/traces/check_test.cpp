@@ -48,6 +48,17 @@ RandomTrace restarting() {
   return testing::random_trace(options);
 }
 
+/// Whose children are popped in Vulkan-Sim's order.
+RandomTrace following() {
+  RandomOptions options;
+  options.seed = 9;
+  options.groups = 6;
+  options.k = 3;
+  options.checkpoint = false;
+  options.child_order = ChildOrder::vulkan_sim;
+  return testing::random_trace(options);
+}
+
 RandomTrace single_round() {
   RandomOptions options;
   options.seed = 8;
@@ -330,6 +341,14 @@ std::vector<Case> cases() {
        })},
       {"NodeNotOnTop", restarting, "must be on top of the stack",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && ++p.event.node; })},
+      {"LowestSlotPopped", following, "must be on top of the stack", on_event([](EventPlace p) {
+         // A node that pushes several leaves: the first to be popped gets the name of the one below it.
+         return p.event.kind() == EventKind::visit_leaf && !p.last_in_round &&
+                (&p.event)[1].kind() == EventKind::visit_leaf && (&p.event)[1].node < p.event.node &&
+                (std::swap(p.event.node, (&p.event)[1].node), true);
+       })},
+      {"CullWithoutPopTest", restarting, "without pop_test no stack entry holds a t",
+       [](RandomTrace& trace) { return (trace.header.pop_test = PopTest::off, true); }},
       {"ReadFromAFullStack", replaying, "the stack is not empty", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::cull) return false;
          p.event.kind_shifts = Event::pack(EventKind::replay_forward);

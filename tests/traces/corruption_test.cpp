@@ -80,7 +80,7 @@ TEST(Corruption, NamesMagicAndVersion) {
   EXPECT_EQ(place, "byte 0");
   other = small_file();
   other[8] = 1;
-  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads version 4");
+  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads versions 4 to 5");
   EXPECT_EQ(place, "byte 8");
   EXPECT_THAT(fault_of("ply\nformat ascii 1.0\n"), HasSubstr("is not a GRTX trace"));
   EXPECT_THAT(fault_of(""), HasSubstr("is not a GRTX trace"));
@@ -155,7 +155,8 @@ TEST(Forgery, UnknownModeNamesTheKnownOnes) {
   forgery.replace_header([](std::string json) { return json.replace(json.find("near_first"), 10, "near_fist_"); });
   EXPECT_THAT(
       fault_of(forgery.content()),
-      HasSubstr("key 'child_order' must be one of near_first, slot, not 'near_fist_'; the nearest is 'near_first'"));
+      HasSubstr("key 'child_order' must be one of near_first, slot, vulkan_sim, not 'near_fist_'; the nearest is "
+                "'near_first'"));
 }
 
 TEST(Forgery, HeaderValueOutOfRange) {

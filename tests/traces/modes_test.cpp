@@ -24,7 +24,8 @@ TEST(Modes, AreSpeltAsInTraceFiles) {
   expect_names<AccelKind>({"tri20", "tri80", "ellipsoid", "tlas-tri20", "tlas-tri80", "tlas-sphere"});
   expect_names<Tracing>({"multi", "single", "closest"});
   expect_names<CheckpointOrder>({"fifo", "lifo", "nearest"});
-  expect_names<ChildOrder>({"near_first", "slot"});
+  expect_names<ChildOrder>({"near_first", "slot", "vulkan_sim"});
+  expect_names<PopTest>({"on", "off"});
   expect_names<WarpMapping>({"tile8x4", "linear"});
 }
 

@@ -28,6 +28,7 @@ struct RandomOptions {
   std::uint64_t capacity = 1000;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
   ChildOrder child_order = ChildOrder::near_first;
+  PopTest pop_test = PopTest::on;
   bool two_level = false;
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
@@ -238,7 +239,7 @@ class RandomRay {
   }
 
   void handle(const Entry& top) {
-    if (top.t > t_max_) {
+    if (options_.pop_test == PopTest::on && top.t > t_max_) {
       push_event(EventKind::cull, top.address, 0, write(top) ? 1 : 0);
       return;
     }
@@ -272,9 +273,16 @@ class RandomRay {
       }
     }
     push_event(EventKind::visit_internal, top.address, pushed_mask, checkpoint_mask);
-    std::sort(pushed.begin(), pushed.end(), [&](const auto& a, const auto& b) {
-      return options_.child_order == ChildOrder::slot ? a.second > b.second : a.first.t > b.first.t;
-    });
+    if (options_.child_order == ChildOrder::near_first) {
+      std::sort(pushed.begin(), pushed.end(), [](const auto& a, const auto& b) { return a.first.t > b.first.t; });
+    } else if (options_.child_order == ChildOrder::slot) {
+      std::reverse(pushed.begin(), pushed.end());
+    } else {  // the first internal child is followed, and so comes last
+      const auto followed = std::find_if(pushed.begin(), pushed.end(), [&](const auto& child) {
+        return node.child_kinds[child.second] == NodeKind::internal;
+      });
+      if (followed != pushed.end()) std::rotate(followed, followed + 1, pushed.end());
+    }
     for (const auto& [child, slot] : pushed) stack_.push_back(child);
   }
 
@@ -384,6 +392,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
   header.child_order = options.child_order;
+  header.pop_test = options.pop_test;
   header.width = 640;
   header.height = 480;
   header.warp_size = options.warp_size;
@@ -422,7 +431,8 @@ inline std::string describe(const RandomOptions& o) {
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
          std::to_string(o.bvh_width) + " k " + std::to_string(o.k) + (o.checkpoint ? " checkpoint " : " restart ") +
          std::string(name_of(o.checkpoint_order)) + " capacity " + std::to_string(o.capacity) + " " +
-         std::string(name_of(o.child_order)) + " " + std::string(name_of(o.tracing));
+         std::string(name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
+         std::string(name_of(o.tracing));
 }
 
 /// Every combination that changes how a group is coded.
@@ -466,6 +476,14 @@ inline std::vector<RandomOptions> all_random_options() {
         }
       }
     }
+  }
+  // Each once more with what version 4 of the format does not have.
+  for (std::size_t i = 0, count = all.size(); i < count; ++i) {
+    RandomOptions o = all[i];
+    o.seed = ++seed;
+    if (i % 3 != 0) o.child_order = ChildOrder::vulkan_sim;
+    o.pop_test = i % 3 != 1 ? PopTest::off : PopTest::on;
+    all.push_back(o);
   }
   return all;
 }

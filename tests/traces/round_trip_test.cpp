@@ -91,6 +91,7 @@ TEST(RoundTrip, EveryHeaderFieldIsKept) {
   header.checkpoint = true;
   header.checkpoint_order = CheckpointOrder::nearest;
   header.child_order = ChildOrder::slot;
+  header.pop_test = PopTest::off;
   header.width = 1557;
   header.height = 1038;
   header.warp_size = 64;
@@ -110,11 +111,13 @@ TEST(RoundTrip, EveryHeaderFieldIsKept) {
   header.sh_record_bytes = 108;
   header.checkpoint_capacity = 99;
   header.inputs = {{"scene", "a\nb"}, {"", "empty name"}};
-  const Header back = header_from_json(header_to_json(header));
+  const Header back = header_from_json(header_to_json(header), format_version(header));
   EXPECT_EQ(header_to_json(back), header_to_json(header));
   EXPECT_EQ(back.accel, header.accel);
   EXPECT_EQ(back.checkpoint, header.checkpoint);
   EXPECT_EQ(back.checkpoint_order, header.checkpoint_order);
+  EXPECT_EQ(back.child_order, header.child_order);
+  EXPECT_EQ(back.pop_test, header.pop_test);
   EXPECT_EQ(back.warp_mapping, header.warp_mapping);
   EXPECT_EQ(back.node_image_bytes, header.node_image_bytes);
   EXPECT_EQ(back.blas_root, header.blas_root);

@@ -9,7 +9,9 @@
 #include "grtx/base/error.h"
 #include "grtx/traces/codec/checked_nodes.h"
 #include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/source_assignment.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
 namespace {
@@ -22,9 +24,8 @@ class GroupChecker {
     group_ = &group;
     lane_ = round_ = event_ = kNowhere;
     totals_ = Totals{};
-    slot_order_ = header.child_order == ChildOrder::slot;
-    lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
-    nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
+    pop_order_ = PopOrder(header.child_order);
+    read_order_ = ReadOrder(header.checkpoint_order);
     multi_ = header.tracing == Tracing::multi;
     closest_ = header.tracing == Tracing::closest;
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
@@ -135,7 +136,7 @@ class GroupChecker {
     destination_.clear();
     read_ = 0;
     assigned_ = nullptr;
-    if (nearest_ && round.replay) {
+    if (!read_order_.by_place() && round.replay) {
       addresses_.clear();
       for (const NodeReference& entry : source_) {
         addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
@@ -147,7 +148,7 @@ class GroupChecker {
     std::size_t depth = 0;  // of the frames below
     CheckedNode* const nodes = nodes_.begin();
     const std::uint32_t node_count = nodes_.dictionary_size();
-    const bool slot_order = slot_order_;
+    const bool by_slots = pop_order_.by_slots();
     std::uint64_t visits_internal = 0;
     std::uint64_t misses = 0;
     for (event_ = 0; event_ < events.size(); ++event_) {
@@ -174,8 +175,7 @@ class GroupChecker {
       }
       const unsigned slot = parent.slot_of(top.remaining, address);
       require(slot < kMaxWidth, "the node must be on top of the stack");
-      require(!slot_order || slot == static_cast<unsigned>(std::countr_zero(top.remaining)),
-              "the node must be on top of the stack");
+      require(!by_slots || slot == pop_order_.next(top.remaining), "the node must be on top of the stack");
       top.remaining &= ~(1U << slot);
       StackFrame pushed;
       if (kind == EventKind::visit_leaf) {
@@ -203,6 +203,7 @@ class GroupChecker {
           write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.context});
         }
       } else if (kind == EventKind::cull) {
+        require(header_->pop_test == PopTest::on, "without pop_test no stack entry holds a t to be culled by");
         require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
         ++totals_.culls;
         check_dropped_or_written(event, {top.parent, slot, top.context});
@@ -216,6 +217,10 @@ class GroupChecker {
         frames_.resize(2 * depth);
       frames_[depth] = top;
       depth += top.remaining != 0 ? 1 : 0;
+      if (StackFrame rest; pop_order_.split(pushed, nodes[pushed.parent].internal_mask, rest)) {
+        if (depth == frames_.size()) frames_.resize(2 * depth);
+        frames_[depth++] = rest;
+      }
       top = pushed;
     }
     event_ = kNowhere;
@@ -247,7 +252,7 @@ class GroupChecker {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
     require(read_ < source_.size(), "no source entry is left to read");
-    std::size_t position = lifo_ ? source_.size() - 1 - read_ : read_;
+    std::size_t position = read_order_.position(read_, source_.size());
     if (assigned_ != nullptr) {
       require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
       position = (*assigned_)[read_];
@@ -368,9 +373,8 @@ class GroupChecker {
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
-  bool slot_order_ = false;                               ///< the header's words, compared once
-  bool lifo_ = false;
-  bool nearest_ = false;
+  PopOrder pop_order_;                                    ///< the header's words, looked at once
+  ReadOrder read_order_;
   bool multi_ = false;
   bool closest_ = false;
   bool lossless_ = false;  ///< this round must keep every node beyond t_max

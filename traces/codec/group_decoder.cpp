@@ -10,8 +10,10 @@
 #include "grtx/traces/codec/dictionary_decoder.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_model.h"
+#include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/predicted_pops.h"
 #include "grtx/traces/codec/processed_coder.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
 namespace {
@@ -45,9 +47,8 @@ class GroupDecoder {
  public:
   [[gnu::noinline]] void decode(const Header& header, const std::uint8_t* payload, std::size_t size,
                                 std::uint64_t index, RayGroup& group) {
-    nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
-    lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
-    slot_order_ = header.child_order == ChildOrder::slot;
+    read_order_ = ReadOrder(header.checkpoint_order);
+    pop_order_ = PopOrder(header.child_order);
     two_level_ = header.two_level;
     unpack_columns(payload, size, columns_);
     readers_.begin(columns_);
@@ -145,7 +146,7 @@ class GroupDecoder {
     destination_.clear();
     taken_ = 0;
     last_taken_ = -1;
-    if (nearest_) read_.assign(source_.size(), false);
+    if (!read_order_.by_place()) read_.assign(source_.size(), false);
     NodeModel* const nodes = model_.nodes();
     StackFrame top{GroupModel::kRootParent, 0, 1};
     if (round.replay) top.remaining = 0;
@@ -216,6 +217,10 @@ class GroupDecoder {
             frames_.resize(2 * depth);
           frames_[depth++] = {top.parent, top.context, NodeModel::mask_of(left)};
         }
+        if (StackFrame rest; pop_order_.split(pushed, nodes[pushed.parent].internal_mask, rest)) [[unlikely]] {
+          if (depth == frames_.size()) frames_.resize(2 * depth);
+          frames_[depth++] = rest;
+        }
         top = pushed;
         break;
       } while (left != 0);
@@ -227,7 +232,7 @@ class GroupDecoder {
   // The slot of those left that has `rank` others before it.
   unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
     const unsigned remaining = NodeModel::mask_of(left);
-    if (slot_order_ || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
+    if (pop_order_.by_slots() || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
     const unsigned slot = parent.slot_at(remaining, rank);
     parent.move_up(remaining, slot);
     return slot;
@@ -252,9 +257,8 @@ class GroupDecoder {
 
   // Returns what is pushed on the empty stack.
   StackFrame take_replay(Event*& event) {
-    std::size_t index = taken_;
-    if (lifo_) index = source_.size() - 1 - taken_;
-    if (nearest_) {
+    std::size_t index = read_order_.position(taken_, source_.size());
+    if (!read_order_.by_place()) {
       ByteReader& entries = reader(Column::replay_entry);
       const std::int64_t at = last_taken_ + 1 + unzigzag(entries.varint(4 * kU32));
       if (at < 0 || static_cast<std::uint64_t>(at) >= source_.size() || read_[static_cast<std::size_t>(at)]) {
@@ -356,9 +360,8 @@ class GroupDecoder {
   static constexpr std::uint64_t kU32 = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::uint64_t kU16 = std::numeric_limits<std::uint16_t>::max();
 
-  bool nearest_ = false;
-  bool lifo_ = false;
-  bool slot_order_ = false;
+  ReadOrder read_order_;
+  PopOrder pop_order_;
   bool two_level_ = false;
   ColumnSet columns_;
   ColumnReaders readers_;

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "grtx/traces/codec/pop_encoder.h"
+#include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/source_assignment.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
 
@@ -35,9 +37,8 @@ struct GroupEncoder::Impl {
   PopEncoder out_;
   const GroupModel& model_ = out_.model();
   bool two_level_ = false;
-  bool nearest_ = false;
-  bool lifo_ = false;
-  bool slot_order_ = false;
+  ReadOrder read_order_;
+  PopOrder pop_order_;
   const Event* round_events_ = nullptr;
   std::vector<StackFrame> frames_;
   std::vector<NodeReference> source_;
@@ -53,9 +54,8 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
                                const NodeSource& nodes) {
   out_.begin(header, index, kind, root, nodes);
   two_level_ = header.two_level;
-  nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
-  lifo_ = header.checkpoint_order == CheckpointOrder::lifo;
-  slot_order_ = header.child_order == ChildOrder::slot;
+  read_order_ = ReadOrder(header.checkpoint_order);
+  pop_order_ = PopOrder(header.child_order);
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {
@@ -89,7 +89,7 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
   destination_.clear();
   taken_ = 0;
   last_taken_ = -1;
-  if (nearest_ && round.replay) {
+  if (!read_order_.by_place() && round.replay) {
     addresses_.clear();
     for (const NodeReference& entry : source_) addresses_.push_back(model_[entry.parent].child_address(entry.slot));
     assigned_ = &assignment_.assign(addresses_, source_, events, model_.blas_begin());
@@ -119,7 +119,7 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     if (parent.child_address(first) != event->node) {
       slot = parent.slot_of(top.remaining, event->node);
       require(slot < kMaxWidth, event, "the node is not on top of the stack");
-      require(!slot_order_, event, "children must be popped in slot order");
+      require(!pop_order_.by_slots(), event, "children must be popped in the header's child order");
     }
     const ChildPlace at = out_.pop(top.parent, top.remaining, slot);
     top.remaining &= ~(1U << slot);
@@ -127,9 +127,10 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
       pop_leaf(event, at, top.context);
       continue;
     }
-    const StackFrame pushed = pop_inner(event, at, top.context);
+    StackFrame pushed = pop_inner(event, at, top.context);
     if (pushed.remaining == 0) continue;
     if (top.remaining != 0) frames_.push_back(top);
+    if (StackFrame rest; pop_order_.split(pushed, model_[pushed.parent].internal_mask, rest)) frames_.push_back(rest);
     top = pushed;
   }
   require(top.remaining == 0 && frames_.empty(), "the stack must be empty at the end of a round");
@@ -189,9 +190,8 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
   require(take || event->kind() == EventKind::replay_forward, event,
           "the stack is empty: only a source entry can come next");
   require(taken_ < source_.size(), event, "no source entry is left to read");
-  std::size_t index = taken_;
-  if (lifo_) index = source_.size() - 1 - taken_;
-  if (nearest_) {
+  std::size_t index = read_order_.position(taken_, source_.size());
+  if (!read_order_.by_place()) {
     require((*assigned_)[taken_] != SourceAssignment::kNone, event, "no unread source entry has this address");
     index = (*assigned_)[taken_];
     out_.source_position(static_cast<std::int64_t>(index) - last_taken_ - 1);

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "grtx/traces/orders/child_order.h"
+
 namespace grtx::traces {
 namespace {
 
@@ -18,6 +20,7 @@ NodeModel pseudo_parent(std::uint64_t child_address, NodeKind kind) {
 
 void GroupModel::begin(const Header& header, NodeKind root_kind) {
   shapes_.set_width(header.bvh_width);
+  first_order_ = with_child_order(header.child_order, [](auto policy) { return NodeModel::order_of(policy); });
   image_units_ = header.node_image_bytes / kNodeUnit;
   internal_units_ = internal_bytes(header.bvh_width) / kNodeUnit;
   nodes_.clear();
@@ -34,6 +37,7 @@ void GroupModel::set(std::uint32_t index, const NodeDefinition& node, const Node
     throw std::invalid_argument("a node and its children must lie in the node image");
   }
   NodeModel& model = nodes_[index];
+  model.order = first_order_;
   model.child_base = node.child_base;
   model.offsets = shape.offsets;
   model.child_count = shape.child_count;

@@ -42,8 +42,19 @@ struct alignas(64) NodeModel {
     return (remaining >> slot & 1) != 0 ? slot : kMaxWidth;
   }
 
+  /// The order that a child order (traces/orders/child_order.h) begins with: all slots are hit, entered in slot order.
+  template <typename Policy>
+  static constexpr std::uint64_t order_of(Policy) {
+    std::uint64_t order = 0;
+    for (unsigned slot = 0; slot < kMaxWidth; ++slot) {
+      order |= std::uint64_t{1} << slot << 8 * Policy::place(slot, (1U << kMaxWidth) - 1, slot);
+    }
+    return order;
+  }
   /// The slots of the mask `remaining` in the order in which they are expected, as bits in `order`.
-  std::uint64_t ordered(unsigned remaining) const { return order & kOnes * remaining; }
+  std::uint64_t ordered(unsigned remaining) const { return order & bits_of_mask(remaining); }
+  /// The bits that stand for the slots of a mask, wherever they come in the order.
+  static std::uint64_t bits_of_mask(unsigned mask) { return kOnes * mask; }
   /// The bits that stand for `slot`, wherever it comes in the order.
   static std::uint64_t bits_of(unsigned slot) { return kOnes << slot; }
   /// Undoes ordered().
@@ -126,6 +137,7 @@ class GroupModel {
   std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS / kNodeUnit
   std::uint64_t image_units_ = 0;
   std::uint64_t internal_units_ = 0;
+  std::uint64_t first_order_ = 0;  ///< NodeModel::order of a node not visited yet
   ShapeTable shapes_;
 };
 

@@ -14,13 +14,14 @@ using Json = nlohmann::json;
 
 // One list of fields serves writing, reading and the count of known keys.
 template <typename HeaderType, typename Visit>
-void for_each_header_field(HeaderType& h, Visit&& visit) {
+void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) {
   visit("accel", h.accel);
   visit("tracing", h.tracing);
   visit("k", h.k);
   visit("checkpoint", h.checkpoint);
   visit("checkpoint_order", h.checkpoint_order);
   visit("child_order", h.child_order);
+  if (version >= 5) visit("pop_test", h.pop_test);
   visit("width", h.width);
   visit("height", h.height);
   visit("warp_size", h.warp_size);
@@ -133,13 +134,17 @@ std::string to_text(const Json& json) {
 
 std::string header_to_json(const Header& header) {
   Json json = Json::object();
-  for_each_header_field(header, [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
+  for_each_header_field(header, format_version(header),
+                        [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
   return to_text(json);
 }
 
-Header header_from_json(std::string_view text) {
+Header header_from_json(std::string_view text, std::uint32_t version) {
   Header header;
-  take_all(parse_object(text), [&](auto&& visit) { for_each_header_field(header, visit); });
+  take_all(parse_object(text), [&](auto&& visit) { for_each_header_field(header, version, visit); });
+  if (format_version(header) > version) {
+    throw Malformed("key 'child_order' holds a value that version " + std::to_string(version) + " does not have");
+  }
   if (const std::string fault = header_fault(header); !fault.empty()) throw Malformed(fault);
   return header;
 }

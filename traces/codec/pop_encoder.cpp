@@ -5,6 +5,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/predicted_pops.h"
+#include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
 
@@ -15,7 +16,7 @@ void PopEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, 
   place_.group = index;
   kind_ = kind;
   root_ = root;
-  nearest_ = header.checkpoint_order == CheckpointOrder::nearest;
+  nearest_ = !ReadOrder(header.checkpoint_order).by_place();
   reached_ = false;
   last_pixel_ = 0;
   rays_ = 0;

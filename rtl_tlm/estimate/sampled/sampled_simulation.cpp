@@ -19,6 +19,7 @@
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
+#include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
@@ -224,20 +225,8 @@ class SampledRun {
     return estimate;
   }
 
-  std::map<std::string, std::string> inputs() const {
-    std::map<std::string, std::string> inputs;
-    for (const auto& [name, value] : reader_.header().inputs) inputs["trace." + name] = value;
-    inputs["accel"] = name_of(reader_.header().accel);
-    inputs["k"] = std::to_string(reader_.header().k);
-    inputs["checkpoint"] = reader_.header().checkpoint ? "on" : "off";
-    inputs["trace_hash"] = reader_.content_hash();
-    inputs["config_hash"] = config_hash(config_);
-    inputs["program"] = std::string("grtx ") + GRTX_VERSION;
-    return inputs;
-  }
-
   std::map<std::string, std::string> sampled_inputs() const {
-    std::map<std::string, std::string> all = inputs();
+    std::map<std::string, std::string> all = simulation_inputs(reader_, config_);
     all["mode"] = name_of(SimulationMode::sampled);
     all["sampled.seed"] = std::to_string(options_.seed);
     all["sampled.share"] = fmt::format("{}", options_.share);

@@ -80,7 +80,10 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     options.checkpoint = variant % 7 < 4;
     options.checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo;
     options.checkpoint_capacity = variant % 7 == 3 ? 12 : 1024;
-    options.child_order = variant % 11 == 7 ? ChildOrder::slot : ChildOrder::near_first;
+    options.child_order = variant % 11 == 7   ? ChildOrder::slot
+                          : variant % 11 == 3 ? ChildOrder::vulkan_sim
+                                              : ChildOrder::near_first;
+    options.pop_test = variant % 13 < 4 ? PopTest::off : PopTest::on;
     options.tmax_update = variant % 4 == 3 ? TmaxUpdate::kth : TmaxUpdate::reported;
     options.replay_tmax = variant % 8 == 3 ? ReplayTmax::kth : ReplayTmax::infinity;
     options.ert = variant % 3 == 1 ? 0.0f : 0.001f;

@@ -88,6 +88,8 @@ TEST(SecondaryRays, EverySettingGivesTheSameImage) {
           options.checkpoint_capacity = std::max(capacity, 1u);
           options.tmax_update = update;
           options.replay_tmax = update == TmaxUpdate::kth ? ReplayTmax::kth : ReplayTmax::infinity;
+          options.child_order = enum_names(ChildOrder{})[(k + capacity) % 3].value;
+          options.pop_test = (k + capacity / 2) % 2 == 0 ? PopTest::off : PopTest::on;
           const Traced actual = trace_with(both(), scene, view, gaussians, accel, options, 1, "");
           EXPECT_TRUE(compare(expected.result.image, actual.result.image).identical())
               << accel_name(kind) << " k " << k << " capacity " << capacity;

@@ -20,9 +20,9 @@ namespace {
 constexpr std::array<unsigned, 6> kBufferSizes{1, 2, 4, 8, 16, 64};
 constexpr std::array<unsigned, 3> kCapacities{1, 9, 1024};  // the first two overflow
 
-/// Numbers of choices: k, checkpointing, child order, t_max update, checkpoint order, replay t_max, capacity,
+/// Numbers of choices: k, checkpointing, child order, t_max update, checkpoint order, replay t_max, capacity, pop test,
 /// structure.
-constexpr std::array<unsigned, 8> kChoices{6, 2, 2, 2, 3, 2, 3, 2};
+constexpr std::array<unsigned, 9> kChoices{6, 2, 3, 2, 3, 2, 3, 2, 2};
 using Setting = std::array<unsigned, kChoices.size()>;
 
 TracerOptions options_of(const Setting& s) {
@@ -34,16 +34,19 @@ TracerOptions options_of(const Setting& s) {
   options.checkpoint_order = static_cast<CheckpointOrder>(s[4]);
   options.replay_tmax = static_cast<ReplayTmax>(s[5]);
   options.checkpoint_capacity = kCapacities[s[6]];
+  options.pop_test = static_cast<PopTest>(s[7]);
   return options;
 }
 
 std::string text(const Setting& s) {
-  std::string result = "k, checkpoint, child order, t_max update, checkpoint order, replay t_max, capacity, structure:";
+  std::string result =
+      "k, checkpoint, child order, t_max update, checkpoint order, replay t_max, capacity, "
+      "pop test, structure:";
   for (const unsigned choice : s) result += " " + std::to_string(choice);
   return result;
 }
 
-/// Without checkpointing the last but one four choices mean nothing.
+/// Without checkpointing three choices mean nothing.
 bool redundant(const Setting& s) { return s[1] == 0 && (s[4] != 0 || s[5] != 0 || s[6] != 0); }
 
 std::vector<Setting> all_settings() {

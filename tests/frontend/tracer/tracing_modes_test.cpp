@@ -30,8 +30,9 @@ void expect_modes_agree(const Scene& scene, const Camera& camera, AccelKind kind
     EXPECT_EQ(expected.counters.processed, actual.counters.processed) << what;
     EXPECT_EQ(expected.counters.terminated, actual.counters.terminated) << what;
   };
-  for (const ChildOrder order : {ChildOrder::near_first, ChildOrder::slot}) {
+  for (const ChildOrder order : {ChildOrder::near_first, ChildOrder::slot, ChildOrder::vulkan_sim}) {
     options.child_order = order;
+    options.pop_test = order == ChildOrder::slot ? PopTest::on : PopTest::off;
     options.tracing = Tracing::single;
     for (const unsigned k : {1u, 2u, 3u, 16u, 100u, kMaxK}) {  // the small ones run full
       for (const TmaxUpdate update : {TmaxUpdate::reported, TmaxUpdate::kth}) {

@@ -90,7 +90,8 @@ TEST_F(RtWarpBufferTest, OldestIsByAcceptanceNotByEntry) {
 // Paper, "Hardware cost": (1 bit + 2 B + 2 B) x 32 x warps + 8 B + 8 B + 2 B = 132 warps + 18 bytes.
 TEST_F(RtWarpBufferTest, StorageForCheckpointingIs132WarpsPlus18Bytes) {
   for (const unsigned warps : {1u, 4u, 8u, 16u, 32u, 64u}) {
-    const WarpBuffer buffer(("buffer" + std::to_string(warps)).c_str(), {warps, 8}, true);
+    const WarpBuffer buffer(("buffer" + std::to_string(warps)).c_str(), {warps, 8}, true,
+                            stack_entry_layout(traces::PopTest::on));
     std::uint64_t bits = 0;
     for (const auto& s : buffer.inventory().storage) bits += s.added_by_grtx ? s.bits : 0;
     EXPECT_EQ(bits, 8 * (132 * warps + 18));
@@ -98,6 +99,19 @@ TEST_F(RtWarpBufferTest, StorageForCheckpointingIs132WarpsPlus18Bytes) {
       EXPECT_EQ(bits, 8 * 1074u);
     }
   }
+}
+
+// A stack entry holds an address of 8 B, and with the test of popped nodes a t of 4 B.
+TEST_F(RtWarpBufferTest, AStackEntryWithoutTTakesFourBytesLess) {
+  const auto stack_bits = [](traces::PopTest pop_test) {
+    const WarpBuffer buffer(name_of(pop_test).data(), {4, 8}, false, stack_entry_layout(pop_test));
+    for (const auto& s : buffer.inventory().storage) {
+      if (s.name == "stack") return s.bits;
+    }
+    return std::uint64_t{0};
+  };
+  EXPECT_EQ(stack_bits(traces::PopTest::on), 4u * 32 * 8 * 12 * 8);
+  EXPECT_EQ(stack_bits(traces::PopTest::off), 4u * 32 * 8 * 8 * 8);
 }
 
 }  // namespace

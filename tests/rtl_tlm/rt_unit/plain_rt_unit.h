@@ -226,25 +226,27 @@ class PlainRtUnit {
       submit(name, entries);
     }
   }
-  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move in pairs.
+  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it. Entries move by sectors
+  // of 32 B: two with a t, four without.
+  unsigned sector_entries() const { return header_.pop_test == traces::PopTest::on ? 2 : 4; }
   bool stack_moves(LaneName name) {
     Lane& lane = warps_[name.first].lanes[name.second];
     const std::size_t before = stack_queue_.size();
     while (lane.depth - lane.spilled > config_.warp_buffer.stack_entries) {
-      stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), true});
-      lane.spilled += 2;
+      stack_queue_.push_back({name, stack_address(name, lane.spilled / sector_entries()), true});
+      lane.spilled += sector_entries();
     }
     if (lane.depth == lane.spilled && lane.spilled > 0 && lane.next != lane.end) {
       const auto kind = event(lane).kind();
       if (kind != traces::EventKind::replay_take && kind != traces::EventKind::replay_forward) {
-        lane.spilled -= 2;
-        stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), false});
+        lane.spilled -= sector_entries();
+        stack_queue_.push_back({name, stack_address(name, lane.spilled / sector_entries()), false});
       }
     }
     return stack_queue_.size() != before;
   }
-  std::uint64_t stack_address(LaneName name, std::uint64_t pair) const {
-    return map_.stack_sector(map_.ray_slot(0, warps_[name.first].slot, name.second), pair);
+  std::uint64_t stack_address(LaneName name, std::uint64_t sector) const {
+    return map_.stack_sector(map_.ray_slot(0, warps_[name.first].slot, name.second), sector);
   }
   void stack_moved(LaneName name) { submit(name, warps_[name.first].lanes[name.second].held_back); }
   void submit(LaneName name, unsigned entries) {

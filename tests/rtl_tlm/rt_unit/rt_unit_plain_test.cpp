@@ -117,19 +117,24 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     trace.checkpoint_order = pick(2) == 0 ? traces::CheckpointOrder::lifo : traces::CheckpointOrder::fifo;
     trace.two_level = pick(1) != 0;
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
+    BenchOptions configuration = random_configuration(random);
+    trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
+    trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
+    if (trace.pop_test == traces::PopTest::off) {  // four entries of its stack fill a sector
+      unsigned& stack = configuration.rt.warp_buffer.stack_entries;
+      stack = std::max(stack, 4u);
+    }
     SCOPED_TRACE(traces::testing::describe(trace));
     const auto made = random_trace(trace);
-    expect_agreement(made.header, made.groups, random_configuration(random));
+    expect_agreement(made.header, made.groups, configuration);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 
 /// Warps of a view, traced for one design, on the default configuration.
 void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
-                         bool checkpoint) {
+                         frontend::TracerOptions options) {
   camera = camera.resized(32, 16);
-  frontend::TracerOptions options;
-  options.checkpoint = checkpoint;
   frontend::RenderOptions render;
   render.threads = 1;
   const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
@@ -144,7 +149,7 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
   for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
   std::filesystem::remove(path);
   expect_agreement(header, groups, {});
-  if (!checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
+  if (!options.checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
   BenchOptions spilling;
   spilling.rt.warp_buffer.spill = true;
   spilling.rt.warp_buffer.stack_entries = 4;
@@ -157,7 +162,12 @@ class RtUnitPlainScene : public modules::SystemCTest {
     for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
       for (const bool checkpoint : {false, true}) {
         SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints" : ""));
-        expect_agreement_on(scene, camera, kind, checkpoint);
+        frontend::TracerOptions options;
+        options.checkpoint = checkpoint;
+        expect_agreement_on(scene, camera, kind, options);
+        options.child_order = traces::ChildOrder::vulkan_sim;
+        options.pop_test = traces::PopTest::off;
+        expect_agreement_on(scene, camera, kind, options);
       }
     }
   }

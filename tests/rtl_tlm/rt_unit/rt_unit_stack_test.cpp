@@ -94,6 +94,18 @@ TEST_F(RtUnitStack, PairsLeaveOneACycleAndComeBackOneByOne) {
   }
 }
 
+// Without a t an entry takes 8 B, and four of them move at a time.
+TEST_F(RtUnitStack, EntriesWithoutTMoveByFours) {
+  traces::Header header = small_header();
+  header.pop_test = traces::PopTest::off;
+  const auto group = fan(6, leaves(6));
+  const Run spilled = run(header, group, 4);
+  EXPECT_EQ(spilled.moves, (std::vector<Move>{{true, 0}, {false, 0}}));
+  EXPECT_EQ(spilled.counters.max_spilled, 4U);
+  EXPECT_EQ(spilled.done, run(header, group, 0).done + kMemory);
+  EXPECT_THROW(run(header, group, 3), Error) << "a sector would not fit";
+}
+
 TEST_F(RtUnitStack, CullsTakeFromTheStackToo) {
   std::vector<Event> events = leaves(1);
   for (unsigned i = 1; i < 5; ++i) events.push_back(cull_event(2 + i, 0));

@@ -1,0 +1,19 @@
+#include "grtx/rtl_tlm/run/simulation_inputs.h"
+
+namespace grtx::sim {
+
+std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config) {
+  const traces::Header& header = trace.header();
+  std::map<std::string, std::string> inputs;
+  for (const auto& [name, value] : header.inputs) inputs["trace." + name] = value;
+  inputs["accel"] = name_of(header.accel);
+  inputs["k"] = std::to_string(header.k);
+  inputs["checkpoint"] = header.checkpoint ? "on" : "off";
+  if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);
+  inputs["trace_hash"] = trace.content_hash();
+  inputs["config_hash"] = config_hash(config);
+  inputs["program"] = std::string("grtx ") + GRTX_VERSION;
+  return inputs;
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,16 @@
+// What a simulation is of, for "inputs" of its statistics.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+
+/// Trace, configuration and program: name -> hash or value. pop_test is left out where it has its default, so that
+/// documents on record stay as they are.
+std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config);
+
+}  // namespace grtx::sim

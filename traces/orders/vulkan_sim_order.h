@@ -1,0 +1,25 @@
+// Vulkan-Sim's order (ubc-aamodt-group/vulkan-sim, src/cuda-sim/vulkan_ray_tracing.cc; both levels): in slot order, the
+// first internal child that is hit is followed at once, all others are pushed, leaves always; the stack is popped last
+// in, first out. So of those pushed the highest slot is visited first. Nothing is sorted by distance.
+#pragma once
+
+#include <bit>
+
+#include "grtx/traces/modes.h"
+
+namespace grtx::traces {
+
+struct VulkanSimOrder {
+  static constexpr ChildOrder kName = ChildOrder::vulkan_sim;
+  static constexpr bool kBySlots = true;
+  static constexpr bool kFollows = true;
+  static constexpr unsigned place(unsigned slot, unsigned hit, unsigned /*rank*/) {
+    return static_cast<unsigned>(std::popcount(hit >> slot >> 1));
+  }
+  static constexpr unsigned followed(unsigned pushed, unsigned internal) {
+    const unsigned candidates = pushed & internal;
+    return candidates & (0U - candidates);  // the lowest slot
+  }
+};
+
+}  // namespace grtx::traces
