@@ -42,6 +42,10 @@ MachineUse machine_of(const std::string& statistics) {
   MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+  const std::string layout = inputs.value("layout", std::string(name_of(use.layout)));
+  const auto known = from_name<traces::NodeLayout>(layout);
+  if (!known) throw Error(statistics, "inputs.layout", unknown_name(layout, names_of<traces::NodeLayout>()));
+  use.layout = *known;
   return use;
 }
 
@@ -108,6 +112,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--design", options->use.design, "Which units the machine has")
       ->check(one_of({"baseline", "sw", "hw", "grtx"}));
   command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
+  add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
       ->check(CLI::Range(0.1, 1.0));

@@ -44,7 +44,7 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 }  // namespace
 
 MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
-                               const ordered_json& statistics) {
+                               const ordered_json& statistics, const std::string& layout) {
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
@@ -52,6 +52,7 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
     MachineUse use;
     if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
     use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+    use.layout = from_name<traces::NodeLayout>(layout).value_or(use.layout);
     ChildProcess child("cost of " + design, [&] {
       const std::vector<modules::Inventory> inventories = machine_inventory(machine, use);
       ordered_json result;

@@ -18,8 +18,9 @@ struct MachineFigures {
 };
 
 /// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel: of the trace, decides on sphere units.
-/// statistics: of the run; empty: no energy.
+/// statistics: of the run; empty: no energy. layout: of the trace's nodes; empty: the default.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
-                               const std::string& accel, const nlohmann::ordered_json& statistics);
+                               const std::string& accel, const nlohmann::ordered_json& statistics,
+                               const std::string& layout = "");
 
 }  // namespace grtx::sim

@@ -94,8 +94,8 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
-      run.machines.push_back(
-          machine_figures(run.results.config, design.name, input(design, "accel"), design.statistics));
+      run.machines.push_back(machine_figures(run.results.config, design.name, input(design, "accel"), design.statistics,
+                                             input(design, "layout")));
     }
   }
   return inputs;

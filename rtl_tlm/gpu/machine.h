@@ -17,6 +17,7 @@ namespace grtx::sim {
 struct MachineUse {
   std::string design = "grtx";  ///< baseline, sw, hw or grtx: two levels, checkpointing
   bool spheres = false;         ///< sphere units in place of triangle units
+  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
 };
 
 /// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.
