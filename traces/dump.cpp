@@ -47,7 +47,7 @@ const char* name_of(RayKind kind) {
 
 class Dumper {
  public:
-  Dumper(const RayGroup& group, unsigned bvh_width) : group_(group), bvh_width_(bvh_width) {}
+  Dumper(const RayGroup& group, const NodeSizes& sizes) : group_(group), sizes_(sizes) {}
 
   void group_line() {
     line("group {}: {} rays, {} lanes, {} distinct internal nodes\n", group_.index, name_of(group_.kind),
@@ -84,7 +84,7 @@ class Dumper {
 
   void event(std::uint32_t index, const Event& e) {
     const bool internal = e.kind() == EventKind::visit_internal;
-    const std::uint64_t address = (internal ? group_.nodes[e.node].address : std::uint64_t{e.node}) * kNodeUnit;
+    const std::uint64_t address = (internal ? group_.nodes[e.node].address : std::uint64_t{e.node}) * sizes_.unit();
     switch (e.kind()) {
       case EventKind::visit_internal:
         line("      {:>5} internal  {:#012x}", index, address);
@@ -115,10 +115,10 @@ class Dumper {
   void children(const char* what, unsigned mask, const NodeDefinition& node) {
     if (mask == 0) return;
     line(" {}", what);
-    std::uint64_t address = node.child_base * kNodeUnit;
+    std::uint64_t address = node.child_base * sizes_.unit();
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
       if ((mask >> slot & 1) != 0) line(" {}:{:#x}", slot, address);
-      address += node_bytes(node.child_kinds[slot], bvh_width_);
+      address += sizes_.bytes(node.child_kinds[slot]);
     }
   }
 
@@ -132,7 +132,7 @@ class Dumper {
   }
 
   const RayGroup& group_;
-  unsigned bvh_width_;
+  NodeSizes sizes_;
   std::string text_;
 };
 
@@ -154,7 +154,7 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
   const std::uint64_t end = group ? first + 1 : reader.group_count();
   for (std::uint64_t index = first; index < end; ++index) {
     reader.read(index, decoded);
-    Dumper dumper(decoded, reader.header().bvh_width);
+    Dumper dumper(decoded, reader.header().node_sizes());
     dumper.group_line();
     for (unsigned i = 0; i < decoded.rays.size(); ++i) {
       if (!lane || *lane == i) dumper.lane(i);

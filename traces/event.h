@@ -1,3 +1,5 @@
+// Addresses of nodes are counted in units of the structure (NodeSizes::unit()).
+//
 // The event model: what one ray did, in order, independent of timing. This is all that the hardware model replays.
 //
 // A ray's round is a list of events. The traversal stack is implied: visit_internal pops nothing by itself, every
@@ -56,7 +58,7 @@ inline constexpr LeafOutcome kLastLeafOutcome = LeafOutcome::nearest;
 constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted && o <= LeafOutcome::ignored; }
 
 struct Event {
-  std::uint32_t node = 0;   ///< visit_internal: index into RayGroup::nodes; else node address / kNodeUnit
+  std::uint32_t node = 0;   ///< visit_internal: index into RayGroup::nodes; else node address in units
   std::uint8_t detail = 0;  ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
   std::uint8_t checkpoints = 0;   ///< visit_internal: mask of checkpointed children; others: 0/1
   std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer or heap entries moved by the insertion (12 bits)
@@ -75,8 +77,8 @@ inline constexpr unsigned kMaxShifts = 4095;
 
 /// An internal node that a ray group visited: where its children lie. Children are contiguous in slot order.
 struct NodeDefinition {
-  std::uint32_t address = 0;                      ///< / kNodeUnit
-  std::uint32_t child_base = 0;                   ///< address of child 0 / kNodeUnit
+  std::uint32_t address = 0;                      ///< in units
+  std::uint32_t child_base = 0;                   ///< address of child 0 in units
   std::array<NodeKind, kMaxWidth> child_kinds{};  ///< per slot; unused slots: internal
   std::uint8_t child_count = 0;
   friend bool operator==(const NodeDefinition&, const NodeDefinition&) = default;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grtx/traces/modes.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::traces {
 
@@ -29,6 +30,7 @@ struct Header {
   WarpMapping warp_mapping = WarpMapping::tile8x4;
   std::uint64_t groups = 0;
   // Node image. Addresses in events count from its first byte.
+  NodeLayout layout = NodeLayout::vulkan_sim;
   unsigned bvh_width = 6;
   std::uint64_t node_image_bytes = 0;
   std::uint64_t root = 0;  ///< byte address of the (TLAS) root
@@ -46,6 +48,8 @@ struct Header {
   std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer; 0 when checkpointing is off
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
   std::map<std::string, std::string> inputs;
+
+  NodeSizes node_sizes() const { return {layout, bvh_width}; }
 };
 
 /// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim.

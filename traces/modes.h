@@ -25,6 +25,14 @@ constexpr bool has_procedural_leaves(AccelKind kind) {
   return kind == AccelKind::ellipsoid || kind == AccelKind::tlas_sphere;
 }
 
+/// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.
+/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B.
+enum class NodeLayout : std::uint8_t { vulkan_sim, compact };
+constexpr auto enum_names(NodeLayout) {
+  using enum NodeLayout;
+  return std::to_array<EnumName<NodeLayout>>({{vulkan_sim, "vulkan_sim"}, {compact, "compact"}});
+}
+
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
 /// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
 enum class Tracing : std::uint8_t { multi, single, closest };

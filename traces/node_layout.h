@@ -1,27 +1,37 @@
-// Byte layout of the node image: what one node fetch reads. Sizes and type codes follow the Intel Xe / Vulkan-Sim
-// layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which reproduces the paper's BVH size table.
+// Sizes of the nodes of an image: what one node fetch reads. Those of layout vulkan_sim, and the type codes of both,
+// follow the Intel Xe / Vulkan-Sim layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which
+// reproduces the paper's BVH size table; those of layout compact the compressed wide BVH of Ylitie, Karras, Laine (HPG
+// 2017).
 #pragma once
 
 #include <cstdint>
+
+#include "grtx/traces/modes.h"
 
 namespace grtx::traces {
 
 /// Node types as stored in the node image (Xe encoding).
 enum class NodeKind : std::uint8_t { internal = 0, instance = 1, procedural = 3, triangle = 4 };
 
+// Layout vulkan_sim.
 inline constexpr std::uint64_t kNodeUnit = 64;  ///< addresses are multiples of this many bytes
 inline constexpr std::uint64_t kHeaderBytes = 64;
 inline constexpr std::uint64_t kInternalBytes = 64;  ///< up to six children; 128 for widths 7 and 8
 inline constexpr std::uint64_t kTriangleLeafBytes = 64;
 inline constexpr std::uint64_t kProceduralLeafBytes = 64;
 inline constexpr std::uint64_t kInstanceLeafBytes = 128;
+// Layout compact: a node of eight quantised boxes, four triangles with their six vertices, or what traversal needs of
+// an instance.
+inline constexpr std::uint64_t kCompactUnit = 80;
+inline constexpr unsigned kTrianglesOfPatch = 4;  ///< a triangle leaf of layout compact holds as many at most
+
 inline constexpr unsigned kMaxWidth = 8;
 
 /// Bytes of an internal node of a BVH with `width` children (2..8): six quantised boxes fill 64 B, eight need two
 /// units.
 constexpr std::uint64_t internal_bytes(unsigned width) { return width <= 6 ? kInternalBytes : 2 * kInternalBytes; }
 
-/// Bytes of a node of `kind` in a BVH of `width`.
+/// Bytes of a node of `kind` in a BVH of `width`, in layout vulkan_sim.
 constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
   switch (kind) {
     case NodeKind::internal:
@@ -35,6 +45,37 @@ constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
   }
   return kNodeUnit;
 }
+
+/// Sizes of the nodes of one structure. Addresses of nodes are multiples of unit(), and events, definitions and tracer
+/// count them in units.
+class NodeSizes {
+ public:
+  constexpr NodeSizes(NodeLayout layout, unsigned width) : compact_(layout == NodeLayout::compact), width_(width) {}
+
+  constexpr NodeLayout layout() const { return compact_ ? NodeLayout::compact : NodeLayout::vulkan_sim; }
+  constexpr unsigned width() const { return width_; }  ///< children of an internal node, at most
+  constexpr std::uint64_t unit() const { return compact_ ? kCompactUnit : kNodeUnit; }  ///< bytes
+  constexpr unsigned units(NodeKind kind) const {
+    if (compact_) return kind == NodeKind::instance ? 2 : 1;
+    return static_cast<unsigned>(node_bytes(kind, width_) / kNodeUnit);
+  }
+  constexpr std::uint64_t bytes(NodeKind kind) const { return units(kind) * unit(); }
+  constexpr std::uint64_t header_bytes() const { return unit(); }
+  /// Boxes that an internal node has room for: 6 or 8.
+  constexpr unsigned slots() const { return compact_ || width_ > 6 ? 8 : 6; }
+  /// Bytes of a visited node that traversal reads: of a compact instance leaf, its first unit.
+  constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact_ ? unit() : bytes(kind); }
+  /// Triangles that a visit of a triangle leaf tests.
+  constexpr unsigned triangles() const { return compact_ ? kTrianglesOfPatch : 1; }
+  friend constexpr bool operator==(const NodeSizes&, const NodeSizes&) = default;
+
+ private:
+  bool compact_;
+  unsigned width_;
+};
+
+/// Children of an internal node unless somebody says otherwise: as many as one unit of the layout holds.
+constexpr unsigned default_width(NodeLayout layout) { return layout == NodeLayout::compact ? 8 : 6; }
 
 /// Checkpoint buffer entry: node address 8 B, TLAS leaf address 8 B, t 4 B (paper, Section IV-B).
 inline constexpr std::uint64_t kCheckpointEntryBytes = 20;

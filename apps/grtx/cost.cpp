@@ -42,9 +42,11 @@ MachineUse machine_of(const std::string& statistics) {
   MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
-  // Left out where it has its default (tracer_cli.h).
+  // Left out where they have their default (tracer_cli.h).
   const std::string pop_test = inputs.value("pop_test", std::string(name_of(use.pop_test)));
   use.pop_test = value_of<traces::PopTest>(pop_test, statistics, "inputs.pop_test");
+  const std::string layout = inputs.value("layout", std::string(name_of(use.layout)));
+  use.layout = value_of<traces::NodeLayout>(layout, statistics, "inputs.layout");
   return use;
 }
 
@@ -112,6 +114,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->check(one_of({"baseline", "sw", "hw", "grtx"}));
   add_choice(command, "--pop-test", options->use.pop_test, "Whether stack entries hold their t");
   command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
+  add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
       ->check(CLI::Range(0.1, 1.0));

@@ -18,6 +18,8 @@ std::vector<std::string> tracing_names() {
   return names;
 }
 
+unsigned bvh_width(const TracerCli& cli) { return cli.bvh_width.value_or(traces::default_width(cli.layout)); }
+
 }  // namespace
 
 void add_tracer_options(CLI::App* command, TracerCli& cli) {
@@ -37,7 +39,10 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_choice(command, "--inside", cli.inside, "Gaussians whose proxy holds the ray origin");
   add_choice(command, "--sh-dir", cli.sh_dir, "Direction in which the spherical harmonics are evaluated");
   add_choice(command, "--instance-bounds", cli.instance_bounds, "World boxes of instances");
-  command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node")->check(CLI::Range(2U, 8U));
+  add_choice(command, "--layout", cli.layout, "How nodes lie in memory (docs/model/node-image.md)");
+  command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node; with --layout compact 8 by default")
+      ->check(CLI::Range(2U, 8U))
+      ->default_str("6");
   add_choice(command, "--mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
   command->add_option("--warp-size", cli.warp_size, "Rays of a warp")->check(one_of({"4", "8", "16", "32"}));
   add_secondary_options(command, cli.secondary);
@@ -99,7 +104,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
 }
 
 AccelOptions accel_options(const TracerCli& cli, AccelKind accel) {
-  return {accel, cli.bvh_width, cli.instance_bounds == InstanceBounds::box_corners, cli.box_bits};
+  return {accel, bvh_width(cli), cli.instance_bounds == InstanceBounds::box_corners, cli.box_bits, cli.layout};
 }
 
 RenderOptions render_options(const TracerCli& cli, bool quiet) {
@@ -128,7 +133,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
       {"inside", std::string(name_of(cli.inside))},
       {"sh_dir", std::string(name_of(cli.sh_dir))},
       {"instance_bounds", std::string(name_of(cli.instance_bounds))},
-      {"bvh_width", std::to_string(cli.bvh_width)},
+      {"bvh_width", std::to_string(bvh_width(cli))},
       {"mapping", std::string(name_of(cli.mapping))},
       {"warp_size", std::to_string(cli.warp_size)},
       {"tracing", cli.tracing},
@@ -136,6 +141,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
       {"box_bits", std::to_string(cli.box_bits)},
       {"response_precision", std::string(name_of(cli.response_precision))}};
   if (cli.pop_test != TracerOptions{}.pop_test) inputs["pop_test"] = name_of(cli.pop_test);
+  if (cli.layout != traces::NodeLayout::vulkan_sim) inputs["layout"] = name_of(cli.layout);
   inputs.merge(secondary_inputs(cli.secondary));
   return inputs;
 }

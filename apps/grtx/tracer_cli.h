@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "grtx/apps/grtx/secondary_cli.h"
@@ -47,7 +48,8 @@ struct TracerCli {
   frontend::TriangleTest triangle_test = frontend::TriangleTest::canonical;
   frontend::ResponsePrecision response_precision = frontend::ResponsePrecision::fp32;
   unsigned box_bits = 8;
-  unsigned bvh_width = 6;
+  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
+  std::optional<unsigned> bvh_width;  ///< none: as many children as a line of the layout holds
   std::string skip = "faithful";
   unsigned warp_size = 32;
   unsigned threads = 0;

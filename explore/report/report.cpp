@@ -95,7 +95,7 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
       run.machines.push_back(machine_figures(run.results.config, design.name, input(design, "accel"),
-                                             input(design, "pop_test"), design.statistics));
+                                             input(design, "pop_test"), input(design, "layout"), design.statistics));
     }
   }
   return inputs;

@@ -8,29 +8,52 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
+#include "grtx/frontend/accel/shared_blas.h"
 #include "grtx/frontend/accel/tree_packer.h"
 
 namespace grtx::frontend {
 namespace {
 
+// Primitive leaves of one proxy.
+unsigned leaves_of(const Proxy& proxy, const FacePatches& patches, bool compact) {
+  return compact || proxy.is_sphere() ? patches.count() : proxy.faces();
+}
+
 // The leaves of a monolithic tree over proxies in the world.
 struct WorldLeaf {
   const PreparedGaussians& gaussians;
   const Proxy& proxy;
-  std::uint32_t faces = proxy.is_sphere() ? 1 : proxy.faces();
+  const FacePatches& patches;
+  bool compact;
+  std::uint32_t leaves = leaves_of(proxy, patches, compact);  ///< a Gaussian
 
-  void prefetch(std::uint32_t index) const { gaussians.prefetch(index / faces); }
+  void prefetch(std::uint32_t index) const { gaussians.prefetch(index / leaves); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
+    if (compact) return write_compact(image, address, index);
     if (proxy.is_sphere()) {
       const GaussianRecord& record = gaussians.record(index);
       image.write_procedural(address, index, record.to_unit, record.mean);
       return;
     }
-    const std::uint32_t g = index / faces;
-    const auto& [a, b, c] = proxy.triangles()[index % faces];
+    const std::uint32_t g = index / leaves;
+    const auto& [a, b, c] = proxy.triangles()[index % leaves];
     const auto& vertices = proxy.vertices();
     image.write_triangle(address, index, gaussians.to_world(g, vertices[a]), gaussians.to_world(g, vertices[b]),
                          gaussians.to_world(g, vertices[c]));
+  }
+  void write_compact(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
+    const std::uint32_t g = index / leaves;
+    if (proxy.is_sphere()) {
+      const GaussianRecord& record = gaussians.record(g);
+      image.write_procedural(address, g, gaussians.face_box(g, proxy, 0), record.to_unit, record.mean);
+      return;
+    }
+    const FacePatch& patch = patches.patches()[index % leaves];
+    PatchRecord leaf{g, patch.code, {}};
+    for (std::size_t i = 0; i < leaf.vertices.size(); ++i) {
+      leaf.vertices[i] = gaussians.to_world(g, proxy.vertices()[patch.vertices[i]]);
+    }
+    image.write_patch(address, leaf, index);
   }
 };
 
@@ -47,21 +70,6 @@ struct InstanceLeaf {
                                   gaussians.to_world(g, {0, 1, 0}) - record.mean,
                                   gaussians.to_world(g, {0, 0, 1}) - record.mean};
     image.write_instance(address, g, blas_header, blas_root, record.to_unit, columns, record.mean);
-  }
-};
-
-// The leaves of the BLAS: the proxy in unit space.
-struct UnitLeaf {
-  const Proxy& proxy;
-
-  void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
-    if (proxy.is_sphere()) {
-      image.write_procedural(address, index);
-      return;
-    }
-    const auto& [a, b, c] = proxy.triangles()[index];
-    const auto& vertices = proxy.vertices();
-    image.write_triangle(address, index, vertices[a], vertices[b], vertices[c]);
   }
 };
 
@@ -91,55 +99,60 @@ ProxyKind proxy_of(AccelKind kind) {
 }
 
 AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians, const AccelOptions& options)
-    : options_(options), proxy_(proxy_of(options.kind)), image_(options.width, 0) {
+    : options_(options), proxy_(proxy_of(options.kind)), patches_(proxy_), image_(options.width, 0) {
   const std::size_t count = gaussians.size();
   const unsigned width = options.width;
   const bool sphere = proxy_.is_sphere();
   const NodeKind primitive_kind = sphere ? NodeKind::procedural : NodeKind::triangle;
-  const std::size_t faces = sphere ? 1 : proxy_.faces();
+  const bool compact = options.layout == NodeLayout::compact;
+  const traces::NodeSizes sizes(options.layout, width);
+  const std::size_t leaves = leaves_of(proxy_, patches_, compact);
 
   if (!two_level()) {
     const Tree tree = build_tree(
-        count * faces, faces,
+        count * leaves, leaves,
         [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
-          gaussians.write_face_boxes(begin / faces, end / faces, proxy_, boxes);
+          if (compact && !sphere) {
+            gaussians.write_patch_boxes(begin / leaves, end / leaves, proxy_, patches_, boxes);
+          } else {
+            gaussians.write_face_boxes(begin / leaves, end / leaves, proxy_, boxes);
+          }
         },
         width);
     build_seconds_ = tree.build_seconds;
     height_ = tree.height;
     const auto start = std::chrono::steady_clock::now();
-    image_ = NodeImage(width, packed_bytes(tree, primitive_kind, width), options_.box_bits);
-    root_ = TreePacker(image_, tree, primitive_kind, WorldLeaf{gaussians, proxy_}, true).pack(image_.size());
+    image_ = NodeImage(width, packed_bytes(tree, primitive_kind, sizes), options_.box_bits, options.layout);
+    root_ = TreePacker(image_, tree, primitive_kind, WorldLeaf{gaussians, proxy_, patches_, compact}, true)
+                .pack(image_.size());
     pack_seconds_ = seconds_since(start);
     counts_.internal = tree.internals;
-    (sphere ? counts_.procedural : counts_.triangle) = count * faces;
+    (sphere ? counts_.procedural : counts_.triangle) = count * leaves;
   } else {
-    const Tree blas = build_tree(
-        faces, [&](std::size_t i) { return proxy_.face_box(static_cast<unsigned>(i)); }, width);
+    const SharedBlas blas(proxy_, patches_, options.layout, width);
     const Tree tlas = build_tree(
         count, 1,
         [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
           gaussians.write_instance_boxes(begin, end, proxy_, options.corner_bounds, boxes);
         },
         width);
-    build_seconds_ = tlas.build_seconds + blas.build_seconds;
+    build_seconds_ = tlas.build_seconds + blas.tree().build_seconds;
     height_ = tlas.height;
-    blas_height_ = blas.height;
+    blas_height_ = blas.tree().height;
     const auto start = std::chrono::steady_clock::now();
-    const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, width);
-    image_ = NodeImage(width, tlas_bytes + packed_bytes(blas, primitive_kind, width), options_.box_bits);
+    const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, sizes);
+    image_ = NodeImage(width, tlas_bytes + blas.bytes(), options_.box_bits, options.layout);
     blas_header_ = tlas_bytes;
     // The BLAS is packed behind the TLAS; its root follows its header.
-    blas_root_ = blas_header_ + traces::kHeaderBytes;
+    blas_root_ = blas_header_ + sizes.header_bytes();
     root_ = TreePacker(image_, tlas, NodeKind::instance, InstanceLeaf{gaussians, blas_header_, blas_root_}, true)
                 .pack(tlas_bytes);
-    [[maybe_unused]] const std::uint64_t packed_root =
-        TreePacker(image_, blas, primitive_kind, UnitLeaf{proxy_}).pack(image_.size() - tlas_bytes);
+    [[maybe_unused]] const std::uint64_t packed_root = blas.pack(image_);
     assert(packed_root == blas_root_);
     pack_seconds_ = seconds_since(start);
     counts_.internal = tlas.internals;
     counts_.instance = count;
-    counts_.blas_nodes = blas.internals + faces;
+    counts_.blas_nodes = blas.tree().internals + leaves;
   }
   assert(image_.allocated() == image_.size());
 }

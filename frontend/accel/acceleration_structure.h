@@ -13,6 +13,7 @@
 namespace grtx::frontend {
 
 using traces::AccelKind;
+using traces::NodeLayout;
 
 AccelKind accel_from_name(const std::string& name);  ///< throws Error naming the nearest known name
 std::string accel_name(AccelKind kind);
@@ -23,6 +24,7 @@ struct AccelOptions {
   unsigned width = 6;          ///< children an internal node, 2..8
   bool corner_bounds = false;  ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
   unsigned box_bits = 8;       ///< bits of a stored box coordinate that are used, 2..8
+  NodeLayout layout = NodeLayout::vulkan_sim;
   friend bool operator==(const AccelOptions&, const AccelOptions&) = default;
 };
 
@@ -32,6 +34,7 @@ class AccelerationStructure {
 
   const AccelOptions& options() const { return options_; }
   const Proxy& proxy() const { return proxy_; }
+  const FacePatches& patches() const { return patches_; }
   const NodeImage& image() const { return image_; }
   bool two_level() const { return is_two_level(options_.kind); }
   std::uint64_t root() const { return root_; }                ///< byte address of the (TLAS) root, an internal node
@@ -50,6 +53,7 @@ class AccelerationStructure {
  private:
   AccelOptions options_;
   Proxy proxy_;
+  FacePatches patches_;
   NodeImage image_;
   std::uint64_t root_ = 0;
   std::uint64_t blas_header_ = 0;

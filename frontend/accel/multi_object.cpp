@@ -9,6 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
+#include "grtx/frontend/accel/shared_blas.h"
 #include "grtx/frontend/accel/tree_packer.h"
 
 namespace grtx::frontend {
@@ -24,17 +25,6 @@ glm::dmat3 object_to_world(const Placement& placement) { return glm::mat3_cast(p
 // The object space's origin in world coordinates: scenes are recentred by their offset.
 glm::dvec3 world_position(const Placement& placement, const Scene& scene) {
   return object_to_world(placement) * scene.offset + placement.translate;
-}
-
-// One leaf of the shared BLAS: face `index` of the proxy in unit space.
-void write_primitive(NodeImage& image, std::uint64_t address, const Proxy& proxy, std::uint32_t index) {
-  if (proxy.is_sphere()) {
-    image.write_procedural(address, index);
-    return;
-  }
-  const auto& [a, b, c] = proxy.triangles()[index];
-  const auto& vertices = proxy.vertices();
-  image.write_triangle(address, index, vertices[a], vertices[b], vertices[c]);
 }
 
 // The leaf of Gaussian g in its object's TLAS.
@@ -56,7 +46,7 @@ TraceRay PlacedObject::to_object_ray(const TraceRay& ray) const {
 
 MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<Placement>& placements,
                                    const AccelOptions& options, bool adaptive_radius)
-    : options_(options), proxy_(proxy_of(options.kind)), placements_(placements) {
+    : options_(options), proxy_(proxy_of(options.kind)), patches_(proxy_), placements_(placements) {
   if (!is_two_level(options.kind)) {
     throw Error("--accel", accel_name(options.kind), "cannot hold several objects: use a tlas-* structure");
   }
@@ -74,14 +64,12 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   gaussians_ = total;
 
   const unsigned width = options.width;
-  const NodeKind primitive = proxy_.is_sphere() ? NodeKind::procedural : NodeKind::triangle;
-  const Tree blas = build_tree(
-      proxy_.is_sphere() ? 1 : proxy_.faces(), [&](std::size_t i) { return proxy_.face_box(static_cast<unsigned>(i)); },
-      width);
+  const traces::NodeSizes sizes(options.layout, width);
+  const SharedBlas blas(proxy_, patches_, options.layout, width);
   std::vector<Tree> tlases;
   const std::uint64_t n = placements.size();
-  scene_tlas_bytes_ = traces::kHeaderBytes + std::max<std::uint64_t>(1, n - 1) * traces::internal_bytes(width) +
-                      n * traces::kInstanceLeafBytes;
+  scene_tlas_bytes_ = sizes.header_bytes() + std::max<std::uint64_t>(1, n - 1) * sizes.bytes(NodeKind::internal) +
+                      n * sizes.bytes(NodeKind::instance);
   std::uint64_t end = scene_tlas_bytes_;
   for (const auto& object : objects_) {
     tlases.push_back(build_tree(
@@ -91,12 +79,11 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
         },
         width));
     object->bounds = tlases.back().bounds;
-    end += packed_bytes(tlases.back(), NodeKind::instance, width);
+    end += packed_bytes(tlases.back(), NodeKind::instance, sizes);
   }
   const std::uint64_t blas_header = end;
-  const std::uint64_t blas_bytes = packed_bytes(blas, primitive, width);
-  blas_root_ = blas_header + traces::kHeaderBytes;
-  image_ = std::make_unique<NodeImage>(width, end + blas_bytes);
+  blas_root_ = blas_header + sizes.header_bytes();
+  image_ = std::make_unique<NodeImage>(width, end + blas.bytes(), 8, options.layout);
   image_->allocate(scene_tlas_bytes_);
   for (std::size_t i = 0; i < tlases.size(); ++i) {
     SharedObject& object = *objects_[i];
@@ -104,12 +91,10 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
                       [&](NodeImage& image, std::uint64_t address, std::uint32_t g) {
                         write_gaussian(image, address, object.gaussians, g, blas_header, blas_root_);
                       });
-    object.root = packer.pack(packed_bytes(tlases[i], NodeKind::instance, width));
-    object.header = object.root - traces::kHeaderBytes;
+    object.root = packer.pack(packed_bytes(tlases[i], NodeKind::instance, sizes));
+    object.header = object.root - sizes.header_bytes();
   }
-  TreePacker(*image_, blas, primitive, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
-    write_primitive(image, address, proxy_, index);
-  }).pack(blas_bytes);
+  blas.pack(*image_);
   assert(image_->allocated() == image_->size());
   place(placements);
   write_scene_tlas();
@@ -153,7 +138,7 @@ void MultiObjectWorld::place(const std::vector<Placement>& placements) {
 void MultiObjectWorld::write_scene_tlas() {
   const Tree tree = build_tree(
       placed_.size(), [&](std::size_t i) { return placed_[i].box; }, options_.width);
-  assert(packed_bytes(tree, NodeKind::instance, options_.width) <= scene_tlas_bytes_);
+  assert(packed_bytes(tree, NodeKind::instance, image_->sizes()) <= scene_tlas_bytes_);
   TreePacker(*image_, tree, NodeKind::instance, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
     const PlacedObject& placed = placed_[index];
     const glm::dmat3 rows = glm::transpose(placed.to_object);

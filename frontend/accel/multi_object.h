@@ -53,8 +53,9 @@ class MultiObjectWorld {
 
   const AccelOptions& options() const { return options_; }
   const Proxy& proxy() const { return proxy_; }
+  const FacePatches& patches() const { return patches_; }
   const NodeImage& image() const { return *image_; }
-  std::uint64_t root() const { return traces::kHeaderBytes; }  ///< of the scene TLAS
+  std::uint64_t root() const { return image_->sizes().header_bytes(); }  ///< of the scene TLAS
   std::uint64_t blas_root() const { return blas_root_; }
   std::uint64_t scene_tlas_bytes() const { return scene_tlas_bytes_; }  ///< set aside for it at the image's start
   const std::vector<std::unique_ptr<SharedObject>>& objects() const { return objects_; }
@@ -76,6 +77,7 @@ class MultiObjectWorld {
 
   AccelOptions options_;
   Proxy proxy_;
+  FacePatches patches_;
   std::vector<std::unique_ptr<SharedObject>> objects_;
   std::vector<Placement> placements_;
   std::vector<PlacedObject> placed_;

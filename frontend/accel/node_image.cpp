@@ -14,30 +14,30 @@ void put(std::uint8_t* to, T value) {
 }  // namespace
 
 std::uint64_t NodeImage::allocate(std::uint64_t count) {
-  assert(count % traces::kNodeUnit == 0 && used_ + count <= size());
+  assert(count % unit_ == 0 && used_ + count <= size());
   const std::uint64_t address = used_;
   used_ += count;
   return address;
 }
 
 void NodeImage::write_header(std::uint64_t address, std::uint64_t root, const Box& bounds) {
-  std::uint8_t header[traces::kHeaderBytes] = {};
+  std::uint8_t header[traces::kCompactUnit] = {};
   put(header, root);
   put(header + 8, bounds.lower);
   put(header + 20, bounds.upper);
-  std::memcpy(at(address), header, sizeof header);
+  std::memcpy(at(address), header, sizes_.header_bytes());
 }
 
 void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children,
                                unsigned count) {
-  assert(count <= width_);
+  assert(count <= width());
   // Whole lines, zeros included: the bytes may have held another node.
   std::uint8_t node[2 * sizeof(Line)] = {};
-  put(node + 12, static_cast<std::int32_t>((child_base - address) / traces::kNodeUnit));
+  put(node + 12, static_cast<std::int32_t>((child_base - address) / unit_));
   node[16] = static_cast<std::uint8_t>(NodeKind::internal);
   node[21] = 0xFF;
   for (unsigned i = 0; i < count; ++i) {
-    const auto units = traces::node_bytes(children[i].kind, width_) / traces::kNodeUnit;
+    const std::uint64_t units = sizes_.units(children[i].kind);
     node[layout_.child_info + i] =
         static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2));
   }
@@ -51,7 +51,7 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
     std::copy_n(codes.lower[axis], layout_.slots, lower);
     std::copy_n(codes.upper[axis], layout_.slots, lower + layout_.slots);
   }
-  std::memcpy(at(address), node, traces::internal_bytes(width_));
+  std::memcpy(at(address), node, sizes_.bytes(NodeKind::internal));
 }
 
 void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
@@ -62,7 +62,30 @@ void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, c
   } leaf = {{0xFF000000u, 0, primitive, 0}, {a, b, c, c}};
   static_assert(sizeof leaf == traces::kTriangleLeafBytes);
   std::memcpy(at(address), &leaf, sizeof leaf);
-  leaf_index_[address / traces::kNodeUnit] = primitive;
+  leaf_index_[address / unit_] = primitive;
+}
+
+void NodeImage::write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf) {
+  const struct {
+    std::array<glm::vec3, 6> vertices;
+    std::uint32_t gaussian, code;
+  } bytes = {patch.vertices, patch.gaussian, patch.code};
+  static_assert(sizeof bytes == traces::kCompactUnit);
+  std::memcpy(at(address), &bytes, sizeof bytes);
+  leaf_index_[address / unit_] = leaf;
+}
+
+void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive, const Box& box,
+                                 const glm::vec3 (&world_to_object)[3], const glm::vec3& mean) {
+  const struct {
+    Box box;
+    glm::vec3 to_object[3];
+    glm::vec3 mean;
+    std::uint32_t primitive, flags;
+  } leaf = {box, {world_to_object[0], world_to_object[1], world_to_object[2]}, mean, primitive, 0xFF000000u};
+  static_assert(sizeof leaf == traces::kCompactUnit);
+  std::memcpy(at(address), &leaf, sizeof leaf);
+  leaf_index_[address / unit_] = primitive;
 }
 
 void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit,
@@ -75,12 +98,16 @@ void NodeImage::write_procedural(std::uint64_t address, std::uint32_t primitive,
   static_assert(sizeof leaf == traces::kProceduralLeafBytes);
   if (to_unit != nullptr) std::copy_n(to_unit, 3, leaf.to_unit);
   std::memcpy(at(address), &leaf, sizeof leaf);
-  leaf_index_[address / traces::kNodeUnit] = primitive;
+  leaf_index_[address / unit_] = primitive;
 }
 
 void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
                                std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
                                const glm::vec3 (&object_to_world)[3], const glm::vec3& translation) {
+  if (compact()) {
+    write_compact_instance(address, instance, blas_header, blas_root, world_to_object, object_to_world, translation);
+    return;
+  }
   struct {
     std::uint32_t id, flags;
     std::uint64_t root;
@@ -105,7 +132,37 @@ void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, st
     leaf.object_translation[row] = -(m.x * translation.x + m.y * translation.y + m.z * translation.z);
   }
   std::memcpy(at(address), &leaf, sizeof leaf);
-  leaf_index_[address / traces::kNodeUnit] = instance;
+  leaf_index_[address / unit_] = instance;
+}
+
+// The first unit is all that traversal reads; the second is for shaders and for a rebuild.
+void NodeImage::write_compact_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
+                                       std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
+                                       const glm::vec3 (&object_to_world)[3], const glm::vec3& translation) {
+  struct {
+    glm::vec3 to_object[3];
+    glm::vec3 translation;
+    std::uint64_t root, header;
+    std::uint32_t index, id_and_mask, shader_and_flags, instance_id;
+    glm::vec3 to_world[3];
+    glm::vec3 object_translation;
+    std::uint64_t reserved[4];
+  } leaf;
+  static_assert(sizeof leaf == 2 * traces::kCompactUnit);
+  std::memset(&leaf, 0, sizeof leaf);
+  leaf.root = blas_root;
+  leaf.header = blas_header;
+  leaf.translation = translation;
+  leaf.index = leaf.instance_id = instance;
+  leaf.id_and_mask = 0xFF000000u | (instance & 0xFFFFFFu);
+  for (int row = 0; row < 3; ++row) {
+    const glm::vec3& m = world_to_object[row];
+    leaf.to_object[row] = m;
+    leaf.to_world[row] = object_to_world[row];
+    leaf.object_translation[row] = -(m.x * translation.x + m.y * translation.y + m.z * translation.z);
+  }
+  std::memcpy(at(address), &leaf, sizeof leaf);
+  leaf_index_[address / unit_] = instance;
 }
 
 DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
@@ -113,7 +170,7 @@ DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
   const std::uint8_t* bytes = data() + address;
   std::int32_t offset = 0;
   std::memcpy(&offset, bytes + 12, 4);
-  node.child_base = address + static_cast<std::uint64_t>(static_cast<std::int64_t>(offset)) * traces::kNodeUnit;
+  node.child_base = address + static_cast<std::uint64_t>(static_cast<std::int64_t>(offset)) * unit_;
   for (unsigned i = 0; i < layout_.slots; ++i) {
     const std::uint8_t info = bytes[layout_.child_info + i];
     if ((info & 3) == 0) break;

@@ -1,5 +1,6 @@
-// The node image: nodes exactly as the hardware would read them. Layout: Intel Xe / Vulkan-Sim (mesa-vulkan-sim
-// gen_rt_pack.h), see docs/model/node-image.md. Addresses are bytes from the image's start.
+// The node image: nodes exactly as the hardware would read them. Layouts: vulkan_sim (Intel Xe, mesa-vulkan-sim
+// gen_rt_pack.h) and compact (compressed wide BVH, leaves of shared vertices), see docs/model/node-image.md. Addresses
+// are bytes from the image's start.
 #pragma once
 
 #include <array>
@@ -35,24 +36,36 @@ struct DecodedInternal {
   std::array<Box, traces::kMaxWidth> boxes{};
 };
 
+/// What a triangle leaf of layout compact holds: a patch of up to four triangles of one Gaussian's proxy.
+struct PatchRecord {
+  std::uint32_t gaussian = 0;
+  std::uint32_t code = 0;  ///< FacePatch::code
+  std::array<glm::vec3, 6> vertices{};
+};
+
 class NodeImage {
  public:
-  /// An image of exactly `bytes` bytes (a multiple of 64), zeroed, aligned to cache lines. box_bits: 2..8, bits of a
-  /// box coordinate that are used; the rest are zero, so nodes are as large as with 8.
-  NodeImage(unsigned width, std::uint64_t bytes, unsigned box_bits = 8)
-      : width_(width),
+  /// An image of exactly `bytes` bytes (a multiple of the layout's unit), zeroed, aligned to cache lines.
+  /// box_bits: 2..8, bits of a box coordinate that are used; the rest are zero, so nodes are as large as with 8.
+  NodeImage(unsigned width, std::uint64_t bytes, unsigned box_bits = 8,
+            traces::NodeLayout layout = traces::NodeLayout::vulkan_sim)
+      : sizes_(layout, width),
         box_bits_(box_bits),
-        layout_(internal_layout(width)),
-        lines_(bytes / traces::kNodeUnit + 1),
-        leaf_index_(bytes / traces::kNodeUnit) {}
+        layout_(internal_layout(sizes_.slots())),
+        unit_(sizes_.unit()),
+        bytes_(bytes),
+        lines_((bytes + sizeof(Line) - 1) / sizeof(Line) + 1),
+        leaf_index_(bytes / sizes_.unit()) {}
 
-  unsigned width() const { return width_; }
+  unsigned width() const { return sizes_.width(); }
+  const traces::NodeSizes& sizes() const { return sizes_; }
   const InternalLayout& layout() const { return layout_; }
   const std::uint8_t* data() const { return lines_[0].bytes; }
   const std::uint8_t* node(std::uint64_t address) const { return data() + address; }
-  std::uint64_t size() const { return (lines_.size() - 1) * traces::kNodeUnit; }
+  const std::uint8_t* node_at(std::uint32_t units) const { return data() + units * unit_; }
+  std::uint64_t size() const { return bytes_; }
 
-  /// Hands out the next `count` bytes (a multiple of 64); returns their address.
+  /// Hands out the next `count` bytes (a multiple of the unit); returns their address.
   std::uint64_t allocate(std::uint64_t count);
   std::uint64_t allocated() const { return used_; }
 
@@ -65,21 +78,31 @@ class NodeImage {
   /// neither.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit = nullptr,
                         const glm::vec3& mean = {});
+  /// Layout compact: the triangles of a patch. leaf: its number among all leaves of the structure.
+  void write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf);
+  /// Layout compact: a procedural leaf with its transform. world_to_object: 3x3 rows.
+  void write_procedural(std::uint64_t address, std::uint32_t primitive, const Box& box,
+                        const glm::vec3 (&world_to_object)[3], const glm::vec3& mean);
   /// world_to_object: 3x3 rows; object_to_world: 3x3 columns and translation, as in the Xe instance leaf.
   void write_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header, std::uint64_t blas_root,
                       const glm::vec3 (&world_to_object)[3], const glm::vec3 (&object_to_world)[3],
                       const glm::vec3& translation);
 
   DecodedInternal decode_internal(std::uint64_t address) const;
-  std::uint32_t primitive(std::uint64_t leaf) const { return read_u32(leaf + 8); }  ///< triangle leaf
-  /// Vertex 0..2 of a triangle leaf.
-  glm::vec3 vertex(std::uint64_t leaf, unsigned index) const {
-    glm::vec3 v;
-    std::memcpy(&v, data() + leaf + 16 + 12 * std::uint64_t{index}, sizeof v);
-    return v;
+  std::uint32_t primitive(std::uint64_t leaf) const { return read_u32(leaf + 8); }  ///< triangle leaf, vulkan_sim
+  /// Triangles of a triangle leaf; of the structure's first unit in layout compact.
+  unsigned triangle_count(std::uint32_t units) const { return compact() ? patch_code(units) & 7u : 1; }
+  /// Vertices of triangle `index` of a triangle leaf, counter-clockwise seen from outside.
+  std::array<glm::vec3, 3> triangle(std::uint32_t units, unsigned index) const {
+    const std::uint8_t* const leaf = node_at(units);
+    if (!compact()) return {vertex(leaf + 16), vertex(leaf + 28), vertex(leaf + 40)};
+    if (index == 0) return {vertex(leaf), vertex(leaf + 12), vertex(leaf + 24)};
+    const unsigned edge = patch_code(units) >> (8 + 6 * (index - 1));
+    return {vertex(leaf + 12 * (edge & 7u)), vertex(leaf + 12 * (edge >> 3 & 7u)), vertex(leaf + 12 * (index + 2))};
   }
-  std::uint32_t procedural_primitive(std::uint64_t leaf) const { return read_u32(leaf + 12); }
-  std::uint32_t instance_index(std::uint64_t leaf) const { return read_u32(leaf + 76); }
+  std::uint32_t procedural_primitive(std::uint64_t leaf) const { return read_u32(leaf + (compact() ? 72 : 12)); }
+  std::uint32_t instance_index(std::uint64_t leaf) const { return read_u32(leaf + (compact() ? 64 : 76)); }
+  std::uint32_t patch_gaussian(std::uint64_t leaf) const { return read_u32(leaf + 72); }  ///< triangle leaf, compact
   /// What a leaf holds, primitive or instance, by its address in units: the same numbers as in the leaves' bytes, but
   /// close together. A tracer that only needs them touches a sixteenth of the memory.
   std::uint32_t leaf_index(std::uint32_t units) const { return leaf_index_[units]; }
@@ -87,8 +110,8 @@ class NodeImage {
   /// Tells the caches that the children at `child_base` (units) are needed soon, as nodes or as leaves. All of them,
   /// whether a ray meets them or not: the rays that follow meet others.
   void prefetch_children(std::uint32_t child_base) const {
-    const std::uint8_t* const first = data() + std::uint64_t{child_base} * traces::kNodeUnit;
-    for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(first + i * traces::kNodeUnit);
+    const std::uint8_t* const first = node_at(child_base);
+    for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(first + i * sizeof(Line));
     __builtin_prefetch(leaf_indices() + child_base);
     __builtin_prefetch(leaf_indices() + child_base + 16);  // children of the first of them often lie there
   }
@@ -99,15 +122,28 @@ class NodeImage {
   }
 
  private:
+  void write_compact_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
+                              std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
+                              const glm::vec3 (&object_to_world)[3], const glm::vec3& translation);
   struct alignas(64) Line {
     std::uint8_t bytes[64];
   };
 
   std::uint8_t* at(std::uint64_t address) { return lines_[0].bytes + address; }
 
-  unsigned width_;
+  bool compact() const { return unit_ == traces::kCompactUnit; }
+  std::uint32_t patch_code(std::uint32_t units) const { return read_u32(units * unit_ + 76); }
+  static glm::vec3 vertex(const std::uint8_t* bytes) {
+    glm::vec3 v;
+    std::memcpy(&v, bytes, sizeof v);
+    return v;
+  }
+
+  traces::NodeSizes sizes_;
   unsigned box_bits_;
   InternalLayout layout_;
+  std::uint64_t unit_;
+  std::uint64_t bytes_;
   ZeroedPages<Line> lines_;  // one more than the image: vector loads of a node's last bounds may read past its end
   ZeroedPages<std::uint32_t> leaf_index_;
   std::uint64_t used_ = 0;

@@ -14,9 +14,8 @@
 namespace grtx::frontend {
 
 /// Bytes that a packed tree takes, header included.
-inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, unsigned width) {
-  return traces::kHeaderBytes + tree.internals * traces::internal_bytes(width) +
-         tree.leaves * traces::node_bytes(leaf_kind, width);
+inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, const traces::NodeSizes& sizes) {
+  return sizes.header_bytes() + tree.internals * sizes.bytes(NodeKind::internal) + tree.leaves * sizes.bytes(leaf_kind);
 }
 
 /// Packs depth first: a node's children lie together, then each child's subtree follows.
@@ -30,8 +29,8 @@ class TreePacker {
       : image_(image),
         tree_(tree),
         leaf_kind_(leaf_kind),
-        internal_bytes_(traces::internal_bytes(image.width())),
-        leaf_bytes_(traces::node_bytes(leaf_kind, image.width())),
+        internal_bytes_(image.sizes().bytes(NodeKind::internal)),
+        leaf_bytes_(image.sizes().bytes(leaf_kind)),
         leaf_(std::move(leaf)),
         consume_(consume) {}
 
@@ -39,7 +38,7 @@ class TreePacker {
   std::uint64_t pack(std::uint64_t bytes) { return pack_at(image_.allocate(bytes)); }
   /// The same over what lies at `header`.
   std::uint64_t pack_at(std::uint64_t header) {
-    const std::uint64_t root = header + traces::kHeaderBytes;
+    const std::uint64_t root = header + image_.sizes().header_bytes();
     image_.write_header(header, root, tree_.bounds);
     // What lies above the subtrees is packed first, by one thread: it is little.
     std::vector<Subtree> subtrees;

@@ -142,6 +142,20 @@ void PreparedGaussians::write_face_boxes(std::size_t begin, std::size_t end, con
   }
 }
 
+void PreparedGaussians::write_patch_boxes(std::size_t begin, std::size_t end, const Proxy& proxy,
+                                          const FacePatches& patches, PrimitiveBox* boxes) const {
+  assert(!proxy.is_sphere() && proxy.vertices().size() <= kMostVertices);
+  std::array<Float4, kMostVertices> world;
+  for (std::size_t g = begin; g < end; ++g) {
+    write_vertices(g, proxy, world.data());
+    for (const FacePatch& patch : patches.patches()) {
+      WideBox box;
+      for (const std::uint16_t v : patch.vertices) box.extend(world[v]);
+      box.put(*boxes++, absolute_margin_);
+    }
+  }
+}
+
 void PreparedGaussians::write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
                                              PrimitiveBox* boxes) const {
   assert(proxy.vertices().size() <= kMostVertices);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "grtx/base/huge_pages.h"
+#include "grtx/frontend/gaussian/face_patches.h"
 #include "grtx/frontend/gaussian/float4.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
@@ -46,6 +47,9 @@ class PreparedGaussians {
   /// The same of many Gaussians, [begin, end), bit for bit; boxes of one Gaussian's faces lie together. Primitive
   /// numbers are left to the caller.
   void write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, PrimitiveBox* boxes) const;
+  /// Boxes of the patches of each, one after the other; each contains its faces' boxes exactly.
+  void write_patch_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, const FacePatches& patches,
+                         PrimitiveBox* boxes) const;
   void write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
                             PrimitiveBox* boxes) const;
 

@@ -1,6 +1,7 @@
 // What a ray hits in a leaf: the canonical hit of its Gaussian, or the leaf's stored triangle, as a link of WalkMemory.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -24,7 +25,8 @@ class LeafHits {
         sort_key_(options.sort_key),
         inside_(options.inside),
         stored_triangles_(options.triangle_test == TriangleTest::world),
-        faces_(structure.proxy.is_sphere() ? 1 : structure.proxy.faces()),
+        leaves_(leaves_of(structure)),
+        leaf_of_face_(leaf_of_face(structure)),
         skip_never_accepted_(options.skips.has(Skip::never_accepted) &&
                              options.response_precision == ResponsePrecision::fp32),
         test_faces_(face_test(options.simd)) {}
@@ -35,13 +37,13 @@ class LeafHits {
   /// What a ray that enters an instance of this Gaussian needs.
   void enter(EnteredInstance& instance, const TraceRay& ray, std::uint32_t gaussian, const CurrentObject& object) const;
 
-  /// Of a leaf of a monolithic structure, which holds one of all the scene's proxy faces.
+  /// Of a leaf of a monolithic structure, which holds one of all the scene's proxy faces, or a patch of them.
   std::uint32_t link_of_primitive(const TraceRay& ray, std::uint32_t primitive, const CurrentObject& object,
                                   WalkMemory& memory, RayState& state) {
     const std::uint32_t gaussian = gaussian_of(primitive);
     const Hit& hit = cached_hit(ray, gaussian, object, state.stamp);
-    return hit.face == primitive - gaussian * faces_ ? link_of_hit(hit, gaussian, object, memory, state)
-                                                     : WalkMemory::kMissed;
+    return leaf_of_face_[hit.face] == primitive - gaussian * leaves_ ? link_of_hit(hit, gaussian, object, memory, state)
+                                                                     : WalkMemory::kMissed;
   }
   /// Of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
   std::uint32_t link_of_leaf(const TraceRay& ray, std::uint32_t units, EnteredInstance* instance,
@@ -54,16 +56,29 @@ class LeafHits {
     }
     return instance.decision;
   }
-  /// primitive / faces: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
+  /// primitive / leaves: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
   std::uint32_t gaussian_of(std::uint32_t primitive) const {
-    return static_cast<std::uint32_t>(std::uint64_t{primitive} * (faces_ == 1 ? 1u : 0xCCCCCCCDu) >> faces_shift_);
+    return static_cast<std::uint32_t>(std::uint64_t{primitive} * (leaves_ == 1 ? 1u : 0xCCCCCCCDu) >> leaves_shift_);
   }
 
  private:
+  static bool compact(const TracedStructure& structure) {
+    return structure.image.sizes().layout() == traces::NodeLayout::compact;
+  }
+  static unsigned leaves_of(const TracedStructure& structure) {
+    if (structure.proxy.is_sphere()) return 1;
+    return compact(structure) ? structure.patches.count() : structure.proxy.faces();
+  }
+  static std::array<std::uint8_t, 80> leaf_of_face(const TracedStructure& structure) {
+    if (compact(structure)) return structure.patches.patch_of();
+    std::array<std::uint8_t, 80> same{};
+    for (unsigned i = 0; i < same.size(); ++i) same[i] = static_cast<std::uint8_t>(i);
+    return same;
+  }
   const Hit& cached_hit(const TraceRay& ray, std::uint32_t gaussian, const CurrentObject& object, std::uint64_t stamp);
   const Hit& hit_of_instance(const TraceRay& ray, EnteredInstance& instance, const CurrentObject& object) const;
   Hit stored_triangle_hit(const TraceRay& ray, std::uint32_t units, const EnteredInstance* instance,
-                          std::uint32_t gaussian, std::uint32_t face, const CurrentObject& object) const;
+                          std::uint32_t gaussian, const CurrentObject& object) const;
   std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian, const CurrentObject& object, WalkMemory& memory,
                             RayState& state) const;
 
@@ -72,9 +87,10 @@ class LeafHits {
   const SortKey sort_key_;
   const InsideRule inside_;
   const bool stored_triangles_;
-  const unsigned faces_;                                                   ///< 1, 20 or 80
-  const unsigned faces_shift_ = faces_ == 1 ? 0 : faces_ == 20 ? 36 : 38;  ///< see gaussian_of()
-  const bool skip_never_accepted_;  ///< not with 16 bits: rounding may lift an alpha to the threshold
+  const unsigned leaves_;  ///< of a proxy: 1, 5, 20 or 80
+  const unsigned leaves_shift_ = leaves_ == 1 ? 0 : leaves_ == 5 ? 34 : leaves_ == 20 ? 36 : 38;  ///< see gaussian_of()
+  const std::array<std::uint8_t, 80> leaf_of_face_;  ///< number of a proxy's leaf that holds the face
+  const bool skip_never_accepted_;                   ///< not with 16 bits: rounding may lift an alpha to the threshold
   const FaceTest test_faces_;
   ShearedRay sheared_;  ///< the ray, for stored triangles outside a BLAS
 
@@ -132,24 +148,28 @@ inline std::uint32_t LeafHits::link_of_leaf(const TraceRay& ray, std::uint32_t u
   const std::uint32_t primitive = image_.leaf_index(units);
   if (instance == nullptr && !stored_triangles_) return link_of_primitive(ray, primitive, object, memory, state);
   const std::uint32_t gaussian = instance != nullptr ? instance->gaussian : gaussian_of(primitive);
-  const std::uint32_t face = instance != nullptr ? primitive : primitive - gaussian * faces_;
-  const Hit hit = stored_triangles_ ? stored_triangle_hit(ray, units, instance, gaussian, face, object)
-                                    : hit_of_instance(ray, *instance, object);
-  return hit.face == face ? link_of_hit(hit, gaussian, object, memory, state) : WalkMemory::kMissed;
+  if (stored_triangles_) {
+    return link_of_hit(stored_triangle_hit(ray, units, instance, gaussian, object), gaussian, object, memory, state);
+  }
+  const std::uint32_t leaf = instance != nullptr ? primitive : primitive - gaussian * leaves_;
+  const Hit hit = hit_of_instance(ray, *instance, object);
+  return leaf_of_face_[hit.face] == leaf ? link_of_hit(hit, gaussian, object, memory, state) : WalkMemory::kMissed;
 }
 
-/// hit?, t and face from the leaf's vertices; the response still comes from the Gaussian, as in the blending shader.
+/// hit? and t from the leaf's vertices, of several triangles the nearest; the response still comes from the Gaussian,
+/// as in the blending shader.
 inline Hit LeafHits::stored_triangle_hit(const TraceRay& ray, std::uint32_t units, const EnteredInstance* instance,
-                                         std::uint32_t gaussian, std::uint32_t face,
-                                         const CurrentObject& object) const {
-  const std::uint64_t leaf = static_cast<std::uint64_t>(units) * traces::kNodeUnit;
+                                         std::uint32_t gaussian, const CurrentObject& object) const {
   const ShearedRay& sheared = instance != nullptr ? instance->sheared : sheared_;
   Hit hit;
-  hit.face = face;
-  const std::optional<float> t = sheared.hit(image_.vertex(leaf, 0), image_.vertex(leaf, 1), image_.vertex(leaf, 2));
-  if (!t) return hit;
-  hit.kind = HitKind::hit;
-  hit.t = *t;
+  for (unsigned i = 0; i < image_.triangle_count(units); ++i) {
+    const auto [a, b, c] = image_.triangle(units, i);
+    const std::optional<float> t = sheared.hit(a, b, c);
+    if (!t || (hit.kind == HitKind::hit && hit.t <= *t)) continue;
+    hit.kind = HitKind::hit;
+    hit.t = *t;
+  }
+  if (hit.kind != HitKind::hit) return hit;
   hit.d2 = (instance != nullptr ? instance->unit : to_unit_ray(ray, object.record(gaussian))).d2;
   return hit;
 }

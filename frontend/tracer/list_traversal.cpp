@@ -33,13 +33,12 @@ inline void Traversal::walk_leaf(const TraceRay& ray, RayState& state) {
 
 void Traversal::walk_round(const TraceRay& ray, RayState& state) {
   walk_.begin_round(state.t_min_cull, state.t_last, state.t_max);
-  const unsigned internal_units = layout_.slots == 6 ? 1 : 2;
   TracerCounters& counters = state.counters;
   for (;;) {
     switch (walk_.step()) {
       case RayWalk::Stop::node:
         ++counters.visits_internal;
-        visited(walk_.address(), internal_units);
+        visited(walk_.address(), internal_units_);
         walk_.open(ray.slabs);
         // The Gaussians of the next two nodes; of nodes that are no leaves the table says 0.
         object_.prefetch_record(leaf_hits_.gaussian_of(image_.leaf_index(walk_.soon(1))));

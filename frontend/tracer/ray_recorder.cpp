@@ -6,7 +6,7 @@
 namespace grtx::frontend {
 
 traces::NodeDefinition ImageNodes::define(std::uint32_t address) const {
-  const std::uint8_t* node = image_.node(static_cast<std::uint64_t>(address) * traces::kNodeUnit);
+  const std::uint8_t* node = image_.node_at(address);
   traces::NodeDefinition definition;
   definition.address = address;
   std::int32_t offset = 0;

@@ -17,21 +17,24 @@ struct TracedStructure {
         gaussians(g),
         image(accel.image()),
         proxy(accel.proxy()),
-        root(static_cast<std::uint32_t>(accel.root() / traces::kNodeUnit)),
-        blas_root(static_cast<std::uint32_t>(accel.blas_root() / traces::kNodeUnit)) {}
+        patches(accel.patches()),
+        root(static_cast<std::uint32_t>(accel.root() / image.sizes().unit())),
+        blas_root(static_cast<std::uint32_t>(accel.blas_root() / image.sizes().unit())) {}
   explicit TracedStructure(const MultiObjectWorld& w)
       : scene(w.objects().front()->scene),
         gaussians(w.objects().front()->gaussians),
         image(w.image()),
         proxy(w.proxy()),
-        root(static_cast<std::uint32_t>(w.root() / traces::kNodeUnit)),
-        blas_root(static_cast<std::uint32_t>(w.blas_root() / traces::kNodeUnit)),
+        patches(w.patches()),
+        root(static_cast<std::uint32_t>(w.root() / image.sizes().unit())),
+        blas_root(static_cast<std::uint32_t>(w.blas_root() / image.sizes().unit())),
         world(&w) {}
 
   const Scene& scene;                  ///< with several objects: of the first
   const PreparedGaussians& gaussians;  ///< likewise
   const NodeImage& image;
   const Proxy& proxy;
+  const FacePatches& patches;
   std::uint32_t root;       ///< units
   std::uint32_t blas_root;  ///< units; 0: none
   const MultiObjectWorld* world = nullptr;

@@ -27,7 +27,7 @@ struct Worker {
         recorder(accel.image(), header) {
     if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(accel.image(), *header);
     if (footprint != nullptr) {
-      tracker.emplace(accel.image().size(), *footprint);
+      tracker.emplace(accel.image(), *footprint);
       tracer.track_visits(&*tracker);
       secondary_tracer.track_visits(&*tracker);
     }
@@ -117,6 +117,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   header.warp_mapping = render.linear_mapping ? traces::WarpMapping::linear : traces::WarpMapping::tile8x4;
   header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
   if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
+  header.layout = accel.options().layout;
   header.bvh_width = accel.options().width;
   header.node_image_bytes = accel.image().size();
   header.root = accel.root();
@@ -145,7 +146,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
   const glm::vec3 origin(camera.position - scene.offset);
 
   std::optional<Footprint> footprint;
-  if (render.count_unique) footprint.emplace(accel.image().size());
+  if (render.count_unique) footprint.emplace(accel.image());
   tbb::enumerable_thread_specific<Worker> workers([&] {
     return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr,
                   writer != nullptr ? &writer->header() : nullptr);

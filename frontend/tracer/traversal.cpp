@@ -10,7 +10,7 @@ namespace grtx::frontend {
 namespace {
 
 Box box_of_children(const NodeImage& image, std::uint32_t root) {
-  const DecodedInternal node = image.decode_internal(static_cast<std::uint64_t>(root) * traces::kNodeUnit);
+  const DecodedInternal node = image.decode_internal(root * image.sizes().unit());
   Box box;
   for (unsigned i = 0; i < node.child_count; ++i) box.extend(node.boxes[i]);
   return box;
@@ -21,6 +21,7 @@ Box box_of_children(const NodeImage& image, std::uint32_t root) {
 Traversal::Traversal(const TracedStructure& structure, const TracerOptions& options)
     : image_(structure.image),
       layout_(structure.image.layout()),
+      internal_units_(structure.image.sizes().units(NodeKind::internal)),
       root_(structure.root),
       blas_root_(structure.blas_root),
       root_box_(box_of_children(structure.image, structure.root)),
@@ -48,7 +49,7 @@ void Traversal::miss_scene(RayState& state, Recorder& recorder) {
   ++state.counters.skipped_scene_misses;
   ++state.counters.rounds;
   ++state.counters.visits_internal;
-  visited(root_, layout_.slots == 6 ? 1 : 2);
+  visited(root_, internal_units_);
   recorder.begin_round(false);
   recorder.pop();
   recorder.internal(recorder.open(root_), root_, 0, 0);
@@ -129,7 +130,7 @@ void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& reco
 template <typename Order, typename Recorder>
 void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_internal;
-  visited(units_of(entry.node), layout_.slots == 6 ? 1 : 2);
+  visited(units_of(entry.node), internal_units_);
   std::uint32_t list = memory_[entry.node].link();
   if (list == 0) {
     list = test_boxes<Order>(ray, entry.node, entry.in_blas(), state.t_min_cull);
@@ -190,7 +191,7 @@ inline unsigned Traversal::followed_child(const ReachedNode* children, const Ray
 template <typename Order>
 inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull) {
   const std::uint32_t units = units_of(node);
-  const std::uint8_t* data = image_.node(static_cast<std::uint64_t>(units) * traces::kNodeUnit);
+  const std::uint8_t* data = image_.node_at(units);
   NodeHits hits;
   if (blas) {
     const EnteredInstance& instance = memory_.instance(instance_);
@@ -260,7 +261,7 @@ inline void Traversal::enter_instance(const TraceRay& ray, std::uint32_t leaf, R
 void Traversal::enter_object(const TraceRay& ray, std::uint32_t leaf) {
   const PlacedObject& placed = object_.enter(ray, leaf, image_.leaf_index(units_of(leaf)));
   if (memory_[leaf].link() != 0) return;
-  const std::uint32_t root = add_root(static_cast<std::uint32_t>(placed.object->root / traces::kNodeUnit));
+  const std::uint32_t root = add_root(static_cast<std::uint32_t>(placed.object->root / image_.sizes().unit()));
   memory_[leaf].set_link(root);
 }
 

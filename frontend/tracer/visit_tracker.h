@@ -6,14 +6,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/traces/node_layout.h"
+#include "grtx/frontend/accel/node_image.h"
 
 namespace grtx::frontend {
 
-/// One byte a 64-byte unit of the node image, set when any ray of the view touched it. Shared by all threads.
+/// One byte a unit of the node image, set when any ray of the view touched it. Shared by all threads.
 class Footprint {
  public:
-  explicit Footprint(std::uint64_t image_bytes) : touched_(image_bytes / traces::kNodeUnit) {}
+  explicit Footprint(const NodeImage& image)
+      : unit_(image.sizes().unit()), touched_(image.size() / image.sizes().unit()) {}
   void touch(std::uint64_t unit) {
     std::atomic_ref<std::uint8_t> flag(touched_[unit]);
     if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
@@ -21,18 +22,19 @@ class Footprint {
   std::uint64_t bytes() const {
     std::uint64_t units = 0;
     for (const std::uint8_t t : touched_) units += t;
-    return units * traces::kNodeUnit;
+    return units * unit_;
   }
 
  private:
+  std::uint64_t unit_;
   std::vector<std::uint8_t> touched_;
 };
 
 /// One a thread.
 class VisitTracker {
  public:
-  VisitTracker(std::uint64_t image_bytes, Footprint& footprint)
-      : last_ray_(image_bytes / traces::kNodeUnit), footprint_(footprint) {}
+  VisitTracker(const NodeImage& image, Footprint& footprint)
+      : last_ray_(image.size() / image.sizes().unit()), footprint_(footprint) {}
   void begin_ray() { ++ray_; }
   void visit(std::uint32_t unit, unsigned size_units) {
     if (last_ray_[unit] == ray_) return;

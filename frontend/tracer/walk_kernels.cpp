@@ -29,7 +29,7 @@ template <unsigned kSlots>
 void open_portable(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
                    float exit) {
   static const NodeTest test = node_test(SimdPath::portable, kSlots);
-  const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
+  const std::uint8_t* const node = image.node_at(address);
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
   WalkStack& stack = walk.stack;

@@ -120,7 +120,7 @@ template <unsigned kSlots>
 [[gnu::target("avx2,bmi,popcnt")]] void open_avx2(WalkState& walk, const NodeImage& image, std::uint32_t address,
                                                   const SlabRay& ray, float bound, float exit_above) {
   static const NodeTest test = node_test_unordered(SimdPath::avx2, kSlots);
-  const std::uint8_t* const node = image.data() + std::uint64_t{address} * traces::kNodeUnit;
+  const std::uint8_t* const node = image.node_at(address);
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
   const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);

@@ -105,15 +105,22 @@ void IntersectionUnit::dump_state(std::ostream& out) const {
 // Counts: slab box 6 add, 6 mul, 10 min/max/compare; six children are ordered by the 12-exchange network (5 for four).
 // Register bits of a stage: 1,089 in 6 stages a box and 216 for the sort of six, 2,496 in 6 stages the triangle, 788 in
 // 5 the sphere, 1,248 in 3 the transform (Yosys, a register after each operator).
-DataPath ray_box_path(unsigned boxes) {
+// Decoding of a code, origin + q 2^e: 8 bits become a float whose exponent is theirs plus e (a normalising shifter of
+// four 8-bit multiplexer stages, an 8-bit adder), then one addition; 192 register bits a box and stage (six bounds).
+DataPath ray_box_path(unsigned boxes, bool decoded) {
   // Optimal sorting networks for 1..8 inputs (Knuth, The Art of Computer Programming 3, 5.3.4).
   constexpr std::uint64_t kExchanges[9] = {0, 0, 1, 3, 5, 9, 12, 16, 19};
   const std::uint64_t n = boxes;
-  return {{{"fp_add", 32, 6 * n},
-           {"fp_mul", 32, 6 * n},
-           {"fp_compare", 32, 10 * n},
-           {"exchange", 36, kExchanges[std::min(boxes, 8u)]}},
-          182 * boxes};
+  DataPath path{{{"fp_add", 32, 6 * n},
+                 {"fp_mul", 32, 6 * n},
+                 {"fp_compare", 32, 10 * n},
+                 {"exchange", 36, kExchanges[std::min(boxes, 8u)]}},
+                182 * boxes};
+  if (!decoded) return path;
+  path.operators.push_back({"mux", 8, 4 * 6 * n});
+  path.operators.push_back({"int_add", 8, 6 * n});
+  path.operators.push_back({"fp_add", 32, 6 * n});
+  return path;
 }
 
 // Moeller-Trumbore without a divider: edges and origin 9 add, two cross products 12 mul 6 add, four dot products 12 mul

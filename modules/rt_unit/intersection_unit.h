@@ -98,9 +98,10 @@ class IntersectionUnit final : public IntersectionModule {
 };
 
 /// From the counts of published data paths; registers as synthesised with one cut after each operator.
-DataPath ray_box_path(unsigned boxes);  ///< slab tests of all children and their sort by t
-DataPath ray_triangle_path();           ///< Moeller-Trumbore
-DataPath ray_sphere_path();             ///< unit sphere at the origin
-DataPath ray_transform_path();          ///< affine transform of origin and direction
+/// Slab tests of all children and their sort by t. decoded: from their 8-bit codes, which the unit decodes first.
+DataPath ray_box_path(unsigned boxes, bool decoded = false);
+DataPath ray_triangle_path();   ///< Moeller-Trumbore
+DataPath ray_sphere_path();     ///< unit sphere at the origin
+DataPath ray_transform_path();  ///< affine transform of origin and direction
 
 }  // namespace grtx::modules

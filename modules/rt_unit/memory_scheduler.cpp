@@ -66,9 +66,9 @@ void MemoryScheduler::end_of_elaboration() {
   if (!bound) throw Error("RT unit", name(), "needs its memory ports, or those of the SIMT core when by_shader");
 }
 
-// Nodes are 64 B aligned, so the bit of 32 tells a fetch with the header from one without.
+// Nodes are 64 B or more apart.
 std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
-  return address / kSectorBytes | (header ? 1u : 0u);
+  return address / traces::kNodeUnit << 1 | (header ? 1u : 0u);
 }
 
 void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {

@@ -34,7 +34,9 @@ void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind k
     const Lane& lane = warp.lane[i];
     prefetch_for_read(lane.next + 2);  // needed after the test
     unsigned tests = 1;
-    if (kind == NodeKind::internal) {
+    if (kind == NodeKind::triangle || kind == NodeKind::procedural) {
+      tests = config_.leaf_tests;
+    } else if (kind == NodeKind::internal) {
       const traces::NodeDefinition& node = warp.group->nodes[lane.event.node];
       prefetch_for_read(&node);
       if (config_.box_op_per_child) tests = std::max(1u, unsigned{node.child_count});

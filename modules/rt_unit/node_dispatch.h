@@ -17,6 +17,7 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   struct Config {
     bool box_op_per_child = false;   ///< a box operation tests one child, not the whole node
     bool transforms_leaves = false;  ///< procedural leaves hold a matrix: the ray is transformed, then tested
+    unsigned leaf_tests = 1;         ///< a primitive leaf's, one after the other
   };
 
   NodeDispatch(const sc_core::sc_module_name& name, const Config& config);

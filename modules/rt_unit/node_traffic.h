@@ -11,40 +11,56 @@
 namespace grtx::modules {
 
 struct NodeTrafficConfig {
-  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices
+  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices; layout compact always reads its first unit
   bool blas_header_read = true;        ///< with a visit_instance whose detail is 0
   bool leaf_descriptor_read = false;
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
-             from_public("Vulkan-Sim reads all 128"));
+             from_public("Vulkan-Sim reads all 128; of layout compact always the 80 B that suffice"));
     list.add("blas_header_read", blas_header_read, "entering a BLAS also reads its 64 B header",
-             from_public("Vulkan-Sim"));
+             from_public("Vulkan-Sim; never in layout compact, whose instance leaf names the root"));
     list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
   }
 };
 
+/// Sectors that follow each other in memory.
+struct SectorRun {
+  std::uint64_t address = 0;
+  unsigned sectors = 0;
+  Region region{};
+  bool again = false;  ///< the next run reads them too
+};
+
 class NodeTraffic {
  public:
   NodeTraffic(const traces::Header& header, const NodeTrafficConfig& config)
-      : config_(config), bvh_width_(header.bvh_width), two_level_(header.two_level), blas_base_(header.blas_base) {
-    procedural_ = traces::has_procedural_leaves(header.accel);
-  }
+      : config_(config),
+        sizes_(header.node_sizes()),
+        two_level_(header.two_level),
+        blas_base_(header.blas_base),
+        procedural_(traces::has_procedural_leaves(header.accel)) {}
 
   /// Kind of every primitive leaf of the trace: one structure holds one kind only.
   traces::NodeKind leaf_kind() const { return procedural_ ? traces::NodeKind::procedural : traces::NodeKind::triangle; }
   bool two_level() const { return two_level_; }
-  bool header_read() const { return config_.blas_header_read; }
+  bool header_read() const { return config_.blas_header_read && !compact(); }
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
   std::uint64_t blas_header() const { return blas_base_; }
-  /// Bytes a node occupies in the image: the step from one child to the next.
-  std::uint64_t stored_bytes(traces::NodeKind kind) const { return traces::node_bytes(kind, bvh_width_); }
-  /// Sectors read for the node itself.
-  unsigned sectors(traces::NodeKind kind) const {
+  /// Byte address of the node that an event names by its address in units.
+  std::uint64_t address(std::uint32_t units) const { return units * sizes_.unit(); }
+  /// Units a node occupies in the image: the step from one child to the next.
+  unsigned stored_units(traces::NodeKind kind) const { return sizes_.units(kind); }
+  /// The sectors that hold what is read of the node itself.
+  SectorRun run(traces::NodeKind kind, std::uint64_t address) const {
     const std::uint64_t bytes =
-        kind == traces::NodeKind::instance ? config_.instance_leaf_bytes : traces::node_bytes(kind, bvh_width_);
-    return static_cast<unsigned>(bytes / kSectorBytes);
+        kind == traces::NodeKind::instance && !compact() ? config_.instance_leaf_bytes : sizes_.read_bytes(kind);
+    const std::uint64_t first = address / kSectorBytes, end = (address + bytes + kSectorBytes - 1) / kSectorBytes;
+    return {first * kSectorBytes, static_cast<unsigned>(end - first), region(kind, address)};
   }
+  unsigned header_sectors() const { return static_cast<unsigned>(sizes_.header_bytes() / kSectorBytes); }
+  /// Tests that a visit of a primitive leaf asks for.
+  unsigned leaf_tests() const { return procedural_ ? 1 : sizes_.triangles(); }
   Region region(traces::NodeKind kind, std::uint64_t address) const {
     if (kind == traces::NodeKind::instance) return Region::instance;
     if (two_level_ && address >= blas_base_) return Region::blas;
@@ -52,8 +68,10 @@ class NodeTraffic {
   }
 
  private:
+  bool compact() const { return sizes_.layout() == traces::NodeLayout::compact; }
+
   NodeTrafficConfig config_;
-  unsigned bvh_width_;
+  traces::NodeSizes sizes_;
   bool two_level_;
   std::uint64_t blas_base_;
   bool procedural_;

@@ -23,14 +23,14 @@ inline std::optional<NodeVisit> node_visit(const traces::Event& event, const tra
   switch (event.kind()) {
     case traces::EventKind::visit_internal:
       if (event.node >= group.nodes.size()) return std::nullopt;
-      return NodeVisit{traces::NodeKind::internal, std::uint64_t{group.nodes[event.node].address} * traces::kNodeUnit};
+      return NodeVisit{traces::NodeKind::internal, traffic.address(group.nodes[event.node].address)};
     case traces::EventKind::visit_instance:
       if (!traffic.two_level()) return std::nullopt;
       // detail 0 enters the BLAS at its root; detail 1 goes on at a node of it that has been replayed.
-      return NodeVisit{traces::NodeKind::instance, std::uint64_t{event.node} * traces::kNodeUnit,
+      return NodeVisit{traces::NodeKind::instance, traffic.address(event.node),
                        event.detail == 0 && traffic.header_read()};
     case traces::EventKind::visit_leaf:
-      return NodeVisit{traffic.leaf_kind(), std::uint64_t{event.node} * traces::kNodeUnit};
+      return NodeVisit{traffic.leaf_kind(), traffic.address(event.node)};
     default:
       return std::nullopt;
   }
@@ -42,14 +42,6 @@ inline const char* rule_of_missing_node(const traces::Event& event) {
                                                            : "visits an instance leaf of a monolithic structure";
 }
 
-/// Sectors that follow each other in memory.
-struct SectorRun {
-  std::uint64_t address = 0;
-  unsigned sectors = 0;
-  Region region{};
-  bool again = false;  ///< the next run reads them too
-};
-
 /// What a visit reads, in this order: a leaf's descriptor (if that is a request of its own), the node, the BLAS header.
 /// Procedural leaves of a monolithic BVH hold the matrix to the unit sphere; of a shared BLAS the instance leaf does.
 inline bool transforms_leaves(const traces::Header& header) {
@@ -59,35 +51,33 @@ inline bool transforms_leaves(const traces::Header& header) {
 class NodeSectors {
  public:
   NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic)
-      : visit_(visit),
-        region_(traffic.region(visit.kind, visit.address)),
+      : body_(traffic.run(visit.kind, visit.address)),
         lead_(traffic.descriptor_read() && is_primitive(visit.kind) ? 1 : 0),
-        body_(traffic.sectors(visit.kind)),
+        tail_(visit.header ? traffic.header_sectors() : 0),
         header_(traffic.blas_header()) {}
 
-  Region region() const { return region_; }  ///< of the node
-  unsigned count() const { return lead_ + body_ + tail(); }
+  Region region() const { return body_.region; }  ///< of the node
+  unsigned count() const { return lead_ + body_.sectors + tail_; }
   SectorAccess at(unsigned index) const {
-    if (index >= lead_ + body_) return {header_ + kSectorBytes * (index - lead_ - body_), Region::blas};
-    return {visit_.address + (index < lead_ ? 0 : kSectorBytes * (index - lead_)), region_};
+    const unsigned before = lead_ + body_.sectors;
+    if (index >= before) return {header_ + kSectorBytes * (index - before), Region::blas};
+    return {body_.address + (index < lead_ ? 0 : kSectorBytes * (index - lead_)), body_.region};
   }
   /// f(run, whether it is the last).
   template <typename F>
   void for_each_run(F&& f) const {
-    if (lead_ != 0) f(SectorRun{visit_.address, lead_, region_, true}, false);
-    f(SectorRun{visit_.address, body_, region_}, !visit_.header);
-    if (visit_.header) f(SectorRun{header_, tail(), Region::blas}, true);
+    if (lead_ != 0) f(SectorRun{body_.address, lead_, body_.region, true}, false);
+    f(body_, tail_ == 0);
+    if (tail_ != 0) f(SectorRun{header_, tail_, Region::blas}, true);
   }
 
  private:
   static bool is_primitive(traces::NodeKind kind) {
     return kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
   }
-  unsigned tail() const { return visit_.header ? static_cast<unsigned>(traces::kHeaderBytes / kSectorBytes) : 0; }
 
-  NodeVisit visit_;
-  Region region_;
-  unsigned lead_, body_;
+  SectorRun body_;
+  unsigned lead_, tail_;
   std::uint64_t header_;
 };
 

@@ -21,7 +21,7 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void begin_warp() = 0;
   /// The lane's visit of group.nodes[definition] found the children in `hit`.
   virtual void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) = 0;
-  /// The lane asks for the leaf at `address` (in units of kNodeUnit).
+  /// The lane asks for the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
 };
 

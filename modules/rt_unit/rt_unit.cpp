@@ -51,7 +51,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child, transforms_leaves(header)}) {
+      dispatch_("node_dispatch", {config.box_op_per_child, transforms_leaves(header), traffic_.leaf_tests()}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
   bind_parts();
@@ -94,7 +94,8 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                 [&](const char* name) { return std::make_unique<IntersectionUnit>(name, config, entries, path); });
   };
   const unsigned boxes = config_.box_op_per_child ? 1 : header.bvh_width;
-  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box, ray_box_path(boxes));
+  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box,
+                  ray_box_path(boxes, header.layout == traces::NodeLayout::compact));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else {

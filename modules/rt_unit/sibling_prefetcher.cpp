@@ -41,9 +41,8 @@ void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std:
   ++counters_.triggers;
   const unsigned fresh = asked_.fresh(siblings);
   counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
-  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
-    push(kind, std::uint64_t{child} * traces::kNodeUnit);
-  });
+  records_.for_each_child(group.nodes[siblings.definition], fresh,
+                          [&](NodeKind kind, std::uint32_t child) { push(kind, traffic_.address(child)); });
 }
 
 void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
@@ -78,11 +77,12 @@ void SiblingPrefetcher::issue(Cycle now) {
   if (queue_.empty() || !requests_.can_push(now)) return;
   Pending& p = queue_.front();
   MemoryRequest message;
-  message.address = p.address + kSectorBytes * p.next;
-  message.region = traffic_.region(p.kind, p.address);
+  const SectorRun node = traffic_.run(p.kind, p.address);
+  message.address = node.address + kSectorBytes * p.next;
+  message.region = node.region;
   message.prefetch = true;
   ++counters_.sectors;
-  if (++p.next == traffic_.sectors(p.kind)) queue_.pop();
+  if (++p.next == node.sectors) queue_.pop();
   requests_.push(now, message);
   ++outstanding_;
 }

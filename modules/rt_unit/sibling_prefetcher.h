@@ -57,7 +57,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   }
   /// Starts the visits of one warp in one cycle.
   void begin_warp() override { asked_.begin(); }
-  /// The lane asks for the leaf at `address` (in units of kNodeUnit).
+  /// The lane asks for the leaf at `address` (in units).
   void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
 
   void respond(Cycle now) override;

@@ -51,7 +51,7 @@ SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, const NodeTr
     : a_lane_(records), records_(lanes * records), newest_(lanes) {
   if (records < 1 || records > kMaxRecords) throw Error("configuration", "rt.prefetch.records", "must be 1..8");
   for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
-    units_[static_cast<std::size_t>(kind)] = static_cast<std::uint32_t>(traffic.stored_bytes(kind) / traces::kNodeUnit);
+    units_[static_cast<std::size_t>(kind)] = traffic.stored_units(kind);
   }
 }
 

@@ -30,10 +30,10 @@ class SiblingRecords {
   /// The lane's visit of group.nodes[definition] found the children in `hit`: they are remembered if there are two and
   /// one of them is a leaf, which can ask for the others.
   void note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
-  /// The lane asks for the leaf at `address` (/ kNodeUnit). The first of a node's hit children that is asked for brings
+  /// The lane asks for the leaf at `address` (in units). The first of a node's hit children that is asked for brings
   /// the others.
   Siblings take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address);
-  /// f(kind, address / kNodeUnit) for the children in the slots of `mask`, in slot order.
+  /// f(kind, address in units) for the children in the slots of `mask`, in slot order.
   template <typename F>
   void for_each_child(const traces::NodeDefinition& node, unsigned mask, F&& f) const {
     std::uint32_t child = node.child_base;  // children are contiguous in slot order
@@ -47,7 +47,7 @@ class SiblingRecords {
 
  private:
   struct Record {
-    std::uint32_t begin = 0, end = 0;  ///< addresses of the children / kNodeUnit
+    std::uint32_t begin = 0, end = 0;  ///< addresses of the children in units
     std::uint32_t definition = 0;
     std::uint8_t hit = 0;
     bool armed = false;
@@ -56,7 +56,7 @@ class SiblingRecords {
   unsigned slot_of(const traces::NodeDefinition& node, std::uint32_t address) const;
 
   unsigned a_lane_;
-  std::array<std::uint32_t, 8> units_{};  ///< kNodeUnits that a node takes in the image, by kind
+  std::array<std::uint32_t, 8> units_{};  ///< units that a node takes in the image, by kind
   std::vector<Record> records_;           ///< a_lane_ of each lane
   std::vector<std::uint8_t> newest_;      ///< of a lane's records
 };

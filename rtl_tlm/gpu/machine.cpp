@@ -24,13 +24,16 @@ traces::Header header_of(const MachineUse& use) {
                                   : (use.spheres ? AccelKind::ellipsoid : AccelKind::tri20);
   header.pop_test = use.pop_test;
   header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
+  header.layout = use.layout;
+  header.bvh_width = traces::default_width(use.layout);
   // The smallest node image there is; its size is no hardware.
-  header.root = traces::kHeaderBytes;
-  header.node_image_bytes = 4096;
+  const std::uint64_t unit = header.node_sizes().unit();
+  header.root = unit;
+  header.node_image_bytes = 64 * unit;
   if (header.two_level) {
-    header.blas_base = 2048;
-    header.blas_root = 2048 + traces::kHeaderBytes;
-    header.blas_bytes = 2048;
+    header.blas_base = 32 * unit;
+    header.blas_root = 33 * unit;
+    header.blas_bytes = 32 * unit;
   }
   header.gaussians = 1;
   return header;

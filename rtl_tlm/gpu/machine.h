@@ -18,6 +18,7 @@ struct MachineUse {
   std::string design = "grtx";                     ///< baseline, sw, hw or grtx: two levels, checkpointing
   bool spheres = false;                            ///< sphere units in place of triangle units
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
+  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
 };
 
 /// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.

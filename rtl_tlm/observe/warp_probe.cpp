@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "grtx/modules/rt_unit/node_traffic.h"
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
 
 namespace grtx::sim {
@@ -24,15 +23,15 @@ struct Node {
   std::uint64_t address = 0;
 };
 
-Node node_of(const traces::RayGroup& group, const Event& event, traces::NodeKind leaf_kind) {
+Node node_of(const traces::RayGroup& group, const Event& event, const modules::NodeTraffic& traffic) {
   switch (event.kind()) {
     case EventKind::visit_internal:
-      return {NodeSignal::internal, std::uint64_t{group.nodes[event.node].address} * traces::kNodeUnit};
+      return {NodeSignal::internal, traffic.address(group.nodes[event.node].address)};
     case EventKind::visit_instance:
-      return {NodeSignal::instance, std::uint64_t{event.node} * traces::kNodeUnit};
+      return {NodeSignal::instance, traffic.address(event.node)};
     case EventKind::visit_leaf:
-      return {leaf_kind == traces::NodeKind::triangle ? NodeSignal::triangle : NodeSignal::procedural,
-              std::uint64_t{event.node} * traces::kNodeUnit};
+      return {traffic.leaf_kind() == traces::NodeKind::triangle ? NodeSignal::triangle : NodeSignal::procedural,
+              traffic.address(event.node)};
     default:
       return {};
   }
@@ -42,11 +41,7 @@ Node node_of(const traces::RayGroup& group, const Event& event, traces::NodeKind
 
 WarpProbe::WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
                      const modules::CheckpointUnit* checkpoint, const traces::Header& header)
-    : buffer_(buffer),
-      checkpoint_(checkpoint),
-      entry_(entry),
-      k_(header.k),
-      leaf_kind_(modules::NodeTraffic(header, {}).leaf_kind()) {
+    : buffer_(buffer), checkpoint_(checkpoint), entry_(entry), k_(header.k), traffic_(header, {}) {
   const std::size_t before = wires.selected();
   const std::string name = scope + ".w" + std::to_string(entry) + ".";
   const auto add = [&](const char* leaf, unsigned width, const Enumeration* enumeration = nullptr) {
@@ -164,9 +159,9 @@ void WarpProbe::show_node() {
   Node node;
   LaneMask same = 0;
   if (lanes != 0) {
-    node = node_of(*warp.group, warp.lane[static_cast<unsigned>(std::countr_zero(lanes))].event, leaf_kind_);
+    node = node_of(*warp.group, warp.lane[static_cast<unsigned>(std::countr_zero(lanes))].event, traffic_);
     for_each_bit(lanes, [&](unsigned i) {
-      const Node other = node_of(*warp.group, warp.lane[i].event, leaf_kind_);
+      const Node other = node_of(*warp.group, warp.lane[i].event, traffic_);
       if (other.address == node.address && other.kind == node.kind) same |= modules::bit(i);
     });
   }

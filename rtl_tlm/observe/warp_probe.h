@@ -5,6 +5,7 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/node_traffic.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 #include "grtx/traces/header.h"
@@ -30,7 +31,7 @@ class WarpProbe {
   const modules::CheckpointUnit* checkpoint_;
   unsigned entry_;
   unsigned k_;
-  traces::NodeKind leaf_kind_;
+  modules::NodeTraffic traffic_;
   bool selected_ = false;
 
   // The state that the wires show, to find what has changed.

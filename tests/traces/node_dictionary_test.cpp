@@ -139,7 +139,7 @@ TEST(NodeShape, PlacesOfChildren) {
   const NodeKind kinds[] = {NodeKind::internal, NodeKind::instance, NodeKind::procedural, NodeKind::triangle};
   ShapeTable table;
   for (const unsigned width : {6u, 8u}) {
-    table.set_width(width);
+    table.set_sizes({NodeLayout::vulkan_sim, width});
     for (unsigned i = 0; i < 5000; ++i) {  // many more shapes than the table holds
       NodeDefinition definition;
       definition.child_count = static_cast<std::uint8_t>(1 + random() % width);
@@ -163,10 +163,13 @@ TEST(NodeShape, PlacesOfChildren) {
 TEST(NodeShape, FaultsNameTheRule) {
   NodeDefinition definition = node(1, 2, {kT, kT});
   definition.child_kinds[5] = kT;
-  EXPECT_STREQ(make_shape(6, definition.child_kinds, 2).fault, "an unused child slot must be of kind internal");
-  EXPECT_STREQ(make_shape(6, definition.child_kinds, 7).fault, "a node must have 1..bvh_width children");
+  EXPECT_STREQ(make_shape({NodeLayout::vulkan_sim, 6}, definition.child_kinds, 2).fault,
+               "an unused child slot must be of kind internal");
+  EXPECT_STREQ(make_shape({NodeLayout::vulkan_sim, 6}, definition.child_kinds, 7).fault,
+               "a node must have 1..bvh_width children");
   definition.child_kinds[0] = static_cast<NodeKind>(2);
-  EXPECT_STREQ(make_shape(6, definition.child_kinds, 2).fault, "a child must be of a known kind");
+  EXPECT_STREQ(make_shape({NodeLayout::vulkan_sim, 6}, definition.child_kinds, 2).fault,
+               "a child must be of a known kind");
 }
 
 }  // namespace

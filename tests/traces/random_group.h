@@ -22,6 +22,7 @@ struct RandomOptions {
   std::uint64_t groups = 3;
   unsigned warp_size = 8;
   unsigned bvh_width = 6;
+  NodeLayout layout = NodeLayout::vulkan_sim;
   unsigned depth = 3;  ///< levels of internal nodes at most
   unsigned k = 4;
   bool checkpoint = true;
@@ -76,9 +77,7 @@ class RandomTree {
   std::uint32_t blas_base() const { return blas_base_; }
   std::uint32_t blas_root() const { return blas_root_; }
   std::uint32_t end() const { return next_; }
-  std::uint32_t units(NodeKind kind) const {
-    return static_cast<std::uint32_t>(node_bytes(kind, options_.bvh_width) / kNodeUnit);
-  }
+  std::uint32_t units(NodeKind kind) const { return NodeSizes(options_.layout, options_.bvh_width).units(kind); }
 
  private:
   void grow(std::uint32_t address, unsigned depth, NodeKind leaf) {
@@ -398,12 +397,14 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.warp_size = options.warp_size;
   header.groups = options.groups;
   header.bvh_width = options.bvh_width;
-  header.node_image_bytes = tree.end() * kNodeUnit;
-  header.root = tree.root() * kNodeUnit;
+  header.layout = options.layout;
+  const std::uint64_t unit = header.node_sizes().unit();
+  header.node_image_bytes = tree.end() * unit;
+  header.root = tree.root() * unit;
   header.two_level = options.two_level;
-  header.blas_base = tree.blas_base() * kNodeUnit;
-  header.blas_root = tree.blas_root() * kNodeUnit;
-  header.blas_bytes = options.two_level ? (tree.end() - tree.blas_base()) * kNodeUnit : 0;
+  header.blas_base = tree.blas_base() * unit;
+  header.blas_root = tree.blas_root() * unit;
+  header.blas_bytes = options.two_level ? (tree.end() - tree.blas_base()) * unit : 0;
   header.blas_root_is_leaf = options.blas_root_is_leaf;
   header.gaussians = tree.end();
   header.sh_degree = 3;
@@ -429,10 +430,10 @@ inline RandomTrace random_trace(const RandomOptions& options) {
 inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
-         std::to_string(o.bvh_width) + " k " + std::to_string(o.k) + (o.checkpoint ? " checkpoint " : " restart ") +
-         std::string(name_of(o.checkpoint_order)) + " capacity " + std::to_string(o.capacity) + " " +
-         std::string(name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
-         std::string(name_of(o.tracing));
+         std::to_string(o.bvh_width) + " " + std::string(name_of(o.layout)) + " k " + std::to_string(o.k) +
+         (o.checkpoint ? " checkpoint " : " restart ") + std::string(name_of(o.checkpoint_order)) + " capacity " +
+         std::to_string(o.capacity) + " " + std::string(name_of(o.child_order)) + " " +
+         (o.pop_test == PopTest::on ? "" : "no pop test ") + std::string(name_of(o.tracing));
 }
 
 /// Every combination that changes how a group is coded.

@@ -42,6 +42,36 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   expect_round_trip(options);
 }
 
+TEST(RoundTrip, CompactNodesOfEveryKindOfTrace) {
+  for (const bool two_level : {false, true}) {
+    for (const bool checkpoint : {false, true}) {
+      for (const unsigned width : {2U, 6U, 8U}) {
+        RandomOptions options;
+        options.layout = NodeLayout::compact;
+        options.two_level = two_level;
+        options.checkpoint = checkpoint;
+        options.capacity = checkpoint ? 12 : 0;
+        options.bvh_width = width;
+        expect_round_trip(options);
+      }
+    }
+  }
+}
+
+// So that traces of the default layout are what they were, to the byte.
+TEST(RoundTrip, TheDefaultLayoutIsNotWritten) {
+  Header header;
+  header.node_image_bytes = 64;
+  EXPECT_EQ(header_to_json(header).find("layout"), std::string::npos);
+  EXPECT_EQ(header_from_json(header_to_json(header)).layout, NodeLayout::vulkan_sim);
+  header.layout = NodeLayout::compact;
+  header.node_image_bytes = 800;
+  header.root = 64;
+  EXPECT_EQ(header_fault(header), "root, blas_base and blas_root must be multiples of 80");
+  header.root = 80;
+  EXPECT_EQ(header_from_json(header_to_json(header)).layout, NodeLayout::compact);
+}
+
 TEST(RoundTrip, NoGroups) {
   RandomOptions options;
   options.groups = 0;

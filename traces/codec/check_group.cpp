@@ -181,7 +181,7 @@ class GroupChecker {
       if (kind == EventKind::visit_leaf) {
         require(((parent.internal_mask | parent.instance_mask) >> slot & 1) == 0,
                 "the node on top of the stack is not a leaf");
-        require_in_image(address, kTriangleLeafBytes);
+        require_in_image(address, NodeKind::triangle);
         if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
           ++misses;
         } else {
@@ -277,7 +277,7 @@ class GroupChecker {
     require(event.detail == 0, "only a BLAS node taken from the source buffer is transformed for alone (detail 1)");
     require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
     require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
-    require_in_image(event.node, kInstanceLeafBytes);
+    require_in_image(event.node, NodeKind::instance);
     ++totals_.visits_instance;
   }
 
@@ -333,8 +333,10 @@ class GroupChecker {
             "a heap of k entries moves at most log2(k) of them");
   }
 
-  void require_in_image(std::uint32_t address, std::uint64_t bytes) const {
-    require(address * kNodeUnit + bytes <= header_->node_image_bytes, "a leaf must lie in the node image");
+  void require_in_image(std::uint32_t address, NodeKind kind) const {
+    const NodeSizes sizes = header_->node_sizes();
+    require(address * sizes.unit() + sizes.bytes(kind) <= header_->node_image_bytes,
+            "a leaf must lie in the node image");
   }
 
   // A node beyond t_max that was on the stack or in the source buffer: without checkpointing, or once the destination

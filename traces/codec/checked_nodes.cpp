@@ -7,7 +7,7 @@ namespace {
 
 CheckedNode pseudo_parent(std::uint64_t child) {
   CheckedNode node;
-  node.child_base = static_cast<std::uint32_t>(child / kNodeUnit);
+  node.child_base = static_cast<std::uint32_t>(child);
   node.child_count = 1;
   return node;
 }
@@ -15,14 +15,15 @@ CheckedNode pseudo_parent(std::uint64_t child) {
 }  // namespace
 
 const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefinition>& dictionary) {
-  const std::uint64_t image_units = header.node_image_bytes / kNodeUnit;
-  const std::uint64_t node_units = internal_bytes(header.bvh_width) / kNodeUnit;
-  shapes_.set_width(header.bvh_width);
+  const NodeSizes sizes = header.node_sizes();
+  const std::uint64_t image_units = header.node_image_bytes / sizes.unit();
+  const std::uint64_t node_units = sizes.units(NodeKind::internal);
+  shapes_.set_sizes(sizes);
   nodes_.resize(GroupModel::kFirstNode + dictionary.size());
-  nodes_[GroupModel::kRootParent] = pseudo_parent(header.root);
-  nodes_[GroupModel::kBlasRootParent] = pseudo_parent(header.blas_root);
+  nodes_[GroupModel::kRootParent] = pseudo_parent(header.root / sizes.unit());
+  nodes_[GroupModel::kBlasRootParent] = pseudo_parent(header.blas_root / sizes.unit());
   nodes_[GroupModel::kBlasRootParent].internal_mask = header.blas_root_is_leaf ? 0 : 1;
-  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / kNodeUnit) : 0xFFFFFFFF;
+  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / sizes.unit()) : 0xFFFFFFFF;
   std::int64_t last_address = -1;
   CheckedNode* next = nodes_.data() + GroupModel::kFirstNode;
   for (const NodeDefinition& definition : dictionary) {

@@ -13,8 +13,8 @@ namespace grtx::traces {
 
 /// A node of the dictionary, or the pseudo parent of a root: what the rules need of it.
 struct alignas(16) CheckedNode {
-  std::uint32_t address = 0;     ///< / kNodeUnit
-  std::uint32_t child_base = 0;  ///< / kNodeUnit
+  std::uint32_t address = 0;     ///< in units
+  std::uint32_t child_base = 0;  ///< in units
   std::uint8_t child_count = 0;
   std::uint8_t internal_mask = 0;  ///< as in NodeShape
   std::uint8_t instance_mask = 0;  ///< as in NodeShape
@@ -45,7 +45,7 @@ class CheckedNodes {
   std::uint32_t dictionary_size() const { return static_cast<std::uint32_t>(nodes_.size()) - GroupModel::kFirstNode; }
   /// Every node of the dictionary.
   bool all_visited() const;
-  /// First address inside the BLAS / kNodeUnit.
+  /// First address inside the BLAS in units.
   std::uint32_t blas_begin() const { return blas_begin_; }
   bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
 

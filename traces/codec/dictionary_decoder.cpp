@@ -73,7 +73,7 @@ void DictionaryDecoder::take_tree(const Header& header, unsigned flags, std::vec
     if ((flags & root) == 0) continue;
     const bool first = root == kNodesHoldRoot;
     if (next == nodes.size()) masks.fail("names more nodes than there are");
-    const auto at = static_cast<std::int64_t>((first ? header.root : header.blas_root) / kNodeUnit);
+    const auto at = static_cast<std::int64_t>((first ? header.root : header.blas_root) / header.node_sizes().unit());
     nodes[next].address = checked_u32(masks, at);
     ascend(at);
     model_[first ? GroupModel::kRootParent : GroupModel::kBlasRootParent].links[0] = GroupModel::kFirstNode + next;

@@ -24,7 +24,7 @@ class DictionaryEncoder {
   void begin(const NodeSource& source);
   /// All nodes, ascending by address: none is asked of the source.
   void list(const std::vector<NodeDefinition>& nodes);
-  /// Index into the model of the node at `address` (/ kNodeUnit) that a visit reaches for the first time through this
+  /// Index into the model of the node at `address` (in units) that a visit reaches for the first time through this
   /// slot of this parent. References to nodes of the model become invalid.
   std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address);
   /// What that visit hit, unless the node had been visited before.

@@ -14,7 +14,7 @@
 
 namespace grtx::traces {
 
-/// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (/ kNodeUnit).
+/// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (in units).
 struct TracedRay {
   std::uint32_t pixel = 0;
   std::span<const Round> rounds;

@@ -7,9 +7,9 @@
 namespace grtx::traces {
 namespace {
 
-NodeModel pseudo_parent(std::uint64_t child_address, NodeKind kind) {
+NodeModel pseudo_parent(std::uint64_t child, NodeKind kind) {
   NodeModel model;
-  model.child_base = static_cast<std::uint32_t>(child_address / kNodeUnit);
+  model.child_base = static_cast<std::uint32_t>(child);
   model.child_count = 1;
   model.internal_mask = kind == NodeKind::internal ? 1 : 0;
   model.instance_mask = kind == NodeKind::instance ? 1 : 0;
@@ -19,15 +19,16 @@ NodeModel pseudo_parent(std::uint64_t child_address, NodeKind kind) {
 }  // namespace
 
 void GroupModel::begin(const Header& header, NodeKind root_kind) {
-  shapes_.set_width(header.bvh_width);
+  const NodeSizes sizes = header.node_sizes();
+  shapes_.set_sizes(sizes);
   first_order_ = with_child_order(header.child_order, [](auto policy) { return NodeModel::order_of(policy); });
-  image_units_ = header.node_image_bytes / kNodeUnit;
-  internal_units_ = internal_bytes(header.bvh_width) / kNodeUnit;
+  image_units_ = header.node_image_bytes / sizes.unit();
+  internal_units_ = sizes.units(NodeKind::internal);
   nodes_.clear();
-  nodes_.push_back(pseudo_parent(header.root, root_kind));
+  nodes_.push_back(pseudo_parent(header.root / sizes.unit(), root_kind));
   const NodeKind blas_kind = header.blas_root_is_leaf ? NodeKind::procedural : NodeKind::internal;
-  nodes_.push_back(pseudo_parent(header.blas_root, blas_kind));
-  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / kNodeUnit) : 0xFFFFFFFF;
+  nodes_.push_back(pseudo_parent(header.blas_root / sizes.unit(), blas_kind));
+  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / sizes.unit()) : 0xFFFFFFFF;
 }
 
 void GroupModel::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape) {

@@ -22,7 +22,7 @@ struct alignas(64) NodeModel {
   /// mask.
   std::uint64_t order = kDiagonal;
   std::array<std::uint8_t, kMaxWidth> last_op{};  ///< symbol of the child's last pop
-  std::uint32_t child_base = 0;                   ///< / kNodeUnit
+  std::uint32_t child_base = 0;                   ///< in units
   std::uint32_t offsets = 0;                      ///< as in NodeShape
   std::array<std::uint32_t, kMaxWidth> links{};   ///< index of the node in each slot, if it is internal and known
   std::uint8_t child_count = 0;
@@ -94,7 +94,7 @@ static_assert(sizeof(NodeModel) == 64);
 struct NodeReference {
   std::uint32_t parent = 0;  ///< index into the model
   std::uint32_t slot = 0;
-  std::uint32_t context = 0;  ///< address of the instance leaf / kNodeUnit; 0 outside the BLAS
+  std::uint32_t context = 0;  ///< address of the instance leaf in units; 0 outside the BLAS
 };
 
 /// Children of one parent that are on the stack and not popped yet.
@@ -134,7 +134,7 @@ class GroupModel {
 
  private:
   std::vector<NodeModel> nodes_;
-  std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS / kNodeUnit
+  std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS in units
   std::uint64_t image_units_ = 0;
   std::uint64_t internal_units_ = 0;
   std::uint64_t first_order_ = 0;  ///< NodeModel::order of a node not visited yet

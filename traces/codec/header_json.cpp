@@ -27,6 +27,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   visit("warp_size", h.warp_size);
   visit("warp_mapping", h.warp_mapping);
   visit("groups", h.groups);
+  visit("layout", h.layout);
   visit("bvh_width", h.bvh_width);
   visit("node_image_bytes", h.node_image_bytes);
   visit("root", h.root);
@@ -136,12 +137,16 @@ std::string header_to_json(const Header& header) {
   Json json = Json::object();
   for_each_header_field(header, format_version(header),
                         [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
+  // Traces of before there was another layout do not name theirs, and neither do those of today that have it.
+  if (header.layout == NodeLayout::vulkan_sim) json.erase("layout");
   return to_text(json);
 }
 
 Header header_from_json(std::string_view text, std::uint32_t version) {
   Header header;
-  take_all(parse_object(text), [&](auto&& visit) { for_each_header_field(header, version, visit); });
+  Json json = parse_object(text);
+  if (!json.contains("layout")) json["layout"] = name_of(NodeLayout::vulkan_sim);
+  take_all(std::move(json), [&](auto&& visit) { for_each_header_field(header, version, visit); });
   if (format_version(header) > version) {
     throw Malformed("key 'child_order' holds a value that version " + std::to_string(version) + " does not have");
   }
@@ -157,9 +162,10 @@ std::string header_fault(const Header& h) {
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
   if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";
   if (h.gaussians > (1ULL << 31)) return "gaussians must be at most 2^31";
+  const std::uint64_t unit = h.node_sizes().unit();
   if (h.node_image_bytes > (kNodeUnit << 32)) return "node_image_bytes must be at most 256 GiB";
   for (const std::uint64_t address : {h.root, h.blas_base, h.blas_root}) {
-    if (address % kNodeUnit != 0) return "root, blas_base and blas_root must be multiples of 64";
+    if (address % unit != 0) return "root, blas_base and blas_root must be multiples of " + std::to_string(unit);
     if (address != 0 && address >= h.node_image_bytes)
       return "root, blas_base and blas_root must lie in the node image";
   }

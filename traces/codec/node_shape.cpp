@@ -51,9 +51,9 @@ unsigned spread_bits(unsigned byte) { return scatter_bits(byte, 0x5555); }
 
 }  // namespace
 
-NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count) {
+NodeShape make_shape(const NodeSizes& sizes, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count) {
   NodeShape shape;
-  if (child_count < 1 || child_count > bvh_width) {
+  if (child_count < 1 || child_count > sizes.width()) {
     shape.fault = "a node must have 1..bvh_width children";
     return shape;
   }
@@ -70,7 +70,7 @@ NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& 
       if (kind != NodeKind::internal) shape.fault = "an unused child slot must be of kind internal";
       continue;
     }
-    const auto units = static_cast<unsigned>(node_bytes(kind, bvh_width) / kNodeUnit);
+    const unsigned units = sizes.units(kind);
     shape.offsets |= offset << (4 * slot);
     offset += units;
     internal |= (kind == NodeKind::internal ? 1U : 0U) << slot;
@@ -85,9 +85,9 @@ NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& 
   return shape;
 }
 
-void ShapeTable::set_width(unsigned bvh_width) {
-  if (width_ == bvh_width) return;
-  width_ = bvh_width;
+void ShapeTable::set_sizes(const NodeSizes& sizes) {
+  if (sizes_ == sizes) return;
+  sizes_ = sizes;
   entries_.assign(std::size_t{1} << kBits, Entry{});
   stored_.assign(std::size_t{1} << kBits, Stored{});
 }
@@ -98,7 +98,7 @@ const NodeShape& ShapeTable::of(const NodeDefinition& node) {
   std::memcpy(&kinds, node.child_kinds.data(), sizeof kinds);
   Entry& entry = entries_[slot_of(kinds + node.child_count)];
   if (entry.kinds != kinds || entry.count != node.child_count) {
-    entry = {kinds, node.child_count, make_shape(width_, node.child_kinds, node.child_count)};
+    entry = {kinds, node.child_count, make_shape(sizes_, node.child_kinds, node.child_count)};
   }
   return entry.shape;
 }
@@ -114,7 +114,7 @@ bool ShapeTable::store(unsigned code, unsigned kinds_code, Stored& entry) const 
   if (irregular) all = kinds_code;
   Kinds kinds{};
   for (unsigned slot = 0; slot < count; ++slot) kinds[slot] = kStoredKinds[all >> (2 * slot) & 3];
-  entry = {code | kinds_code << 8, kinds, make_shape(width_, kinds, count)};
+  entry = {code | kinds_code << 8, kinds, make_shape(sizes_, kinds, count)};
   return true;
 }
 

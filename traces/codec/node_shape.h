@@ -11,7 +11,7 @@
 namespace grtx::traces {
 
 struct NodeShape {
-  std::uint32_t offsets = 0;  ///< four bits a slot: (address of the child - child base) / kNodeUnit
+  std::uint32_t offsets = 0;  ///< four bits a slot: address of the child - child base, units
   std::uint8_t child_count = 0;
   std::uint8_t internal_mask = 0;  ///< slots with an internal node
   std::uint8_t instance_mask = 0;  ///< slots with an instance leaf
@@ -22,8 +22,7 @@ struct NodeShape {
   const char* fault = nullptr;     ///< the rule that the kinds break
 };
 
-/// Of nodes of a BVH of `bvh_width`.
-NodeShape make_shape(unsigned bvh_width, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count);
+NodeShape make_shape(const NodeSizes& sizes, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count);
 
 /// Remembers shapes. One a thread.
 class ShapeTable {
@@ -36,8 +35,8 @@ class ShapeTable {
     NodeShape shape;
   };
 
-  /// Forgets the shapes of another width.
-  void set_width(unsigned bvh_width);
+  /// Forgets the shapes of other nodes.
+  void set_sizes(const NodeSizes& sizes);
   const NodeShape& of(const NodeDefinition& node);
   /// Of a node with this byte of column node_shape and these of node_kinds. Null when no node is stored so.
   const Stored* stored(unsigned code, unsigned kinds_code) {
@@ -61,7 +60,7 @@ class ShapeTable {
   }
   bool store(unsigned code, unsigned kinds_code, Stored& entry) const;
 
-  unsigned width_ = 0;
+  NodeSizes sizes_{NodeLayout::vulkan_sim, 0};
   std::vector<Entry> entries_;
   std::vector<Stored> stored_;
 };

@@ -97,7 +97,7 @@ class PopEncoder {
     const unsigned op = inner != 0 ? static_cast<unsigned>(InnerOp::cull_dropped) : kLeafCullDropped;
     put(at, op + checkpoints, 0, inner != 0 ? kInner : kLeaves);
   }
-  /// Index into the model of the internal node at `address` (/ kNodeUnit), which is there; internal() comes next.
+  /// Index into the model of the internal node at `address` (in units), which is there; internal() comes next.
   std::uint32_t reach(ChildPlace at, std::uint32_t address) {
     const std::uint32_t index = model_[at.parent()].links[at.slot()];
     return index != NodeModel::kUnknownLink ? index : reach_first(at, address);

@@ -21,7 +21,7 @@ class SourceAssignment {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   /// For the reads of one round, in order: position in `source`, or kNone when no unread entry has the address.
-  /// `addresses` are those of the source entries, the BLAS begins at `blas_begin` (/ kNodeUnit).
+  /// `addresses` are those of the source entries, the BLAS begins at `blas_begin` (in units).
   const std::vector<std::uint32_t>& assign(std::span<const std::uint32_t> addresses,
                                            const std::vector<NodeReference>& source, std::span<const Event> events,
                                            std::uint32_t blas_begin);

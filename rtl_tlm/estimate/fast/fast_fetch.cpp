@@ -82,6 +82,7 @@ void RtUnit::await(LaneId id, const Lane& lane, const Call& call, Cycle ready) {
   const Event event = *lane.next;
   unsigned tests = 1;
   IntersectionPipelines* unit = &leaf_;
+  if (event.kind() == EventKind::visit_leaf) tests = shared_.traffic.leaf_tests();
   if (event.kind() == EventKind::visit_internal) {
     unit = &box_;
     if (config_.box_op_per_child) tests = std::max(1u, unsigned{call.group->nodes[event.node].child_count});

@@ -18,14 +18,14 @@ void Prefetcher::prefetch(Cycle now, const traces::RayGroup& group, const Siblin
   const bool idle = l1_.idle(kPrefetch);
   const unsigned fresh = requests_.fresh(siblings);
   counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
-  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
-    push(kind, std::uint64_t{child} * traces::kNodeUnit);
-  });
+  records_.for_each_child(group.nodes[siblings.definition], fresh,
+                          [&](NodeKind kind, std::uint32_t child) { push(kind, shared_.traffic.address(child)); });
   if (idle) l1_.serve(now);
 }
 
 void Prefetcher::push(NodeKind kind, std::uint64_t address) {
-  if (l1_.waits(kPrefetch, address)) {
+  const std::uint64_t own = (address + kSectorBytes - 1) / kSectorBytes * kSectorBytes;  // no neighbour reads it
+  if (l1_.waits(kPrefetch, own)) {
     ++counters_.merged;
     return;
   }
@@ -34,7 +34,7 @@ void Prefetcher::push(NodeKind kind, std::uint64_t address) {
     return;
   }
   ++counters_.nodes;
-  const SectorRun run{address, shared_.traffic.sectors(kind), shared_.traffic.region(kind, address)};
+  const SectorRun run = shared_.traffic.run(kind, address);
   counters_.sectors += run.sectors;
   counters_.responses += run.sectors;
   l1_.push(kPrefetch, 0, run, false, true);
@@ -46,9 +46,9 @@ void Prefetcher::warm(const traces::NodeDefinition& node, unsigned siblings) {
   std::uint8_t sectors = 0;
   Region region{};
   records_.for_each_child(node, siblings, [&](NodeKind kind, std::uint32_t child) {
-    const std::uint64_t begin = std::uint64_t{child} * traces::kNodeUnit;
-    region = shared_.traffic.region(kind, begin);
-    l1_.for_each_line({begin, shared_.traffic.sectors(kind)}, l1_.sectors(), [&](std::uint64_t at, std::uint8_t mask) {
+    const SectorRun run = shared_.traffic.run(kind, shared_.traffic.address(child));
+    region = run.region;
+    l1_.for_each_line({run.address, run.sectors}, l1_.sectors(), [&](std::uint64_t at, std::uint8_t mask) {
       if (at != line && sectors != 0) l1_.warm(kPrefetch, line, sectors, region, false);
       sectors = at == line ? static_cast<std::uint8_t>(sectors | mask) : mask;
       line = at;

@@ -67,7 +67,7 @@ TEST(TreePacker, PacksAsThePlainWayForAllWidthsBitsSizesAndThreads) {
         const Tree tree = build_tree(
             count, [&](std::size_t i) { return boxes[i]; }, width);
         ASSERT_EQ(tree.leaves, count);
-        const std::uint64_t bytes = packed_bytes(tree, NodeKind::triangle, width);
+        const std::uint64_t bytes = packed_bytes(tree, NodeKind::triangle, {traces::NodeLayout::vulkan_sim, width});
         NodeImage plain(width, bytes, bits);
         plain.write_header(0, traces::kHeaderBytes, tree.bounds);
         const std::uint64_t below = traces::kHeaderBytes + traces::internal_bytes(width);
@@ -91,7 +91,7 @@ TEST(TreePacker, PacksOverWhatLiesThere) {
   const std::vector<Box> boxes = random_boxes(40, 1);
   const Tree tree = build_tree(
       boxes.size(), [&](std::size_t i) { return boxes[i]; }, 8);
-  const std::uint64_t bytes = packed_bytes(tree, NodeKind::triangle, 8);
+  const std::uint64_t bytes = packed_bytes(tree, NodeKind::triangle, {traces::NodeLayout::vulkan_sim, 8});
   NodeImage once(8, bytes), twice(8, bytes);
   TreePacker(once, tree, NodeKind::triangle, Leaf()).pack(bytes);
   for (std::uint64_t at = 0; at < bytes; at += 64) twice.write_procedural(at, 0xFFFFFFFFu);

@@ -347,8 +347,8 @@ TEST(RayWalk, GivesRaysTheColoursAndCountsOfTheWalkThatRecords) {
     if (variant % 8 == 6) options.skips.add(Skip::never_accepted);
     SCOPED_TRACE(accel_name(kind) + " variant " + std::to_string(variant));
     RayTracer by_lists(scene, gaussians, accel, options), recording(scene, gaussians, accel, options);
-    Footprint touched(accel.image().size()), expected_touched(accel.image().size());
-    VisitTracker tracker(accel.image().size(), touched), expected_tracker(accel.image().size(), expected_touched);
+    Footprint touched(accel.image()), expected_touched(accel.image());
+    VisitTracker tracker(accel.image(), touched), expected_tracker(accel.image(), expected_touched);
     by_lists.track_visits(&tracker);
     recording.track_visits(&expected_tracker);
     NullRecorder nobody;

@@ -97,5 +97,32 @@ TEST(NodeSectors, RunsAreTheSameSectors) {
   }
 }
 
+// Layout compact: nodes of 80 B begin at a sector or in the middle of one, and take three either way; of an instance
+// leaf the first unit is read, and it names the root, so that no header is.
+TEST(NodeSectors, CompactNodesTakeThreeSectorsWhereverTheyBegin) {
+  traces::Header h;
+  h.layout = traces::NodeLayout::compact;
+  h.bvh_width = 8;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.two_level = true;
+  h.blas_base = 80 * 50;
+  const NodeTraffic t(h, {});
+  EXPECT_EQ(t.address(3), 240u);
+  EXPECT_EQ(t.leaf_tests(), 4u);
+  EXPECT_EQ(t.stored_units(NodeKind::instance), 2u);
+  const Event enters{3, 0, 0, Event::pack(EventKind::visit_instance)};
+  const auto visit = node_visit(enters, {}, t);
+  ASSERT_TRUE(visit.has_value());
+  EXPECT_FALSE(visit->header);
+  EXPECT_EQ(sectors_of(NodeSectors(*visit, t)),
+            (std::vector<std::pair<std::uint64_t, Region>>{
+                {224, Region::instance}, {256, Region::instance}, {288, Region::instance}}));
+  EXPECT_EQ(
+      sectors_of(NodeSectors({NodeKind::internal, 160, false}, t)),
+      (std::vector<std::pair<std::uint64_t, Region>>{{160, Region::tlas}, {192, Region::tlas}, {224, Region::tlas}}));
+  h.accel = traces::AccelKind::ellipsoid;
+  EXPECT_EQ(NodeTraffic(h, {}).leaf_tests(), 1u);
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -66,6 +66,17 @@ TEST_F(RtIntersectionUnitTest, OperatorsScaleWithPipelines) {
   EXPECT_EQ(operators[3].count, 4u * 12u);  // twelve exchanges order six children
 }
 
+TEST_F(RtIntersectionUnitTest, QuantisedBoxesAreDecodedFirst) {
+  const auto plain = ray_box_path(8).operators, decoding = ray_box_path(8, true).operators;
+  ASSERT_EQ(decoding.size(), plain.size() + 3);
+  EXPECT_EQ(decoding[4].name, "mux");
+  EXPECT_EQ(decoding[4].count, 4u * 48u);  // a shifter of four stages for each of 48 bounds
+  EXPECT_EQ(decoding[5].name, "int_add");
+  EXPECT_EQ(decoding[5].count, 48u);
+  EXPECT_EQ(decoding[6].name, "fp_add");
+  EXPECT_EQ(decoding[6].count, 48u);
+}
+
 TEST_F(RtIntersectionUnitTest, ZeroIsNoCountLatencyOrInterval) {
   EXPECT_THROW(IntersectionUnit("a", {0, 1, 1}, 1, {}), Error);
   EXPECT_THROW(IntersectionUnit("b", {1, 0, 1}, 1, {}), Error);

@@ -121,7 +121,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
   EXPECT_EQ(one_level.region(NodeKind::internal, 1 << 20), Region::tlas);
   EXPECT_EQ(one_level.region(NodeKind::triangle, 1 << 20), Region::leaf);
   monolithic.bvh_width = 8;
-  EXPECT_EQ(NodeTraffic(monolithic, {}).sectors(NodeKind::internal), 4u);
+  EXPECT_EQ(NodeTraffic(monolithic, {}).run(NodeKind::internal, 128).sectors, 4u);
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {

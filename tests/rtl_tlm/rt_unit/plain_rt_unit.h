@@ -151,7 +151,23 @@ class PlainRtUnit {
   const traces::NodeDefinition& definition(const Warp& warp, const traces::Event& e) const {
     return groups_[warp.slot]->nodes[e.node];
   }
-  std::uint64_t stored(traces::NodeKind kind) const { return traces::node_bytes(kind, header_.bvh_width); }
+  // docs/model/node-image.md: nodes of layout compact have 80 B, but instance leaves two of these, of which the first
+  // is read, and leaves of four triangles.
+  bool compact() const { return header_.layout == traces::NodeLayout::compact; }
+  std::uint64_t unit() const { return compact() ? 80 : 64; }
+  std::uint64_t stored(traces::NodeKind kind) const {
+    if (compact()) return kind == traces::NodeKind::instance ? 160 : 80;
+    return traces::node_bytes(kind, header_.bvh_width);
+  }
+  std::uint64_t read(traces::NodeKind kind) const {
+    if (compact()) return 80;
+    return kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
+  }
+  std::vector<std::uint64_t> sectors_of(traces::NodeKind kind, std::uint64_t address) const {
+    std::vector<std::uint64_t> sectors;
+    for (std::uint64_t b = address / 32 * 32; b < address + read(kind); b += 32) sectors.push_back(b);
+    return sectors;
+  }
 
   // --- SIMT core and memory as in RtBench --------------------------------------------------------------------------
   void surroundings() {
@@ -316,7 +332,8 @@ class PlainRtUnit {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
       lane.state = State::unit;
-      const unsigned tests = internal && config_.box_op_per_child ? definition(warp, event(lane)).child_count : 1;
+      unsigned tests = internal && config_.box_op_per_child ? definition(warp, event(lane)).child_count : 1;
+      if (event(lane).kind() == traces::EventKind::visit_leaf && compact() && leaf_unit_ != 2) tests = 4;
       unit.queue.push_back({{fetch.entry, l}, now_, tests});
     }
   }
@@ -353,7 +370,7 @@ class PlainRtUnit {
     }
     if (!prefetch_queue_.empty()) {
       Prefetch& front = prefetch_queue_.front();
-      send(2, front.address + 32 * front.sent, false);
+      send(2, front.address / 32 * 32 + 32 * front.sent, false);
       prefetch_responses_.push_back({now_ + memory_latency_, 0});
       if (++front.sent == front.sectors) prefetch_queue_.pop_front();
     }
@@ -500,14 +517,14 @@ class PlainRtUnit {
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
     const traces::Event& e = event(lane);
-    const std::uint64_t at = std::uint64_t{e.node} * traces::kNodeUnit;
+    const std::uint64_t at = std::uint64_t{e.node} * unit();
     switch (e.kind()) {
       case EventKind::visit_internal:
-        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * traces::kNodeUnit, false);
+        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * unit(), false);
         return;
       case EventKind::visit_instance:
         if (e.detail == 0) trigger(lane, at);
-        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read);
+        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read && !compact());
         return;
       case EventKind::visit_leaf:
         trigger(lane, at);
@@ -531,10 +548,8 @@ class PlainRtUnit {
     }
     Fetch fetch{name.first, address, header, kind, {name.second}, {}, 0, 0, now_};
     const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
-    if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.push_back(address);
-    const std::uint64_t bytes =
-        kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
-    for (std::uint64_t b = 0; b < bytes; b += 32) fetch.sectors.push_back(address + b);
+    if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.push_back(address / 32 * 32);
+    for (const std::uint64_t sector : sectors_of(kind, address)) fetch.sectors.push_back(sector);
     if (header) fetch.sectors.insert(fetch.sectors.end(), {header_.blas_base, header_.blas_base + 32});
     fetch_queue_.push_back(next_fetch_);
     fetches_.emplace(next_fetch_++, std::move(fetch));
@@ -567,9 +582,9 @@ class PlainRtUnit {
     std::uint64_t address;
     unsigned sectors, sent = 0;
   };
-  static std::uint64_t child_address(const Record& record, unsigned slot, unsigned width) {
+  std::uint64_t child_address(const Record& record, unsigned slot) const {
     std::uint64_t address = record.child_base;
-    for (unsigned s = 0; s < slot; ++s) address += traces::node_bytes(record.node->child_kinds[s], width);
+    for (unsigned s = 0; s < slot; ++s) address += stored(record.node->child_kinds[s]);
     return address;
   }
   void remember(const Warp& warp, Lane& lane, const traces::Event& e) {
@@ -580,30 +595,28 @@ class PlainRtUnit {
       leaf = leaf || ((e.pushed() >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
     }
     if (!leaf) return;
-    lane.records.push_back({std::uint64_t{node.address} * traces::kNodeUnit,
-                            std::uint64_t{node.child_base} * traces::kNodeUnit, &node, e.pushed()});
+    lane.records.push_back(
+        {std::uint64_t{node.address} * unit(), std::uint64_t{node.child_base} * unit(), &node, e.pushed()});
     if (lane.records.size() > config_.prefetcher.records) lane.records.pop_front();
   }
   void trigger(Lane& lane, std::uint64_t leaf) {
     for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
       unsigned self = 8;
       for (unsigned s = 0; s < record->node->child_count; ++s) {
-        if ((record->hit >> s & 1) != 0 && child_address(*record, s, header_.bvh_width) == leaf) self = s;
+        if ((record->hit >> s & 1) != 0 && child_address(*record, s) == leaf) self = s;
       }
       if (self == 8) continue;
       if (record->triggered) return;
       record->triggered = true;
       for (unsigned s = 0; s < record->node->child_count; ++s) {
         if ((record->hit >> s & 1) == 0 || s == self) continue;
-        const std::uint64_t address = child_address(*record, s, header_.bvh_width);
+        const std::uint64_t address = child_address(*record, s);
         if (!queued_now(record->node_address, address)) continue;
         const traces::NodeKind kind = record->node->child_kinds[s];
-        const std::uint64_t bytes =
-            kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
         const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
                                        [&](const Prefetch& p) { return p.address == address; });
         if (there || prefetch_queue_.size() >= config_.prefetcher.queue) continue;
-        prefetch_queue_.push_back({address, static_cast<unsigned>(bytes / 32)});
+        prefetch_queue_.push_back({address, static_cast<unsigned>(sectors_of(kind, address).size())});
       }
       return;
     }

@@ -117,6 +117,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     trace.checkpoint_order = pick(2) == 0 ? traces::CheckpointOrder::lifo : traces::CheckpointOrder::fifo;
     trace.two_level = pick(1) != 0;
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
+    if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     BenchOptions configuration = random_configuration(random);
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
     trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
@@ -133,12 +134,12 @@ INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 
 /// Warps of a view, traced for one design, on the default configuration.
 void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
-                         frontend::TracerOptions options) {
+                         frontend::TracerOptions options, traces::NodeLayout layout) {
   camera = camera.resized(32, 16);
   frontend::RenderOptions render;
   render.threads = 1;
   const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
-  const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
+  const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
   const traces::Header header = frontend::trace_header(scene, camera, accel, options, render);
   const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";
   traces::Writer writer(path, header);
@@ -159,15 +160,18 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
 class RtUnitPlainScene : public modules::SystemCTest {
  protected:
   static void all_designs(const frontend::Scene& scene, const frontend::Camera& camera) {
-    for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
-      for (const bool checkpoint : {false, true}) {
-        SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints" : ""));
-        frontend::TracerOptions options;
-        options.checkpoint = checkpoint;
-        expect_agreement_on(scene, camera, kind, options);
-        options.child_order = traces::ChildOrder::vulkan_sim;
-        options.pop_test = traces::PopTest::off;
-        expect_agreement_on(scene, camera, kind, options);
+    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact}) {
+      for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
+        for (const bool checkpoint : {false, true}) {
+          SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
+                       std::string(name_of(layout)));
+          frontend::TracerOptions options;
+          options.checkpoint = checkpoint;
+          expect_agreement_on(scene, camera, kind, options, layout);
+          options.child_order = traces::ChildOrder::vulkan_sim;
+          options.pop_test = traces::PopTest::off;
+          expect_agreement_on(scene, camera, kind, options, layout);
+        }
       }
     }
   }
