@@ -51,6 +51,8 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
                                            std::uint64_t eviction_entries) {
   modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
   if (config.rt.warp_buffer.spill) map.stack_sectors = kStackSectors;
+  map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
+  map.checkpoint_log = config.rt.checkpoint.forward == modules::CheckpointForward::reference;
   // As many as a checkpoint buffer holds, unless the trace needs more.
   const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
   if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);
