@@ -1,6 +1,7 @@
 #include "grtx/explore/cost/run_energy.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "grtx/explore/cost/operator_cost.h"
@@ -85,9 +86,10 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
           prices.access(".warp_buffer", "stack", true),
       "lane steps: a ray is read, a stack entry read and written");
   const double entries = value("gpu.rt.checkpoint.entries_written") + value("gpu.rt.checkpoint.entries_read");
+  const bool multiplies = !std::has_single_bit(config.rt.checkpoint.entry_bytes);
   add("rt.checkpoint_unit", entries,
       prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
-          prices.operation("mul_constant", 16) + prices.operation("increment", 16) +
+          (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
           prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
       "entries written and read");
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.

@@ -31,7 +31,8 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
       sh_bytes_(header.sh_record_bytes),
       k_(header.tracing == traces::Tracing::single ? 2 * header.k : header.k),
       warp_size_(header.warp_size),
-      resident_warps_(config.resident_warps) {
+      resident_warps_(config.resident_warps),
+      checkpoint_entry_bytes_(config.checkpoint_entry_bytes) {
   const std::uint64_t warps = static_cast<std::uint64_t>(config.sms) * config.resident_warps;
   const std::uint64_t rays = warps * header.warp_size;
   std::uint64_t cursor = 0;
@@ -47,8 +48,11 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
   if (header.checkpoint) {
     checkpoint_capacity_ = header.checkpoint_capacity;
-    checkpoint_stride_ = spread_stride(checkpoint_capacity_ * traces::kCheckpointEntryBytes);
-    checkpoint_ = place("checkpoint", rays * 2 * checkpoint_stride_);
+    // Eight entries of any size are whole sectors, so no entry lies across the ring's end.
+    if (config.checkpoint_log) checkpoint_log_entries_ = round_up(4 * checkpoint_capacity_, 8);
+    const std::uint64_t places = config.checkpoint_log ? checkpoint_log_entries_ : checkpoint_capacity_;
+    checkpoint_stride_ = spread_stride(places * checkpoint_entry_bytes_);
+    checkpoint_ = place("checkpoint", rays * (config.checkpoint_log ? 1 : 2) * checkpoint_stride_);
     eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
                                                        : std::max(header.checkpoint_capacity, kMinimumEvictions);
     eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes);

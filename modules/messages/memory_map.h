@@ -21,6 +21,8 @@ struct MemoryMapConfig {
   std::uint64_t eviction_capacity = 0;
   /// Sectors of a ray's stack area in memory; 0: stacks do not spill.
   std::uint64_t stack_sectors = 0;
+  std::uint64_t checkpoint_entry_bytes = traces::kCheckpointEntryBytes;
+  bool checkpoint_log = false;  ///< a ray's entries lie in a log of four buffers' size, in place of two buffers
 };
 
 /// A ray slot is (sm * resident_warps + warp slot) * warp_size + lane.
@@ -37,11 +39,18 @@ class MemoryMap {
     assert(index < k_ && field < 2);
     return k_buffer_ + (((warp_slot * k_ + index) * 2 + field) * warp_size_ + lane) * 4;
   }
-  /// First byte of entry `index` of buffer 0 or 1 of a ray slot; entries of a ray are contiguous, 20 B each.
+  /// First byte of entry `index` of buffer 0 or 1 of a ray slot; entries of a ray are contiguous.
   std::uint64_t checkpoint_entry(std::uint64_t ray_slot, unsigned buffer, std::uint64_t index) const {
-    assert(checkpoint_stride_ != 0 && buffer < 2 && index < checkpoint_capacity_);
-    return checkpoint_ + (ray_slot * 2 + buffer) * checkpoint_stride_ + index * traces::kCheckpointEntryBytes;
+    assert(checkpoint_stride_ != 0 && checkpoint_log_entries_ == 0 && buffer < 2 && index < checkpoint_capacity_);
+    return checkpoint_ + (ray_slot * 2 + buffer) * checkpoint_stride_ + index * checkpoint_entry_bytes_;
   }
+  std::uint64_t checkpoint_entry_bytes() const { return checkpoint_entry_bytes_; }
+  /// First byte of a ray slot's log, which begins and ends on a sector boundary.
+  std::uint64_t checkpoint_log(std::uint64_t ray_slot) const {
+    assert(checkpoint_log_entries_ != 0);
+    return checkpoint_ + ray_slot * checkpoint_stride_;
+  }
+  std::uint64_t checkpoint_log_entries() const { return checkpoint_log_entries_; }  ///< 0: there are two buffers
   /// First byte of entry `index` of a ray slot's eviction buffer, 8 B each. Beyond the capacity it starts over, so that
   /// addresses stay inside even if a ray evicts more than was foreseen.
   std::uint64_t eviction_entry(std::uint64_t ray_slot, std::uint64_t index) const {
@@ -80,9 +89,11 @@ class MemoryMap {
   unsigned warp_size_, resident_warps_;
   std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
   std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
-  std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer to the next
-  std::uint64_t eviction_capacity_ = 0;    ///< entries a ray
-  std::uint64_t eviction_stride_ = 0;      ///< bytes from one ray's eviction buffer to the next
+  std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer, or log, to the next
+  std::uint64_t checkpoint_entry_bytes_;
+  std::uint64_t checkpoint_log_entries_ = 0;
+  std::uint64_t eviction_capacity_ = 0;  ///< entries a ray
+  std::uint64_t eviction_stride_ = 0;    ///< bytes from one ray's eviction buffer to the next
   std::uint64_t stack_ = 0, stack_sectors_ = 0, stack_stride_ = 0;  ///< stack areas
   std::vector<Extent> extents_;
 };

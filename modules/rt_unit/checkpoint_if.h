@@ -14,14 +14,15 @@ namespace grtx::modules {
 /// The RT scheduler's view of the checkpoint unit.
 class checkpoint_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins round `round` in resident slot `slot`. source_entries: entries it will replay (used when reading
-  /// backwards, else 0).
-  virtual void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) = 0;
-  /// The source buffer is read from its end.
-  virtual bool reads_backwards() const = 0;
-  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether it must
-  /// wait; then entries_taken() names the lane when all is taken.
-  virtual bool submit(LaneId id, unsigned entries, bool last) = 0;
+  /// A lane begins round `round` in resident slot `slot`. replays: it resumes from its source entries. source_entries:
+  /// how many they are (if needs_source_entries(), else 0).
+  virtual void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
+                          std::uint32_t source_entries) = 0;
+  /// begin_lane() must be told how many source entries there are: the buffer is read from its end.
+  virtual bool needs_source_entries() const = 0;
+  /// The lane has `entries` entries to write and, if `last`, no further event in the round. forwarded: it is the source
+  /// entry that it has read last. Returns whether it must wait; then entries_taken() names the lane when all is taken.
+  virtual bool submit(LaneId id, unsigned entries, bool forwarded, bool last) = 0;
   /// The lane needs its next source entry. Returns whether it is there already; else entry_read() names it later.
   virtual bool read(LaneId id) = 0;
 };
@@ -31,6 +32,8 @@ class checkpoint_client_if : public virtual sc_core::sc_interface {
  public:
   /// The lane's source entry is there.
   virtual void entry_read(LaneId id) = 0;
+  /// Source entries `first` to `first + count` - 1 of the lane's round have come ahead of being read.
+  virtual void entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) = 0;
   /// The lane's entries (and last sector) are handed over.
   virtual void entries_taken(LaneId id) = 0;
 };

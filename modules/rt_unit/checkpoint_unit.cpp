@@ -1,6 +1,7 @@
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <ostream>
 
@@ -30,22 +31,42 @@ const CounterTable<CheckpointUnit::Counters>& CheckpointUnit::Counters::table() 
           .largest(&C::max_entries, "max_entries", "entries", "most entries one lane wrote in one round")
           .sum(&C::blocked_cycles, "blocked_cycles", "cycles", "cycles in which lanes waited to hand over entries")
           .sum(&C::acknowledged)
-          .sum(&C::returned);
+          .sum(&C::returned)
+          .sum(&C::sectors_ahead)
+          .sum(&C::ahead_returned)
+          .part(&C::log)
+          .described([](const C& c, StatisticList& list, const std::string& prefix) {
+            if (list.lists_kinds() || c.sectors_ahead > 0) {
+              list.add(prefix + ".sectors_ahead", c.sectors_ahead, "requests",
+                       "32 B reads of checkpoint buffers ahead of need");
+            }
+            const CheckpointLog::Counters& log = c.log;
+            if (list.lists_kinds() || log.runs_written + log.copies_forced > 0) log.table().describe(log, list, prefix);
+          });
   return table;
 }
 
 CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                               traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm)
+                               const traces::Header& header, unsigned entries, unsigned sm)
     : CheckpointModule(name),
       config_(config),
       map_(map),
-      layout_(order, capacity, config.write_combine, config.read_buffer),
+      two_level_(header.two_level),
+      layout_(config, header),
       sm_(sm),
       lanes_(std::size_t{entries} * kMaxLanes),
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
-      writes_(config.write_queue > 0 ? config.write_queue : 1) {
+      writes_(config.write_queue > 0 ? config.write_queue : 1),
+      ahead_(std::size_t{entries} * kMaxLanes) {
   require_allowed("rt.checkpoint", config);
+  if (map.checkpoint_entry_bytes() != config.entry_bytes) {
+    throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
+  }
+  if ((map.checkpoint_log_entries() != 0) != (config.forward == CheckpointForward::reference)) {
+    throw Error("configuration", "rt.checkpoint.forward", "must be that of the memory map");
+  }
+  log_entries_ = map.checkpoint_log_entries();
 }
 
 void CheckpointUnit::end_of_elaboration() {
@@ -54,34 +75,46 @@ void CheckpointUnit::end_of_elaboration() {
   responses_ = reader_of(response);
 }
 
-void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) {
+void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
+                                std::uint32_t source_entries) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush && lane.reads_missing == 0);
+  const bool queued = lane.reads_ahead;
   lane = {};
-  lane.place = layout_.begin(map_, map_.ray_slot(sm_, slot, lane_of(id)), round, source_entries);
+  lane.reads_ahead = queued;
+  lane.place = layout_.begin(map_, sm_, slot, lane_of(id), round, replays, source_entries);
+  if (replays) read_ahead(id);
 }
 
-bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
+// The lane's window of sectors to read ahead has moved.
+void CheckpointUnit::read_ahead(LaneId id) {
+  if (!layout_.reads_ahead() || lanes_[id].reads_ahead) return;
+  lanes_[id].reads_ahead = true;
+  ahead_.push(id);
+}
+
+bool CheckpointUnit::submit(LaneId id, unsigned entries, bool forwarded, bool last) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush);
-  lane.pending = static_cast<std::uint8_t>(entries);
-  lane.flush = last && config_.write_combine && (entries > 0 || layout_.open_sector(lane.place) != kNoSector);
+  lane.over = last;
+  lane.pending = static_cast<std::uint8_t>(layout_.submit(lane.place, entries, forwarded, last));
+  counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
+  lane.flush = last && config_.write_combine && (lane.pending > 0 || layout_.open_sector(lane.place) != kNoSector);
   if (lane.pending == 0 && !lane.flush) return false;
   submitted_.push(id);
   return true;
 }
 
-// Hands over as much of the lane as budget and room allow; true when nothing is left. One entry completes at most one
-// sector when combining (20 B < 32 B), and touches at most two.
+// Hands over as much of the lane as budget and room allow; true when nothing is left. One item completes at most one
+// sector when combining (it is smaller), and touches at most two.
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
   while (lane.pending > 0) {
     if (budget == 0 || writes_.room() < layout_.most_sectors()) return false;
-    const CheckpointLayout::Sectors sectors = layout_.write(lane.place);
+    const CheckpointLayout::Sectors sectors = layout_.append(lane.place);
     for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
     if (sectors.straddles) ++counters_.straddling_written;
-    ++counters_.entries_written;
-    counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
+    if (!sectors.run) ++counters_.entries_written;
     --lane.pending;
     --budget;
   }
@@ -97,11 +130,19 @@ bool CheckpointUnit::take(LaneId id, unsigned& budget) {
 }
 
 bool CheckpointUnit::read(LaneId id) {
+  assert(lanes_[id].reads_missing == 0);
+  return start_read(id);
+}
+
+// Reads the lane's next entry, or the run entry before it; true when there is nothing to wait for.
+bool CheckpointUnit::start_read(LaneId id) {
   LaneContext& lane = lanes_[id];
-  assert(lane.reads_missing == 0);
-  lane.to_read = layout_.read(lane.place);
-  ++counters_.entries_read;
-  if (lane.to_read.straddles) ++counters_.straddling_read;
+  do {
+    lane.to_read = layout_.read(lane.place);
+    if (!lane.to_read.run) ++counters_.entries_read;
+    if (lane.to_read.straddles) ++counters_.straddling_read;
+  } while (lane.to_read.run && lane.to_read.count == 0);
+  read_ahead(id);
   if (lane.to_read.count == 0) return true;
   lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
@@ -116,7 +157,8 @@ bool CheckpointUnit::write_waits(std::uint64_t sector) const {
 }
 
 void CheckpointUnit::issue(Cycle now) {
-  if ((reads_.empty() && writes_.empty()) || !requests_.can_push(now)) return;
+  if (!busy() || !requests_.can_push(now)) return;
+  if (reads_.empty() && writes_.empty()) return issue_ahead(now);
   MemoryRequest message;
   message.region = Region::checkpoint;
   if (!reads_.empty()) {
@@ -140,11 +182,40 @@ void CheckpointUnit::issue(Cycle now) {
   ++outstanding_;
 }
 
+// Nothing waits to be written, so no sector is read before it is written.
+void CheckpointUnit::issue_ahead(Cycle now) {
+  while (!ahead_.empty()) {
+    const LaneId id = ahead_.front();
+    const std::uint64_t sector = lanes_[id].over ? kNoSector : layout_.next_ahead(lanes_[id].place);
+    if (sector == kNoSector) {
+      ahead_.pop();
+      lanes_[id].reads_ahead = false;
+      continue;
+    }
+    MemoryRequest message;
+    message.region = Region::checkpoint;
+    message.address = sector * kSectorBytes;
+    message.tag = id;
+    message.prefetch = true;
+    requests_.push(now, message);
+    ++counters_.sectors_ahead;
+    ++outstanding_;
+    return;
+  }
+}
+
+void CheckpointUnit::arrived(LaneId id, std::uint64_t address) {
+  if (!layout_.names_nodes() || lanes_[id].over) return;
+  const CheckpointLayout::Entries entries = layout_.arrived(lanes_[id].place, address / kSectorBytes);
+  if (entries.count > 0) client_->entries_arrived(id, entries.first, entries.count);
+}
+
 void CheckpointUnit::respond(Cycle now) {
-  const MemoryResponse* arrived = responses_.front(now);
-  if (arrived == nullptr) return;
-  const bool write = arrived->write;
-  const auto id = static_cast<LaneId>(arrived->tag);
+  const MemoryResponse* answer = responses_.front(now);
+  if (answer == nullptr) return;
+  const bool write = answer->write, ahead = answer->prefetch;
+  const auto id = static_cast<LaneId>(answer->tag);
+  const std::uint64_t address = answer->address;
   responses_.pop(now);
   assert(outstanding_ > 0);
   --outstanding_;
@@ -152,10 +223,16 @@ void CheckpointUnit::respond(Cycle now) {
     ++counters_.acknowledged;
     return;
   }
+  arrived(id, address);
+  if (ahead) {
+    ++counters_.ahead_returned;
+    return;
+  }
   ++counters_.returned;
   LaneContext& lane = lanes_[id];
   assert(lane.reads_missing > 0);
-  if (--lane.reads_missing == 0) client_->entry_read(id);
+  if (--lane.reads_missing != 0) return;
+  if (!lane.to_read.run || start_read(id)) client_->entry_read(id);
 }
 
 void CheckpointUnit::accept(Cycle) {
@@ -169,7 +246,7 @@ void CheckpointUnit::accept(Cycle) {
   if (!submitted_.empty()) ++counters_.blocked_cycles;
 }
 
-void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_); }
+void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_.with_runs_of(layout_)); }
 
 Inventory CheckpointUnit::inventory() const {
   Inventory inventory{name(), {}, {}};
@@ -179,17 +256,34 @@ Inventory CheckpointUnit::inventory() const {
                      false, static_cast<unsigned>(sector_bits) + kSectorBytes + 48});
   storage.push_back({"submitted", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
   storage.push_back({"reads", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
-  // Not in the paper's table: it does not say how 20 B entries become memory requests.
+  // Not in the paper's table: it does not say how entries become memory requests.
+  const unsigned entry_bits = config_.entry_bytes * 8;
   if (config_.write_combine)
-    storage.push_back({"open_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, 160});
+    storage.push_back({"open_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, entry_bits});
   if (config_.read_buffer)
-    storage.push_back({"read_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, 160});
+    storage.push_back({"read_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, entry_bits});
+  if (log_entries_ != 0) {
+    // A lane's run that is read, and the one that is being forwarded with its first entry, which may have to be copied.
+    const unsigned run_bits = 2u * static_cast<unsigned>(std::bit_width(log_entries_ - 1)) + 1;
+    storage.push_back({"runs", StorageKind::ram, lanes_.size() * (2 * run_bits + entry_bits), 1, 1, false, run_bits});
+  }
+  const std::uint64_t lanes = lanes_.size();
+  if (config_.read_ahead > 0) {
+    // Lanes in turn; of each the next sector and the list's end.
+    storage.push_back({"ahead", StorageKind::ram, lanes * (8 + 16 + 16), 1, 1, false, 40});
+  }
+  if (config_.prefetch_nodes) storage.push_back({"named", StorageKind::ram, lanes * 16, 1, 1, false, 16});
   auto& operators = inventory.operators;
-  operators.push_back({"fp_compare", 32, 2ull * config_.lanes});    // t-value validation: t_hit against t_min, t_max
-  operators.push_back({"mul_constant", 16, 2ull * config_.lanes});  // offset x 20
-  operators.push_back({"int_add", 64, 2ull * config_.lanes});       // base + slot offset + entry offset
-  operators.push_back({"increment", 16, 2ull * config_.lanes});     // source and destination offset
-  operators.push_back({"int_compare", 16, 2ull * config_.lanes});   // against the maximum size
+  operators.push_back({"fp_compare", 32, 2ull * config_.lanes});  // t-value validation: t_hit against t_min, t_max
+  // offset x 20 = x 16 + x 4; powers of two are wires.
+  if (!std::has_single_bit(config_.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config_.lanes});
+  operators.push_back({"int_add", 64, 2ull * config_.lanes});  // base + slot offset + entry offset
+  // BLAS header to number and back.
+  if (config_.entry_bytes == 8 && two_level_) operators.push_back({"int_add", 64, 2ull * config_.lanes});
+  // t of each entry of a sector that comes, against t_max.
+  if (config_.prefetch_nodes) operators.push_back({"fp_compare", 32, kSectorBytes / config_.entry_bytes});
+  operators.push_back({"increment", 16, 2ull * config_.lanes});    // source and destination offset
+  operators.push_back({"int_compare", 16, 2ull * config_.lanes});  // against the maximum size
   return inventory;
 }
 

@@ -14,11 +14,11 @@
 #include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/checkpoint_config.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
 #include "grtx/modules/rt_unit/checkpoint_layout.h"
 
@@ -26,20 +26,7 @@ namespace grtx::modules {
 
 class CheckpointUnit final : public CheckpointModule {
  public:
-  struct Config {
-    unsigned lanes = 4;  ///< or last sectors
-    unsigned write_queue = 16;
-    bool write_combine = true;  ///< else each entry writes every sector it touches
-    bool read_buffer = true;    ///< else each entry reads every sector it touches
-    void parameters(ParameterList& list) {
-      list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
-      list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
-               kOurs);
-      list.add("write_combine", write_combine, "a lane's entries gather in its open sector before they are written",
-               kOurs);
-      list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
-    }
-  };
+  using Config = CheckpointConfig;
   struct Counters {
     std::uint64_t entries_written = 0;
     std::uint64_t entries_read = 0;
@@ -47,34 +34,46 @@ class CheckpointUnit final : public CheckpointModule {
     std::uint64_t sectors_read = 0;
     std::uint64_t acknowledged = 0;        ///< write responses
     std::uint64_t returned = 0;            ///< read responses
-    std::uint64_t straddling_written = 0;  ///< entries that lie in two sectors
+    std::uint64_t straddling_written = 0;  ///< entries and run entries that lie in two sectors
     std::uint64_t straddling_read = 0;
+    CheckpointLog::Counters log;       ///< forward = reference
+    std::uint64_t sectors_ahead = 0;   ///< requested ahead of need
+    std::uint64_t ahead_returned = 0;  ///< responses to them
     std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
     std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
+    /// Those of the layout, which knows the runs.
+    Counters with_runs_of(const CheckpointLayout& layout) const {
+      Counters all = *this;
+      all.log = layout.runs();
+      return all;
+    }
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// order: the trace's checkpoint_order. capacity: entries of a buffer. sm: whose per-ray buffers are addressed.
+  /// map: made for the same entry_bytes. header: of the trace. sm: whose per-ray buffers are addressed. Throws Error
+  /// for an impossible configuration.
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
-                 traces::CheckpointOrder order, std::uint64_t capacity, unsigned entries, unsigned sm);
+                 const traces::Header& header, unsigned entries, unsigned sm);
 
-  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, std::uint32_t source_entries) override;
-  bool reads_backwards() const override { return layout_.reads_backwards(); }
-  bool submit(LaneId id, unsigned entries, bool last) override;
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
+                  std::uint32_t source_entries) override;
+  bool needs_source_entries() const override { return layout_.needs_source_entries(); }
+  bool submit(LaneId id, unsigned entries, bool forwarded, bool last) override;
   bool read(LaneId id) override;
 
   void respond(Cycle now) override;
-  /// Reads go first, unless their sector still waits in the write queue.
+  /// Reads go first, unless their sector still waits in the write queue; reads ahead go last.
   void issue(Cycle now) override;
   /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
   void accept(Cycle now) override;
 
-  bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
+  bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty() || !ahead_.empty(); }
   bool idle() const override { return !busy() && outstanding_ == 0; }
   std::uint64_t progress() const override {
-    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
+    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned +
+           counters_.sectors_ahead + counters_.ahead_returned;
   }
   void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const { return submitted_.size(); }
@@ -91,18 +90,26 @@ class CheckpointUnit final : public CheckpointModule {
  private:
   struct LaneContext {
     CheckpointLayout::Lane place;
-    CheckpointLayout::Sectors to_read;  ///< of the entry being read
-    std::uint8_t pending = 0;           ///< entries submitted, not taken
+    CheckpointLayout::Sectors to_read;  ///< of the entry, or run entry, being read
+    std::uint8_t pending = 0;           ///< items submitted, not taken
     bool flush = false;                 ///< the open sector must be written after them
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
+    bool reads_ahead = false;  ///< is among ahead_
+    bool over = false;         ///< has no further event in its round
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
+  bool start_read(LaneId id);
+  void read_ahead(LaneId id);
+  void issue_ahead(Cycle now);
+  void arrived(LaneId id, std::uint64_t address);
   bool write_waits(std::uint64_t sector) const;
 
   Config config_;
   const MemoryMap& map_;
+  bool two_level_;
+  std::uint64_t log_entries_ = 0;  ///< 0: there are two buffers
   checkpoint_client_if* client_ = nullptr;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
@@ -112,6 +119,7 @@ class CheckpointUnit final : public CheckpointModule {
   BoundedQueue<LaneId> submitted_;
   BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
   BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
+  BoundedQueue<LaneId> ahead_;          ///< lanes that may have sectors to read ahead
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -15,14 +15,19 @@ namespace grtx::modules {
 /// The RT scheduler's view of a prefetcher.
 class prefetch_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins a round.
-  virtual void begin_lane(LaneId id) = 0;
+  /// A lane begins a round of the ray in resident slot `slot`. replays: it resumes from its source entries.
+  virtual void begin_lane(LaneId id, std::uint16_t slot, bool replays) = 0;
   /// Starts the visits of one warp in one cycle.
   virtual void begin_warp() = 0;
-  /// The lane's visit of group.nodes[definition] found the children in `hit`.
-  virtual void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) = 0;
+  /// The lane's visit of group.nodes[definition] found the children in `hit` and checkpointed those in `checkpointed`.
+  virtual void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
+                             unsigned checkpointed) = 0;
+  /// The lane has taken a source entry that names the node at `address` (in units).
+  virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
   /// The lane asks for the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
+  /// A source entry that has come names the node at `address` (bytes), and will be taken.
+  virtual void note_entry(traces::NodeKind kind, std::uint64_t address) = 0;
 };
 
 /// A prefetcher of nodes.

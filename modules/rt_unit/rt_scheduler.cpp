@@ -43,6 +43,7 @@ void RtScheduler::end_of_elaboration() {
   any_hit_ = any_hit.operator->();
   if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
+  if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
 }
 
@@ -58,15 +59,17 @@ void RtScheduler::begin(unsigned entry) {
   const Warp& warp = buffer_->warp(entry);
   for_each_bit(warp.lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
+    const bool replays = (warp.replaying & bit(i)) != 0;
     if (checkpoint_ != nullptr) {
-      // A replay round reads every source entry; only reading from the end needs to know how many there are.
+      // A replay round reads every source entry.
       std::uint32_t entries = 0;
-      if (checkpoint_->reads_backwards() && (warp.replaying & bit(i)) != 0) {
+      if (replays && checkpoint_->needs_source_entries()) {
         entries = source_entries({warp.lane[i].next, warp.lane[i].left});
       }
-      checkpoint_->begin_lane(id, warp.slot, warp.round, entries);
+      checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries);
     }
-    if (prefetcher_ != nullptr) prefetcher_->begin_lane(id);
+    if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
+    if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes({warp.lane[i].next, warp.lane[i].left});
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
   });
 }
@@ -165,7 +168,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
   const EventEffect effect(event);
   move_stack(id);
   if (event.kind() == EventKind::visit_internal && prefetcher_ != nullptr) {
-    prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed());
+    prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
   }
   if (effect.calls_any_hit()) {
     ++counters_.any_hit_calls;
@@ -177,6 +180,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
 
 void RtScheduler::replay(LaneId id, LaneState from) {
   const Event event = buffer_->lane(id).event;
+  if (prefetcher_ != nullptr && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
   ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
   move_stack(id);
   complete(id, EventEffect(event).checkpoints(), from);
@@ -184,8 +188,16 @@ void RtScheduler::replay(LaneId id, LaneState from) {
 
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
+void RtScheduler::entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) {
+  if (source_nodes_.empty()) return;
+  source_nodes_[id].for_each_taken(
+      first, count, *buffer_->warp(entry_of(id)).group, *traffic_,
+      [&](traces::NodeKind kind, std::uint64_t address) { prefetcher_->note_entry(kind, address); });
+}
+
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   Lane& lane = buffer_->lane(id);
+  const bool forwarded = lane.event.kind() == EventKind::replay_forward;
   const bool last = !lane.advance();
   if (!last && lane.event.kind() == EventKind::visit_internal) {
     const auto& nodes = buffer_->warp(entry_of(id)).group->nodes;
@@ -193,22 +205,25 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   }
   if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top())) {
     buffer_->warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
+    LaneMask& forwarding = buffer_->warp(entry_of(id)).forwarding;
+    forwarding = (forwarding & ~bit(lane_of(id))) | (forwarded ? bit(lane_of(id)) : 0);
     buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
   }
-  hand_over(id, checkpoints, from);
+  hand_over(id, checkpoints, forwarded, from);
 }
 
 void RtScheduler::stack_settled(LaneId id) {
-  hand_over(id, buffer_->warp(entry_of(id)).checkpoints[lane_of(id)], LaneState::waiting_stack);
+  const Warp& warp = buffer_->warp(entry_of(id));
+  hand_over(id, warp.checkpoints[lane_of(id)], (warp.forwarding & bit(lane_of(id))) != 0, LaneState::waiting_stack);
 }
 
-void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
+void RtScheduler::hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from) {
   const Lane& lane = buffer_->lane(id);
   const bool last = lane.left == 0;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
-    if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
+    if (checkpoint_->submit(id, checkpoints, forwarded, last)) to = LaneState::waiting_checkpoint_write;
   } else if (checkpoints != 0) {
     refuse(id, kRuleEntriesNeedCheckpoints);
   }

@@ -9,12 +9,14 @@
 #include <string>
 #include <string_view>
 #include <systemc>
+#include <vector>
 
 #include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
+#include "grtx/modules/rt_unit/source_nodes.h"
 #include "grtx/modules/rt_unit/warp_selection.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
@@ -75,6 +77,7 @@ class RtScheduler final : public RtSchedulerModule {
   void schedule(Cycle now) override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
+  void entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) override;
   void entries_taken(LaneId id) override;
   void stack_settled(LaneId id) override;
   void any_hit_done(const AnyHitDone& done) override;
@@ -95,7 +98,7 @@ class RtScheduler final : public RtSchedulerModule {
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.
-  void hand_over(LaneId id, unsigned checkpoints, LaneState from);
+  void hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
   void replay(LaneId id, LaneState from);
   /// What the lane's event does to its stack.
@@ -104,6 +107,7 @@ class RtScheduler final : public RtSchedulerModule {
 
   std::unique_ptr<WarpSelection> selection_;
   unsigned entries_;
+  std::vector<SourceNodes> source_nodes_;  ///< by lane; none without checkpoint unit or prefetcher
   // The neighbours, looked up once; the last three are null where the configuration has none.
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;

@@ -71,13 +71,13 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                   [&](const char* name) { return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries); });
   if (header.checkpoint) {
     checkpoint_ = made(parts.checkpoint_unit, "checkpoint_unit", context_, [&](const char* name) {
-      return std::make_unique<CheckpointUnit>(name, config_.checkpoint, context_.map, header.checkpoint_order,
-                                              header.checkpoint_capacity, entries, context_.sm);
+      return std::make_unique<CheckpointUnit>(name, config_.checkpoint, context_.map, header, entries, context_.sm);
     });
   }
-  if (config_.sibling_prefetch) {
+  if (config_.has_prefetcher(header)) {
+    const SiblingPrefetcher::Triggers triggers{config_.sibling_prefetch, config_.names_siblings_in_entries(header)};
     prefetcher_ = made(parts.sibling_prefetcher, "sibling_prefetcher", context_, [&](const char* name) {
-      return std::make_unique<SiblingPrefetcher>(name, config_.prefetcher, traffic_, entries);
+      return std::make_unique<SiblingPrefetcher>(name, config_.prefetcher, triggers, traffic_, entries);
     });
   }
   if (config_.warp_buffer.spill) {

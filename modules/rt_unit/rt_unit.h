@@ -39,6 +39,14 @@ struct RtUnitConfig {
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
+  /// Whether anything of a trace with this header is prefetched.
+  bool has_prefetcher(const traces::Header& header) const {
+    return sibling_prefetch || (header.checkpoint && checkpoint.prefetch_nodes);
+  }
+  /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
+  bool names_siblings_in_entries(const traces::Header& header) const {
+    return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
+  }
   void parameters(ParameterList& list);
 };
 

@@ -21,16 +21,33 @@ const CounterTable<SiblingPrefetcher::Counters>& SiblingPrefetcher::Counters::ta
           .sum(&C::merged, "merged", "nodes", "sibling nodes that were on their way to be prefetched already")
           .sum(&C::dropped, "dropped", "nodes", "sibling nodes dropped because the queue was full")
           .sum(&C::sectors, "sectors", "requests", "32 B prefetch requests sent")
-          .sum(&C::responses);
+          .sum(&C::responses)
+          .sum(&C::replayed)
+          .sum(&C::entry_nodes)
+          .sum(&C::entry_merged)
+          .sum(&C::entry_dropped)
+          .described([](const C& c, StatisticList& list, const std::string& prefix) {
+            if (list.lists_kinds() || c.replayed > 0) {
+              list.add(prefix + ".replayed", c.replayed, "visits",
+                       "replayed leaves whose siblings were prefetched, of the triggers");
+            }
+            if (!list.lists_kinds() && c.entry_nodes == 0) return;
+            list.add(prefix + ".entry_nodes", c.entry_nodes, "nodes", "nodes of source entries queued for prefetch");
+            list.add(prefix + ".entry_merged", c.entry_merged, "nodes",
+                     "nodes of source entries that were queued to be prefetched already");
+            list.add(prefix + ".entry_dropped", c.entry_dropped, "nodes",
+                     "nodes of source entries dropped because the queue was full");
+          });
   return table;
 }
 
 SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config,
-                                     const NodeTraffic& traffic, unsigned entries)
+                                     const Triggers& triggers, const NodeTraffic& traffic, unsigned entries)
     : PrefetchModule(name),
       config_(config),
+      triggers_(triggers),
       traffic_(traffic),
-      records_(std::size_t{entries} * kMaxLanes, config.records, traffic),
+      records_(std::size_t{entries} * kMaxLanes, config.records, triggers.replayed, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
   require_allowed("rt.prefetch", config);
 }
@@ -39,25 +56,32 @@ void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std:
   const Siblings siblings = records_.take(id, group, address);
   if (siblings.mask == 0) return;
   ++counters_.triggers;
+  if (siblings.replayed) ++counters_.replayed;
   const unsigned fresh = asked_.fresh(siblings);
   counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
-  records_.for_each_child(group.nodes[siblings.definition], fresh,
-                          [&](NodeKind kind, std::uint32_t child) { push(kind, traffic_.address(child)); });
+  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
+    if (push(kind, traffic_.address(child), counters_.merged, counters_.dropped)) ++counters_.nodes;
+  });
 }
 
-void SiblingPrefetcher::push(NodeKind kind, std::uint64_t address) {
+void SiblingPrefetcher::note_entry(NodeKind kind, std::uint64_t address) {
+  if (push(kind, address, counters_.entry_merged, counters_.entry_dropped)) ++counters_.entry_nodes;
+}
+
+// Whether it is queued; else which of the two is counted.
+bool SiblingPrefetcher::push(NodeKind kind, std::uint64_t address, std::uint64_t& merged, std::uint64_t& dropped) {
   for (std::size_t i = 0; i < queue_.size(); ++i) {
     if (queue_.at(i).address == address) {
-      ++counters_.merged;
-      return;
+      ++merged;
+      return false;
     }
   }
   if (queue_.room() == 0) {
-    ++counters_.dropped;
-    return;
+    ++dropped;
+    return false;
   }
   queue_.push({address, kind, 0});
-  ++counters_.nodes;
+  return true;
 }
 
 void SiblingPrefetcher::end_of_elaboration() {
@@ -93,9 +117,16 @@ Inventory SiblingPrefetcher::inventory() const {
   Inventory inventory{name(), {}, {}};
   // A record: first child (48 bits), hit mask, three kind bits a child, armed.
   const std::uint64_t record = 48 + traces::kMaxWidth * (1 + 3) + 1;
-  inventory.storage.push_back({"records", StorageKind::ram, records_.size() * record});
+  if (triggers_.siblings) {
+    inventory.storage.push_back({"records", StorageKind::ram, records_.size() * record});
+    inventory.operators.push_back({"match", 48, std::uint64_t{config_.records} * kMaxLanes});
+  }
+  // Of the entry that a lane has taken: mask of siblings, own slot, which of the children are leaves.
+  if (triggers_.replayed) {
+    const std::uint64_t lanes = records_.size() / config_.records;
+    inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});
+  }
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (48 + 3 + 3)});
-  inventory.operators.push_back({"match", 48, std::uint64_t{config_.records} * kMaxLanes});
   return inventory;
 }
 

@@ -27,11 +27,14 @@ class SiblingPrefetcher final : public PrefetchModule {
  public:
   static constexpr unsigned kMaxRecords = 8;
   struct Config {
-    unsigned records = 4;  ///< a new one replaces the oldest
-    unsigned queue = 32;   ///< a prefetch that finds it full is dropped
+    unsigned records = 4;   ///< a new one replaces the oldest
+    unsigned queue = 32;    ///< a prefetch that finds it full is dropped
+    bool replayed = false;  ///< a replayed leaf brings the siblings that were checkpointed with it
     void parameters(ParameterList& list) {
       list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
       list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
+      list.add("replayed", replayed, "a replayed leaf brings the siblings that were checkpointed with it",
+               assumed("this project: off; GRTX, Section V, says any child leaf node"));
     }
   };
   struct Counters {
@@ -41,24 +44,37 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t dropped = 0;   ///< sibling nodes that found the queue full
     std::uint64_t sectors = 0;   ///< requests sent
     std::uint64_t responses = 0;
+    std::uint64_t replayed = 0;       ///< of triggers
+    std::uint64_t entry_nodes = 0;    ///< nodes that source entries name, queued
+    std::uint64_t entry_merged = 0;   ///< ... that were queued already
+    std::uint64_t entry_dropped = 0;  ///< ... that found the queue full
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const NodeTraffic& traffic,
-                    unsigned entries);
+  /// What triggers it.
+  struct Triggers {
+    bool siblings = true;   ///< leaves bring their siblings
+    bool replayed = false;  ///< also those that are replayed
+  };
+  SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const Triggers& triggers,
+                    const NodeTraffic& traffic, unsigned entries);
 
   /// A lane begins a round: what it remembers is void.
-  void begin_lane(LaneId id) override { records_.begin(id); }
-  /// The lane's visit of group.nodes[definition] found the children in `hit`.
-  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) override {
-    records_.note(id, group, definition, hit);
+  void begin_lane(LaneId id, std::uint16_t slot, bool replays) override {
+    records_.begin(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays);
   }
+  void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
+                     unsigned checkpointed) override {
+    if (triggers_.siblings) records_.note(id, group, definition, hit, checkpointed);
+  }
+  void note_replayed(LaneId id, std::uint32_t address) override { records_.note_replayed(id, address); }
   /// Starts the visits of one warp in one cycle.
   void begin_warp() override { asked_.begin(); }
   /// The lane asks for the leaf at `address` (in units).
   void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
+  void note_entry(traces::NodeKind kind, std::uint64_t address) override;
 
   void respond(Cycle now) override;
   void issue(Cycle now) override;
@@ -79,9 +95,10 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint8_t next = 0;
   };
   void end_of_elaboration() override;
-  void push(traces::NodeKind kind, std::uint64_t address);
+  bool push(traces::NodeKind kind, std::uint64_t address, std::uint64_t& merged, std::uint64_t& dropped);
 
   Config config_;
+  Triggers triggers_;
   const NodeTraffic& traffic_;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;

@@ -47,28 +47,52 @@ class ChildKinds {
 
 }  // namespace
 
-SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, const NodeTraffic& traffic)
-    : a_lane_(records), records_(lanes * records), newest_(lanes) {
+SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, bool replayed, const NodeTraffic& traffic)
+    : a_lane_(records),
+      records_(lanes * records),
+      newest_(lanes),
+      replayed_(replayed),
+      shared_from_(traffic.two_level() ? static_cast<std::uint32_t>(traffic.blas_header() / traffic.address(1))
+                                       : ~std::uint32_t{0}),
+      replayed_of_(lanes),
+      ray_of_(lanes) {
   if (records < 1 || records > kMaxRecords) throw Error("configuration", "rt.prefetch.records", "must be 1..8");
   for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
     units_[static_cast<std::size_t>(kind)] = traffic.stored_units(kind);
   }
 }
 
-void SiblingRecords::begin(std::size_t lane) {
+void SiblingRecords::begin(std::size_t lane, std::size_t ray, bool replays) {
   std::fill_n(&records_[lane * a_lane_], a_lane_, Record{});
   newest_[lane] = 0;
+  if (!replayed_) return;
+  replayed_of_[lane] = 0;
+  ray_of_[lane] = ray;
+  if (ray >= checkpointed_.size()) checkpointed_.resize(ray + 1);
+  if (!replays) checkpointed_[ray].clear();
 }
 
-void SiblingRecords::note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) {
-  if ((hit & (hit - 1)) == 0) return;  // no siblings
-  const NodeDefinition& node = group.nodes[definition];
-  const ChildKinds kinds(node);
-  if ((kinds.leaves() & hit) == 0) return;
+void SiblingRecords::remember(std::size_t lane, const Record& record) {
   std::uint8_t& newest = newest_[lane];
   newest = newest + 1u == a_lane_ ? std::uint8_t{0} : static_cast<std::uint8_t>(newest + 1);
-  records_[lane * a_lane_ + newest] = {node.child_base, node.child_base + kinds.total(units_, node.child_count),
-                                       definition, static_cast<std::uint8_t>(hit), true};
+  records_[lane * a_lane_ + newest] = record;
+}
+
+void SiblingRecords::note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
+                          unsigned checkpointed) {
+  if (!replayed_) checkpointed = 0;
+  // A child alone has no siblings.
+  const bool pushed = (hit & (hit - 1)) != 0, written = (checkpointed & (checkpointed - 1)) != 0;
+  if (!pushed && !written) return;
+  const NodeDefinition& node = group.nodes[definition];
+  const ChildKinds kinds(node);
+  const std::uint32_t end = node.child_base + kinds.total(units_, node.child_count);
+  if (pushed && (kinds.leaves() & hit) != 0) {
+    remember(lane, {node.child_base, end, definition, static_cast<std::uint8_t>(hit), true});
+  }
+  if (written && (kinds.leaves() & checkpointed) != 0 && node.address < shared_from_) {
+    checkpointed_[ray_of_[lane]].push_back({node.child_base, end, definition, static_cast<std::uint8_t>(checkpointed)});
+  }
 }
 
 Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address) {
@@ -78,7 +102,7 @@ Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, s
     within |= std::uint32_t{address - records[i].begin < records[i].end - records[i].begin} << i;
     armed |= std::uint32_t{records[i].armed} << i;
   }
-  if ((within & armed) == 0) return {};
+  if ((within & armed) == 0 && !replayed_) return {};
   // From the newest to the oldest: from newest_ down, then from the highest down.
   const std::uint32_t recent = (2u << newest_[lane]) - 1;
   while (within != 0) {
@@ -91,6 +115,20 @@ Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, s
     if (!record.armed) return {};
     record.armed = false;
     return {record.definition, record.hit & ~(1u << slot)};
+  }
+  return replayed_ && replayed_of_[lane] == address ? take_replayed(lane, group, address) : Siblings{};
+}
+
+// The entry says with which siblings it was written. They are prefetched now, and not again in this round as long as
+// the lane remembers it.
+Siblings SiblingRecords::take_replayed(std::size_t lane, const traces::RayGroup& group, std::uint32_t address) {
+  const std::vector<Checkpointed>& visits = checkpointed_[ray_of_[lane]];
+  for (auto visit = visits.rbegin(); visit != visits.rend(); ++visit) {
+    if (address - visit->begin >= visit->end - visit->begin) continue;
+    const unsigned slot = slot_of(group.nodes[visit->definition], address);
+    if (slot == traces::kMaxWidth || (visit->mask >> slot & 1) == 0) continue;
+    remember(lane, {visit->begin, visit->end, visit->definition, visit->mask, false});
+    return {visit->definition, visit->mask & ~(1u << slot), true};
   }
   return {};
 }

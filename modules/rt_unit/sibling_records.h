@@ -16,22 +16,29 @@ namespace grtx::modules {
 struct Siblings {
   std::uint32_t definition = 0;  ///< of the node, in RayGroup::nodes
   unsigned mask = 0;             ///< slots; 0: none
+  bool replayed = false;         ///< a source entry named them
 };
 
 class SiblingRecords {
  public:
   static constexpr unsigned kMaxRecords = 8;
 
-  /// records: internal visits remembered a lane, 1..kMaxRecords; a new one replaces the oldest.
-  SiblingRecords(std::size_t lanes, unsigned records, const NodeTraffic& traffic);
+  /// records: internal visits remembered a lane, 1..kMaxRecords; a new one replaces the oldest. replayed: checkpoint
+  /// entries name the siblings with which they were written, and a leaf that is replayed asks for them.
+  SiblingRecords(std::size_t lanes, unsigned records, bool replayed, const NodeTraffic& traffic);
 
-  /// A lane begins a round: what it remembers is void.
-  void begin(std::size_t lane);
+  /// A lane begins a round of ray number `ray`: what it remembers is void; what its source entries name is not, if it
+  /// replays them.
+  void begin(std::size_t lane, std::size_t ray, bool replays);
   /// The lane's visit of group.nodes[definition] found the children in `hit`: they are remembered if there are two and
-  /// one of them is a leaf, which can ask for the others.
-  void note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit);
+  /// one of them is a leaf, which can ask for the others. It wrote the children in `checkpointed` to checkpoint
+  /// entries.
+  void note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
+            unsigned checkpointed);
+  /// The lane's next node is one that a source entry names, at `address` (in units).
+  void note_replayed(std::size_t lane, std::uint32_t address) { replayed_of_[lane] = address; }
   /// The lane asks for the leaf at `address` (in units). The first of a node's hit children that is asked for brings
-  /// the others.
+  /// the others; so does the first in a round of those that were checkpointed together.
   Siblings take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address);
   /// f(kind, address in units) for the children in the slots of `mask`, in slot order.
   template <typename F>
@@ -52,6 +59,14 @@ class SiblingRecords {
     std::uint8_t hit = 0;
     bool armed = false;
   };
+  /// What the entries of a visit's children say: they are in memory with the entries, and not the prefetcher's.
+  struct Checkpointed {
+    std::uint32_t begin = 0, end = 0;
+    std::uint32_t definition = 0;
+    std::uint8_t mask = 0;
+  };
+  void remember(std::size_t lane, const Record& record);
+  Siblings take_replayed(std::size_t lane, const traces::RayGroup& group, std::uint32_t address);
   /// Slot of the child at `address`; kMaxWidth: there is none.
   unsigned slot_of(const traces::NodeDefinition& node, std::uint32_t address) const;
 
@@ -59,6 +74,11 @@ class SiblingRecords {
   std::array<std::uint32_t, 8> units_{};  ///< units that a node takes in the image, by kind
   std::vector<Record> records_;           ///< a_lane_ of each lane
   std::vector<std::uint8_t> newest_;      ///< of a lane's records
+  bool replayed_;
+  std::uint32_t shared_from_;                            ///< nodes of the shared BLAS begin here
+  std::vector<std::uint32_t> replayed_of_;               ///< by lane: address of the node taken last
+  std::vector<std::size_t> ray_of_;                      ///< by lane
+  std::vector<std::vector<Checkpointed>> checkpointed_;  ///< by ray, in the order of visits
 };
 
 /// What the lanes of one warp have asked for in one cycle: a node's siblings are brought once.

@@ -53,6 +53,8 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
   if (config.rt.warp_buffer.spill) {
     map.stack_sectors = kStackEntries / modules::stack_entry_layout(header.pop_test).in_a_sector;
   }
+  map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
+  map.checkpoint_log = config.rt.checkpoint.forward == modules::CheckpointForward::reference;
   // As many as a checkpoint buffer holds, unless the trace needs more.
   const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
   if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);

@@ -116,6 +116,8 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must hold the write-back of a line (l2.line_bytes / 32)");
   require(!config.rt.warp_buffer.spill || config.rt.warp_buffer.stack_entries >= 2, "rt.warp_buffer.stack_entries",
           "must be at least 2 with rt.warp_buffer.spill");
+  require(modules::CheckpointConfig::allows_entry_bytes(config.rt.checkpoint.entry_bytes), "rt.checkpoint.entry_bytes",
+          "must be 8, 16 or 20");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();
@@ -172,7 +174,12 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.memory.sectors_per_cycle",
                                                "simt.sectors_per_cycle",
                                                "dram.scheduling",
-                                               "dram.hit_cap"};
+                                               "dram.hit_cap",
+                                               "rt.checkpoint.entry_bytes",
+                                               "rt.checkpoint.forward",
+                                               "rt.checkpoint.read_ahead",
+                                               "rt.checkpoint.prefetch_nodes",
+                                               "rt.prefetch.replayed"};
   nlohmann::ordered_json json = config_json(config);
   const nlohmann::ordered_json before = config_json(GpuConfig());
   for (const char* key : kLaterKeys) {

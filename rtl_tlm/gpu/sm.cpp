@@ -76,7 +76,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
       add_client("simt", config.simt.sectors_per_cycle);
     }
     if (header.checkpoint) add_client(numbered("rt_checkpoint", u));
-    if (config.rt.sibling_prefetch) add_client(numbered("rt_prefetch", u));
+    if (config.rt.has_prefetcher(header)) add_client(numbered("rt_prefetch", u));
     if (config.rt.warp_buffer.spill) add_client(numbered("rt_stack", u));
   }
   for (std::size_t i = 0; i < clients.size(); ++i) {

@@ -16,6 +16,7 @@ enum class What : std::uint8_t {
   l1_turn,        ///< the L1 looks at its ports
   selection,      ///< the RT unit selects a warp
   l1_fill,        ///< sectors of a line have arrived; index: fill
+  source,         ///< sectors of a source buffer that were read ahead are there; index: LaneId
   count
 };
 

@@ -10,34 +10,50 @@ using traces::NodeKind;
 Prefetcher::Prefetcher(Shared& shared, L1& l1)
     : shared_(shared),
       l1_(l1),
+      siblings_(shared.config.rt.sibling_prefetch),
       records_(std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes, shared.config.rt.prefetcher.records,
-               shared.traffic) {}
+               shared.config.rt.names_siblings_in_entries(shared.header), shared.traffic) {}
 
 void Prefetcher::prefetch(Cycle now, const traces::RayGroup& group, const Siblings& siblings) {
   ++counters_.triggers;
+  if (siblings.replayed) ++counters_.replayed;
   const bool idle = l1_.idle(kPrefetch);
   const unsigned fresh = requests_.fresh(siblings);
   counters_.merged += static_cast<unsigned>(std::popcount(siblings.mask & ~fresh));
-  records_.for_each_child(group.nodes[siblings.definition], fresh,
-                          [&](NodeKind kind, std::uint32_t child) { push(kind, shared_.traffic.address(child)); });
+  records_.for_each_child(group.nodes[siblings.definition], fresh, [&](NodeKind kind, std::uint32_t child) {
+    if (push(kind, shared_.traffic.address(child), counters_.merged, counters_.dropped)) ++counters_.nodes;
+  });
   if (idle) l1_.serve(now);
 }
 
-void Prefetcher::push(NodeKind kind, std::uint64_t address) {
+void Prefetcher::note_entry(Cycle now, NodeKind kind, std::uint64_t address) {
+  const bool idle = l1_.idle(kPrefetch);
+  if (push(kind, address, counters_.entry_merged, counters_.entry_dropped)) ++counters_.entry_nodes;
+  if (idle) l1_.serve(now);
+}
+
+void Prefetcher::warm_entry(NodeKind kind, std::uint64_t address) {
+  const SectorRun run = shared_.traffic.run(kind, address);
+  l1_.for_each_line(run, l1_.sectors(), [&](std::uint64_t line, std::uint8_t sectors) {
+    l1_.warm(kPrefetch, line, sectors, run.region, false);
+  });
+}
+
+bool Prefetcher::push(NodeKind kind, std::uint64_t address, std::uint64_t& merged, std::uint64_t& dropped) {
   const std::uint64_t own = (address + kSectorBytes - 1) / kSectorBytes * kSectorBytes;  // no neighbour reads it
   if (l1_.waits(kPrefetch, own)) {
-    ++counters_.merged;
-    return;
+    ++merged;
+    return false;
   }
   if (l1_.timed(kPrefetch) >= shared_.config.rt.prefetcher.queue) {
-    ++counters_.dropped;
-    return;
+    ++dropped;
+    return false;
   }
-  ++counters_.nodes;
   const SectorRun run = shared_.traffic.run(kind, address);
   counters_.sectors += run.sectors;
   counters_.responses += run.sectors;
   l1_.push(kPrefetch, 0, run, false, true);
+  return true;
 }
 
 // Siblings in one line are one access.

@@ -13,14 +13,23 @@ class Prefetcher {
  public:
   Prefetcher(Shared& shared, L1& l1);
 
-  void begin_lane(std::uint32_t lane) { records_.begin(lane); }
+  void begin_lane(std::uint32_t lane, unsigned slot, bool replays) {
+    records_.begin(lane, std::size_t{slot} * modules::kMaxLanes + lane % modules::kMaxLanes, replays);
+  }
   /// The visits of one warp in one cycle begin.
   void begin_warp() { requests_.begin(); }
-  /// The lane's visit of group.nodes[definition] found the children in `hit`.
-  void note_internal(std::uint32_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit) {
-    records_.note(lane, group, definition, hit);
+  /// The lane's visit of group.nodes[definition] pushed the children in `hit` and checkpointed those in `checkpointed`.
+  void note_internal(std::uint32_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
+                     unsigned checkpointed) {
+    if (siblings_) records_.note(lane, group, definition, hit, checkpointed);
   }
-  /// The lane asks for the leaf at `address` (/ kNodeUnit).
+  /// The lane has taken a source entry that names the node at `address` (in units).
+  void note_replayed(std::uint32_t lane, std::uint32_t address) { records_.note_replayed(lane, address); }
+  /// A source entry that has come names a node, and will be taken.
+  void note_entry(Cycle now, traces::NodeKind kind, std::uint64_t address);
+  /// The same without time.
+  void warm_entry(traces::NodeKind kind, std::uint64_t address);
+  /// The lane asks for the leaf at `address` (in units).
   void note_leaf(Cycle now, std::uint32_t lane, const traces::RayGroup& group, std::uint32_t address) {
     if (const modules::Siblings siblings = records_.take(lane, group, address); siblings.mask != 0) {
       prefetch(now, group, siblings);
@@ -37,11 +46,12 @@ class Prefetcher {
 
  private:
   void prefetch(Cycle now, const traces::RayGroup& group, const modules::Siblings& siblings);
-  void push(traces::NodeKind kind, std::uint64_t address);
+  bool push(traces::NodeKind kind, std::uint64_t address, std::uint64_t& merged, std::uint64_t& dropped);
   void warm(const traces::NodeDefinition& node, unsigned siblings);
 
   Shared& shared_;
   L1& l1_;
+  bool siblings_;
   modules::SiblingRecords records_;
   modules::SiblingRequests requests_;
   modules::SiblingPrefetcher::Counters counters_;

@@ -35,7 +35,8 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       transform_(config_.ray_transform),
       transforms_leaves_(modules::transforms_leaves(shared.header)) {
   counters_.units = 1;
-  if (config_.sibling_prefetch) prefetcher_.emplace(shared, l1);
+  if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
+  if (checkpoints_.names_nodes()) source_nodes_.resize(lanes_.size());
 }
 
 void RtUnit::refuse(LaneId id, const char* rule) const {
@@ -55,7 +56,7 @@ void RtUnit::accept(Cycle now) {
     const auto entry = static_cast<unsigned>(std::countr_zero(free_entries_));
     Call& call = calls_[entry];
     call.fetches.clear(now);
-    begin(call, entry, message);
+    begin(now, call, entry, message);
     call.accepted = call.since = call.selected = now;
     call.wait = call.ready != 0 ? WarpWait::ready : WarpWait::retire;
     count_stall(shared_.agenda.now());
@@ -73,7 +74,7 @@ void RtUnit::accept(Cycle now) {
   }
 }
 
-void RtUnit::begin(Call& call, unsigned entry, const TraceCall& message) {
+void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& message) {
   RoundCursor& cursor = cursors_[message.slot];
   cursor.seek(*message.group, message.round);
   call.group = message.group;
@@ -93,9 +94,10 @@ void RtUnit::begin(Call& call, unsigned entry, const TraceCall& message) {
     lane.shaded = lane.settling = false;
     lane.begins = true;
     lane.owed = 0;
-    if (prefetcher_) prefetcher_->begin_lane(id);
-    if (shared_.header.checkpoint) checkpoints_.begin(id, message.slot, message.round, replay, events);
-    warm(id, lane, call, before);
+    if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay);
+    if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes(events);
+    if (shared_.header.checkpoint) checkpoints_.begin(now, id, message.slot, message.round, replay, events);
+    warm(now, id, lane, call, before);
     if (lane.next != lane.end) call.active |= bit(i);
   });
   call.ready = call.active;
@@ -246,8 +248,24 @@ void RtUnit::handle(Cycle now, LaneId id, Lane& lane, Call& call) {
 void RtUnit::replay(Cycle now, LaneId id, Lane& lane, Call& call) {
   const Event event = *lane.next;
   RtScheduler::Counters& counters = counters_.scheduler;
+  if (prefetcher_ && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
   ++(event.kind() == EventKind::replay_take ? counters.replay_takes : counters.replay_forwards);
   complete(now, id, lane, EventEffect(event), call);
+}
+
+void RtUnit::source_arrives(Cycle now, LaneId id) {
+  const Lane& lane = lanes_[id];
+  checkpoints_.for_each_arrived(now, id, [&](std::uint32_t first, std::uint32_t count, bool timed) {
+    if (lane.next == lane.end) return;  // its round is over: its events may be gone
+    source_nodes_[id].for_each_taken(first, count, *call_of(id).group, shared_.traffic,
+                                     [&](NodeKind kind, std::uint64_t address) {
+                                       if (timed) {
+                                         prefetcher_->note_entry(now, kind, address);
+                                       } else {
+                                         prefetcher_->warm_entry(kind, address);
+                                       }
+                                     });
+  });
 }
 
 /// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
@@ -258,6 +276,7 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
   const Event event = *lane.next;
   const EventEffect effect(event);
   if (effect.replays()) {
+    if (!checkpoints_.entry_read(now, id)) return;
     call.checkpointing &= ~lane_bit(id);
     return replay(now, id, lane, call);
   }
@@ -269,7 +288,7 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
     return;
   }
   if (event.kind() == EventKind::visit_internal && prefetcher_) {
-    prefetcher_->note_internal(id, *call.group, event.node, event.pushed());
+    prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
   }
   if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);
   move_stack(id, lane, effect);
@@ -283,9 +302,10 @@ void RtUnit::complete(Cycle now, LaneId id, Lane& lane, const EventEffect& effec
 }
 
 void RtUnit::end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {
+  const bool forwarded = lane.next->kind() == EventKind::replay_forward;
   ++lane.next;
   if (shared_.header.checkpoint) {
-    const Cycle taken = checkpoints_.write(now, id, checkpoints, lane.next == lane.end);
+    const Cycle taken = checkpoints_.write(now, id, checkpoints, forwarded, lane.next == lane.end);
     if (taken > now) {
       lane.settling = true;
       call.checkpointing |= lane_bit(id);
@@ -303,7 +323,7 @@ void RtUnit::settled(Cycle now, LaneId id, Lane& lane, Call& call) {
     lane.settling = false;
     call.checkpointing &= ~lane_bit(id);
   }
-  if (lane.end - lane.next <= lane.owed) warm(id, lane, call, lane.owed);
+  if (lane.end - lane.next <= lane.owed) warm(now, id, lane, call, lane.owed);
   if (lane.next != lane.end) return make_ready(now, id, call);
   call.active &= ~lane_bit(id);
   if (call.active == 0) {

@@ -11,6 +11,7 @@
 #include "grtx/modules/rt_unit/event_effect.h"
 #include "grtx/modules/rt_unit/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/source_nodes.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_prefetcher.h"
@@ -35,6 +36,8 @@ class RtUnit {
   void lane_event(Cycle now, modules::LaneId id);
   void select(Cycle now);
   void any_hit_due(Cycle now, unsigned entry);
+  /// Sectors of the lane's source buffer have come.
+  void source_arrives(Cycle now, modules::LaneId id);
   void advance(Cycle now);
 
   // ---- The L1
@@ -84,7 +87,7 @@ class RtUnit {
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
   void accept(Cycle now);
-  void begin(Call& call, unsigned entry, const modules::TraceCall& message);
+  void begin(Cycle now, Call& call, unsigned entry, const modules::TraceCall& message);
   void retire(Cycle now, unsigned entry);
   void count_wait(Cycle now, Call& call);
   void make_ready(Cycle now, LaneId id, Call& call);
@@ -117,7 +120,7 @@ class RtUnit {
   // ---- Events that take no time (fast_warming.cpp)
   /// The lane's next `count` events, or those that are left, happen at once: caches, buffers and counts of the trace
   /// see them.
-  void warm(LaneId id, Lane& lane, Call& call, unsigned count);
+  void warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count);
   void warm_visit(LaneId id, Lane& lane, Call& call, const traces::Event& event);
   /// The lane's events up to the next that takes time. Returns whether there is one. apart: cycles since the warp was
   /// selected last.
@@ -132,6 +135,7 @@ class RtUnit {
   Simt& simt_;
   Checkpoints checkpoints_;
   std::optional<Prefetcher> prefetcher_;
+  std::vector<modules::SourceNodes> source_nodes_;  ///< by lane; none unless their nodes are prefetched
   std::vector<Lane> lanes_;
   std::vector<Call> calls_;
   std::vector<std::uint64_t> ages_;            ///< by entry

@@ -15,7 +15,7 @@ using namespace modules;
 using traces::Event;
 using traces::EventKind;
 
-void RtUnit::warm(LaneId id, Lane& lane, Call& call, unsigned count) {
+void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) {
   for (; count > 0 && lane.next != lane.end; --count) {
     const Event event = *lane.next++;
     const EventEffect effect(event);
@@ -31,14 +31,15 @@ void RtUnit::warm(LaneId id, Lane& lane, Call& call, unsigned count) {
         break;
       default:
         if (!shared_.header.checkpoint) refuse(id, kRuleReplayNeedsCheckpoints);
-        checkpoints_.warm_read(id);
+        checkpoints_.warm_read(now, id);
+        if (prefetcher_ && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
         ++(event.kind() == EventKind::replay_take ? counters_.scheduler.replay_takes
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
     }
     const unsigned checkpoints = effect.checkpoints();
     if (shared_.header.checkpoint) {
-      checkpoints_.warm_write(id, checkpoints, lane.next == lane.end);
+      checkpoints_.warm_write(id, checkpoints, event.kind() == EventKind::replay_forward, lane.next == lane.end);
     } else if (checkpoints != 0) {
       refuse(id, kRuleEntriesNeedCheckpoints);
     }
@@ -55,7 +56,7 @@ void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
   move_stack(id, lane, effect);
   if (prefetcher_) {
     if (event.kind() == EventKind::visit_internal) {
-      prefetcher_->note_internal(id, *call.group, event.node, event.pushed());
+      prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
     } else {
       prefetcher_->warm_leaf(id, *call.group, event.node);
     }
@@ -74,13 +75,13 @@ void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
 // a little behind others would join them more seldom than they do, since each step takes them further.
 bool RtUnit::warm_up_to_next(Cycle now, LaneId id, Lane& lane, Call& call, Cycle apart) {
   if (std::exchange(lane.begins, false)) return true;
-  warm(id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
+  warm(now, id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
   for (unsigned i = 0; i + 1 < shared_.stride && lane.next != lane.end; ++i) {
     if (is_under_way(*lane.next, call, now, now + i * apart)) {
       lane.owed = static_cast<std::uint16_t>(shared_.stride - 1 - i);
       return true;
     }
-    warm(id, lane, call, 1);
+    warm(now, id, lane, call, 1);
   }
   return lane.next != lane.end;
 }

@@ -30,6 +30,7 @@ void scale_up(modules::RtUnitCounters& c, unsigned doublings) {
   c.memory.visits = exact.memory.visits;
   c.checkpoint.entries_written = exact.checkpoint.entries_written;
   c.checkpoint.entries_read = exact.checkpoint.entries_read;
+  c.checkpoint.log = exact.checkpoint.log;
 }
 
 void scale_up(modules::SimtCounters& c, unsigned doublings, const AnyHitWork& timed, const AnyHitWork& warming) {

@@ -105,6 +105,20 @@ TEST(MemoryMap, CheckpointBuffersOfARayAlternateWithoutOverlap) {
   }
 }
 
+TEST(MemoryMap, ALogHasRoomForFourBuffersAndEndsOnASectorBoundary) {
+  for (const std::uint64_t bytes : {8u, 16u, 20u}) {
+    const MemoryMap map(header_of(true, 8, 32), {1, 2, 0, 0, bytes, true});
+    EXPECT_EQ(map.checkpoint_log_entries(), 4u * 300u);
+    EXPECT_EQ(map.checkpoint_log_entries() * bytes % kSectorBytes, 0u);
+    for (std::uint64_t ray = 0; ray < 64; ++ray) {
+      EXPECT_EQ(map.checkpoint_log(ray) % kSectorBytes, 0u);
+      if (ray > 0) {
+        EXPECT_GE(map.checkpoint_log(ray), map.checkpoint_log(ray - 1) + map.checkpoint_log_entries() * bytes);
+      }
+    }
+  }
+}
+
 TEST(MemoryMap, EvictionBuffersHoldTheirCapacityThenStartOver) {
   for (const std::uint64_t asked : {std::uint64_t{0}, std::uint64_t{7}, std::uint64_t{1000}}) {
     const MemoryMap map(header_of(true, 8, 32), {1, 2, asked});

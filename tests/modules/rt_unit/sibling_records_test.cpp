@@ -32,26 +32,26 @@ class SiblingRecordsTest : public testing::Test {
     return {header, {}};
   }
   traces::RayGroup group;
-  SiblingRecords records{2, 2, traffic()};
+  SiblingRecords records{2, 2, true, traffic()};
 };
 
 TEST_F(SiblingRecordsTest, TheFirstOfTheHitChildrenBringsTheOthersOnce) {
-  records.note(0, group, 0, 0b1110);
+  records.note(0, group, 0, 0b1110, 0);
   EXPECT_EQ(records.take(0, group, 12).mask, 0b1010u);
   EXPECT_EQ(records.take(0, group, 11).mask, 0u);
   EXPECT_EQ(records.take(1, group, 11).mask, 0u) << "another lane";
 }
 
 TEST_F(SiblingRecordsTest, OneHitOrNoLeafIsNotRemembered) {
-  records.note(0, group, 0, 0b0010);
-  records.note(0, group, 2, 0b0011);
+  records.note(0, group, 0, 0b0010, 0);
+  records.note(0, group, 2, 0b0011, 0);
   EXPECT_EQ(records.take(0, group, 11).mask, 0u);
   EXPECT_EQ(records.take(0, group, 20).mask, 0u);
 }
 
 TEST_F(SiblingRecordsTest, AChildThatWasNotHitIsOfAnOlderVisit) {
-  records.note(0, group, 0, 0b1010);
-  records.note(0, group, 1, 0b0101);
+  records.note(0, group, 0, 0b1010, 0);
+  records.note(0, group, 1, 0b0101, 0);
   const Siblings older = records.take(0, group, 13);
   EXPECT_EQ(older.definition, 0u);
   EXPECT_EQ(older.mask, 0b0010u);
@@ -59,17 +59,62 @@ TEST_F(SiblingRecordsTest, AChildThatWasNotHitIsOfAnOlderVisit) {
 }
 
 TEST_F(SiblingRecordsTest, ANewVisitReplacesTheOldest) {
-  records.note(0, group, 0, 0b1010);
-  records.note(0, group, 1, 0b0101);
-  records.note(0, group, 1, 0b0110);
+  records.note(0, group, 0, 0b1010, 0);
+  records.note(0, group, 1, 0b0101, 0);
+  records.note(0, group, 1, 0b0110, 0);
   EXPECT_EQ(records.take(0, group, 13).mask, 0u);
   EXPECT_EQ(records.take(0, group, 12).mask, 0b0010u) << "the newest of two visits that hit it";
 }
 
 TEST_F(SiblingRecordsTest, ARoundBeginsWithNothing) {
-  records.note(0, group, 0, 0b1110);
-  records.begin(0);
+  records.note(0, group, 0, 0b1110, 0);
+  records.begin(0, 0, false);
   EXPECT_EQ(records.take(0, group, 12).mask, 0u);
+}
+
+TEST_F(SiblingRecordsTest, AReplayedLeafBringsThoseThatWereCheckpointedWithItOncePerRound) {
+  records.begin(0, 5, false);
+  records.note(0, group, 0, 0b0001, 0b1110);
+  records.begin(1, 5, true);  // the next round, in another lane of the warp buffer
+  EXPECT_EQ(records.take(1, group, 12).mask, 0u) << "nobody has replayed it";
+  records.note_replayed(1, 12);
+  const Siblings siblings = records.take(1, group, 12);
+  EXPECT_EQ(siblings.definition, 0u);
+  EXPECT_EQ(siblings.mask, 0b1010u);
+  EXPECT_TRUE(siblings.replayed);
+  records.note_replayed(1, 11);
+  EXPECT_EQ(records.take(1, group, 11).mask, 0u) << "brought along before";
+  records.begin(0, 5, true);  // a round later the entries still say it
+  records.note_replayed(0, 11);
+  EXPECT_EQ(records.take(0, group, 11).mask, 0b1100u);
+}
+
+TEST_F(SiblingRecordsTest, AChildThatWasCheckpointedAloneHasNoSiblings) {
+  records.begin(0, 0, false);
+  records.note(0, group, 0, 0b1100, 0b0010);
+  records.note(0, group, 2, 0, 0b0011);  // two, but no leaf
+  records.begin(0, 0, true);
+  for (const std::uint32_t address : {11u, 12u, 20u}) {
+    records.note_replayed(0, address);
+    EXPECT_EQ(records.take(0, group, address).mask, 0u) << address;
+  }
+}
+
+TEST_F(SiblingRecordsTest, ARoundFromTheRootHasNoEntriesThatSaySiblings) {
+  records.begin(0, 0, false);
+  records.note(0, group, 0, 0, 0b1110);
+  records.begin(0, 0, false);
+  records.note_replayed(0, 12);
+  EXPECT_EQ(records.take(0, group, 12).mask, 0u);
+}
+
+TEST_F(SiblingRecordsTest, WithoutReplayedEntriesSayNothing) {
+  SiblingRecords without{2, 2, false, traffic()};
+  without.begin(0, 0, false);
+  without.note(0, group, 0, 0, 0b1110);
+  without.begin(0, 0, true);
+  without.note_replayed(0, 12);
+  EXPECT_EQ(without.take(0, group, 12).mask, 0u);
 }
 
 TEST_F(SiblingRecordsTest, ChildrenLieOneBehindTheOther) {

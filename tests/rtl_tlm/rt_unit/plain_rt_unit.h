@@ -92,6 +92,16 @@ class PlainRtUnit {
     unsigned hit;
     bool triggered = false;
   };
+  /// What stands at a place of a ray's log: an entry (no places), or a run entry that names others.
+  struct ListItem {
+    std::vector<std::uint64_t> names;
+  };
+  /// A ray's log: all that was ever appended, and where the lists of two rounds begin and end.
+  struct Log {
+    std::vector<ListItem> items;
+    std::uint64_t list_begin = 0;              // of the list being written
+    std::uint64_t source = 0, source_end = 0;  // of that being read
+  };
   struct Lane {
     State state = State::absent;
     const traces::Ray* ray = nullptr;
@@ -103,7 +113,21 @@ class PlainRtUnit {
     std::uint64_t written = 0, reads = 0, source = 0;
     std::optional<std::uint64_t> open_sector, held_sector;
     unsigned sectors_due = 0;  // of the entry being read
+    // forward = reference: the run being forwarded (places of the log), the entry read last, and what is to be read.
+    std::vector<std::uint64_t> run;
+    std::uint64_t entry_place = 0;
+    std::deque<ListItem> items;  // to be written
+    std::deque<std::uint64_t> run_to_read;
+    bool reading_run = false, run_down = false;
+    bool forwarded = false;  // the entry to be written is the one read last
+    // The source list: its sectors in the order of reading, which of them is in use (1: the first), the next to be
+    // read ahead; entries read, and how many of them have had their nodes prefetched.
+    std::vector<std::uint64_t> source_sectors;
+    std::size_t in_use = 0, next_ahead = 0;
+    std::uint64_t entries_read = 0, named = 0;
+    std::size_t begin = 0;  // first event of the round
     std::deque<Record> records;
+    std::uint64_t taken = ~std::uint64_t{0};  // node that the last source entry named
     // stack unit
     std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
     unsigned held_back = 0;                // checkpoint entries that wait for the stack
@@ -228,12 +252,52 @@ class PlainRtUnit {
       lane.waiting_since = now_;
       return;
     }
-    if (e.kind() == traces::EventKind::visit_internal) remember(warp, lane, e);
+    if (e.kind() == traces::EventKind::visit_internal) remember(name, e);
     finish_event(name, static_cast<unsigned>(std::popcount(unsigned{e.checkpoints})));
+  }
+  bool logged() const { return config_.checkpoint.forward == modules::CheckpointForward::reference; }
+  Log& log_of(LaneName name) { return logs_[{warps_[name.first].slot, name.second}]; }
+  std::uint64_t place_address(LaneName name, std::uint64_t place) const {
+    const std::uint64_t places = (4 * header_.checkpoint_capacity + 7) / 8 * 8;
+    return map_.checkpoint_log(map_.ray_slot(0, warps_[name.first].slot, name.second)) + place % places * entry_bytes();
+  }
+  /// Which items a lane's entries become.
+  void list_entries(LaneName name, unsigned entries, bool forwarded, bool last) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    Log& log = log_of(name);
+    const auto append = [&](ListItem item) {
+      log.items.push_back(item);
+      lane.items.push_back(std::move(item));
+    };
+    const auto close = [&] {
+      if (lane.run.size() == 1) append({});
+      if (lane.run.size() > 1) append({lane.run});
+      lane.run.clear();
+    };
+    const auto young = [&] { return log.items.size() - lane.entry_place <= header_.checkpoint_capacity; };
+    if (entries > 0 && forwarded) {
+      bool goes_on = false;
+      if (!lane.run.empty()) {
+        const auto step = static_cast<std::int64_t>(lane.entry_place - lane.run.back());
+        goes_on = lane.run.size() == 1 ? step == 1 || step == -1
+                                       : step == static_cast<std::int64_t>(lane.run[1] - lane.run[0]);
+      }
+      if (!goes_on || !young()) close();
+      if (young()) {
+        lane.run.push_back(lane.entry_place);
+      } else {
+        append({});
+      }
+    } else if (entries > 0) {
+      close();
+      for (unsigned i = 0; i < entries; ++i) append({});
+    }
+    if (last) close();
   }
   // The event is over but for its checkpoint entries.
   void finish_event(LaneName name, unsigned entries) {
     Lane& lane = warps_[name.first].lanes[name.second];
+    lane.forwarded = event(lane).kind() == traces::EventKind::replay_forward;
     ++lane.next;
     if (config_.warp_buffer.spill && stack_moves(name)) {
       lane.held_back = entries;
@@ -267,10 +331,17 @@ class PlainRtUnit {
   void stack_moved(LaneName name) { submit(name, warps_[name.first].lanes[name.second].held_back); }
   void submit(LaneName name, unsigned entries) {
     Lane& lane = warps_[name.first].lanes[name.second];
-    lane.to_write = entries;
     const bool last = lane.next == lane.end;
-    lane.flush = last && config_.checkpoint.write_combine && (lane.written + entries) * 20 % 32 != 0;
-    if (entries > 0 || lane.flush) {
+    lane.to_write = entries;
+    std::uint64_t ends_at = (lane.written + entries) * entry_bytes();
+    if (header_.checkpoint && logged()) {
+      list_entries(name, entries, lane.forwarded, last);
+      lane.to_write = static_cast<unsigned>(lane.items.size());
+      const Log& log = log_of(name);
+      ends_at = log.items.size() == log.list_begin ? 0 : log.items.size() * entry_bytes();
+    }
+    lane.flush = last && config_.checkpoint.write_combine && ends_at % 32 != 0;
+    if (lane.to_write > 0 || lane.flush) {
       lane.state = State::write;
       submitted_.push_back(name);
     } else {
@@ -308,12 +379,19 @@ class PlainRtUnit {
       }
     }
     if (!checkpoint_responses_.empty() && checkpoint_responses_.front().visible <= now_) {
-      const std::optional<LaneName> reader = checkpoint_readers_.front();
+      const auto [reader, address, ahead] = checkpoint_readers_.front();
       checkpoint_responses_.pop_front();
       checkpoint_readers_.pop_front();
-      if (reader) {
+      if (reader) prefetch_named(*reader, address);
+      if (reader && !ahead) {
         Lane& lane = warps_[reader->first].lanes[reader->second];
-        if (--lane.sectors_due == 0) entry_read(*reader);
+        if (--lane.sectors_due == 0) {
+          if (lane.reading_run) {
+            read_entry(*reader);
+          } else {
+            entry_read(*reader);
+          }
+        }
       }
     }
     if (!prefetch_responses_.empty() && prefetch_responses_.front().visible <= now_) prefetch_responses_.pop_front();
@@ -340,7 +418,10 @@ class PlainRtUnit {
   // The source entry of the event is there: a replay_take pushes it, a replay_forward may submit it.
   void entry_read(LaneName name) {
     Lane& lane = warps_[name.first].lanes[name.second];
-    if (event(lane).kind() == traces::EventKind::replay_take) ++lane.depth;
+    if (event(lane).kind() == traces::EventKind::replay_take) {
+      ++lane.depth;
+      lane.taken = std::uint64_t{event(lane).node} * unit();
+    }
     finish_event(name, event(lane).checkpoints);
   }
 
@@ -360,13 +441,15 @@ class PlainRtUnit {
     if (!read_queue_.empty() && !read_blocked) {
       send(1, read_queue_.front().second, false);
       checkpoint_responses_.push_back({now_ + memory_latency_, 0});
-      checkpoint_readers_.push_back(read_queue_.front().first);
+      checkpoint_readers_.push_back({read_queue_.front().first, read_queue_.front().second, false});
       read_queue_.pop_front();
     } else if (!write_queue_.empty()) {
       send(1, write_queue_.front(), true);
       checkpoint_responses_.push_back({now_ + memory_latency_, 0});
-      checkpoint_readers_.push_back(std::nullopt);
+      checkpoint_readers_.push_back({std::nullopt, 0, false});
       write_queue_.pop_front();
+    } else {
+      read_ahead();
     }
     if (!prefetch_queue_.empty()) {
       Prefetch& front = prefetch_queue_.front();
@@ -383,11 +466,117 @@ class PlainRtUnit {
       if (move.write && !more) stack_moved(move.lane);
     }
   }
+  // The first lane in the queue that has a sector within its window; those before it have none and leave.
+  void read_ahead() {
+    while (!ahead_queue_.empty()) {
+      const LaneName name = ahead_queue_.front();
+      Lane& lane = warps_[name.first].lanes[name.second];
+      const std::size_t window = lane.in_use + config_.checkpoint.read_ahead;
+      if (lane.next_ahead < std::min(lane.source_sectors.size(), window)) {
+        const std::uint64_t sector = lane.source_sectors[lane.next_ahead++];
+        send(1, sector, false);
+        checkpoint_responses_.push_back({now_ + memory_latency_, 0});
+        checkpoint_readers_.push_back({name, sector, true});
+        return;
+      }
+      ahead_queue_.pop_front();
+    }
+  }
+  void queue_ahead(LaneName name) {
+    if (config_.checkpoint.read_ahead == 0) return;
+    if (std::find(ahead_queue_.begin(), ahead_queue_.end(), name) == ahead_queue_.end()) ahead_queue_.push_back(name);
+  }
+  bool backwards() const { return header_.checkpoint_order == traces::CheckpointOrder::lifo; }
+  std::uint64_t source_address(LaneName name, std::uint64_t place) const {
+    return logged() ? place_address(name, place)
+                    : entry_address(warps_[name.first], name.second, (warps_[name.first].round + 1) % 2, place);
+  }
+  /// Places of the source list that have not been read, in the order of reading.
+  std::vector<std::uint64_t> unread(LaneName name) {
+    const Lane& lane = warps_[name.first].lanes[name.second];
+    std::uint64_t begin = lane.reads, end = lane.source;
+    if (logged()) {
+      begin = log_of(name).source;
+      end = log_of(name).source_end;
+    } else if (backwards()) {
+      begin = 0;
+      end = lane.source - lane.reads;
+    }
+    std::vector<std::uint64_t> places;
+    for (std::uint64_t place = begin; place < end; ++place) places.push_back(place);
+    if (backwards()) std::reverse(places.begin(), places.end());
+    return places;
+  }
+  void list_source_sectors(LaneName name) {
+    Lane& lane = warps_[name.first].lanes[name.second];
+    for (const std::uint64_t place : unread(name)) {
+      std::vector<std::uint64_t> sectors = sectors_of(source_address(name, place));
+      if (backwards()) std::reverse(sectors.begin(), sectors.end());
+      for (const std::uint64_t sector : sectors) {
+        if (lane.source_sectors.empty() || lane.source_sectors.back() != sector) lane.source_sectors.push_back(sector);
+      }
+    }
+  }
+  /// The sector from which reading goes on behind a place of the list.
+  void use_source_sector(Lane& lane, std::uint64_t sector) {
+    while (lane.in_use == 0 || lane.source_sectors[lane.in_use - 1] != sector) ++lane.in_use;
+    lane.next_ahead = std::max(lane.next_ahead, lane.in_use);
+  }
+  std::vector<std::uint64_t> sectors_of(std::uint64_t entry) const {
+    const std::uint64_t first = entry / 32 * 32, last = (entry + entry_bytes() - 1) / 32 * 32;
+    return first == last ? std::vector{first} : std::vector{first, last};
+  }
+  // A sector of the source list has come: nodes of the entries that lie in it as a whole.
+  void prefetch_named(LaneName name, std::uint64_t sector) {
+    if (!config_.checkpoint.prefetch_nodes) return;
+    Lane& lane = warps_[name.first].lanes[name.second];
+    if (lane.ray == nullptr || !lane.run_to_read.empty()) return;
+    lane.named = std::max(lane.named, lane.entries_read);
+    std::uint64_t entry = lane.entries_read;
+    bool any = false;
+    for (const std::uint64_t place : unread(name)) {
+      if (logged() && !log_of(name).items[place].names.empty()) return;
+      const bool inside = sectors_of(source_address(name, place)) == std::vector{sector};
+      if (entry >= lane.named && inside) {
+        prefetch_entry(name, entry);
+        lane.named = entry + 1;
+        any = true;
+      } else if (any) {
+        return;
+      }
+      ++entry;
+    }
+  }
+  void prefetch_entry(LaneName name, std::uint64_t number) {
+    using traces::EventKind;
+    const Lane& lane = warps_[name.first].lanes[name.second];
+    std::size_t at = lane.begin;
+    for (;; ++at) {
+      const EventKind kind = lane.ray->events[at].kind();
+      if (kind != EventKind::replay_take && kind != EventKind::replay_forward) continue;
+      if (number-- == 0) break;
+    }
+    if (lane.ray->events[at].kind() != EventKind::replay_take || at + 1 == lane.end) return;
+    const traces::Event& next = lane.ray->events[at + 1];
+    std::uint64_t address = std::uint64_t{next.node} * unit();
+    traces::NodeKind kind = leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle;
+    if (next.kind() == EventKind::visit_internal) {
+      address = std::uint64_t{definition(warps_[name.first], next).address} * unit();
+      kind = traces::NodeKind::internal;
+    } else if (next.kind() == EventKind::visit_instance) {
+      kind = traces::NodeKind::instance;
+    } else if (next.kind() != EventKind::visit_leaf) {
+      return;
+    }
+    queue_prefetch(kind, address);
+  }
+
   void send(unsigned client, std::uint64_t address, bool write) { requests[client].push_back({address, write, now_}); }
 
   // --- 5 hand-over -------------------------------------------------------------------------------------------------
   void hand_over() {
-    const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
+    // Entries of 8 and 16 B lie in one sector, those of 20 B in up to two.
+    const unsigned places = config_.checkpoint.write_combine || entry_bytes() != 20 ? 1 : 2;
     for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
       if (write_queue_.size() + places > config_.checkpoint.write_queue) return;
       const LaneName name = submitted_.front();
@@ -395,17 +584,24 @@ class PlainRtUnit {
       Lane& lane = warp.lanes[name.second];
       if (lane.to_write > 0) {
         --lane.to_write;
-        const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
-        const std::uint64_t last_sector = (first + 19) / 32 * 32;
+        std::uint64_t first = 0;
+        if (logged()) {
+          // Items that wait are the last of the log.
+          first = place_address(name, log_of(name).items.size() - lane.items.size());
+          lane.items.pop_front();
+        } else {
+          first = entry_address(warp, name.second, warp.round % 2, lane.written++);
+        }
+        const std::uint64_t last_sector = (first + entry_bytes() - 1) / 32 * 32;
         const std::uint64_t first_sector = first / 32 * 32;
         if (!config_.checkpoint.write_combine) {
           write_queue_.push_back(first_sector);
           if (last_sector != first_sector) write_queue_.push_back(last_sector);
         } else {
-          const bool reaches_end = (first + 20) / 32 * 32 != first_sector;
+          const bool reaches_end = (first + entry_bytes()) / 32 * 32 != first_sector;
           if (reaches_end) write_queue_.push_back(first_sector);
           lane.open_sector.reset();
-          if ((first + 20) % 32 != 0) lane.open_sector = (first + 20) / 32 * 32;
+          if ((first + entry_bytes()) % 32 != 0) lane.open_sector = (first + entry_bytes()) / 32 * 32;
         }
       } else {
         write_queue_.push_back(*lane.open_sector);
@@ -419,8 +615,9 @@ class PlainRtUnit {
     }
   }
   std::uint64_t entry_address(const Warp& warp, unsigned lane, unsigned buffer, std::uint64_t index) const {
-    return map_.checkpoint_entry(map_.ray_slot(0, warp.slot, lane), buffer, index);
+    return map_.checkpoint_entry(map_.ray_slot(0, warp.slot, lane), buffer, 0) + index * entry_bytes();
   }
+  std::uint64_t entry_bytes() const { return config_.checkpoint.entry_bytes; }
 
   // --- 6 any-hit ---------------------------------------------------------------------------------------------------
   void any_hit() {
@@ -523,11 +720,11 @@ class PlainRtUnit {
         visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * unit(), false);
         return;
       case EventKind::visit_instance:
-        if (e.detail == 0) trigger(lane, at);
+        trigger(name, at);
         visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read && !compact());
         return;
       case EventKind::visit_leaf:
-        trigger(lane, at);
+        trigger(name, at);
         visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
         return;
       case EventKind::cull:
@@ -557,12 +754,32 @@ class PlainRtUnit {
   void read_entry(LaneName name) {
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
-    const bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
-    const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
-    ++lane.reads;
-    const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
+    std::uint64_t first = 0;
+    const bool from_list = lane.run_to_read.empty();
+    lane.reading_run = false;
+    if (!logged()) {
+      const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
+      ++lane.reads;
+      first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    } else if (!lane.run_to_read.empty()) {
+      lane.entry_place = lane.run_to_read.front();
+      lane.run_to_read.pop_front();
+      backwards = lane.run_down;
+      first = place_address(name, lane.entry_place);
+    } else {
+      Log& log = log_of(name);
+      lane.entry_place = backwards ? --log.source_end : log.source++;
+      const std::vector<std::uint64_t>& names = log.items[lane.entry_place].names;
+      first = place_address(name, lane.entry_place);
+      lane.run_to_read.assign(names.begin(), names.end());
+      if (backwards) std::reverse(lane.run_to_read.begin(), lane.run_to_read.end());
+      lane.reading_run = !names.empty();
+      if (lane.reading_run) lane.run_down = lane.run_to_read[1] < lane.run_to_read[0];
+    }
     std::vector<std::uint64_t> sectors{first / 32 * 32};
-    if ((first + 19) / 32 * 32 != sectors[0]) sectors.push_back((first + 19) / 32 * 32);
+    const std::uint64_t last = first + entry_bytes() - 1;
+    if (last / 32 * 32 != sectors[0]) sectors.push_back(last / 32 * 32);
     if (backwards) std::reverse(sectors.begin(), sectors.end());
     for (const std::uint64_t sector : sectors) {
       if (config_.checkpoint.read_buffer && lane.held_sector == sector) continue;
@@ -570,8 +787,13 @@ class PlainRtUnit {
       ++lane.sectors_due;
     }
     lane.held_sector = sectors.back();
+    if (from_list && config_.checkpoint.read_ahead > 0) use_source_sector(lane, sectors.back());
+    if (!lane.reading_run) ++lane.entries_read;
+    queue_ahead(name);
     if (lane.sectors_due > 0) {
       lane.state = State::read;
+    } else if (lane.reading_run) {
+      read_entry(name);
     } else {
       entry_read(name);
     }
@@ -587,39 +809,68 @@ class PlainRtUnit {
     for (unsigned s = 0; s < slot; ++s) address += stored(record.node->child_kinds[s]);
     return address;
   }
-  void remember(const Warp& warp, Lane& lane, const traces::Event& e) {
-    if (!config_.sibling_prefetch || std::popcount(e.pushed()) < 2) return;
+  void remember(LaneName name, const traces::Event& e) {
+    if (!config_.sibling_prefetch) return;
+    const Warp& warp = warps_[name.first];
+    Lane& lane = warps_[name.first].lanes[name.second];
     const traces::NodeDefinition& node = definition(warp, e);
-    bool leaf = false;
-    for (unsigned s = 0; s < node.child_count; ++s) {
-      leaf = leaf || ((e.pushed() >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+    const auto siblings_with_leaf = [&](unsigned mask) {
+      bool leaf = false;
+      for (unsigned s = 0; s < node.child_count; ++s) {
+        leaf = leaf || ((mask >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+      }
+      return leaf && std::popcount(mask) >= 2;
+    };
+    const Record record{std::uint64_t{node.address} * unit(), std::uint64_t{node.child_base} * unit(), &node,
+                        e.pushed()};
+    if (siblings_with_leaf(e.pushed())) keep(lane, record);
+    const bool in_blas = header_.two_level && record.node_address >= header_.blas_base;
+    if (siblings_with_leaf(e.checkpoints) && !in_blas) {
+      written_together_[{warp.slot, name.second}].push_back(record);
+      written_together_[{warp.slot, name.second}].back().hit = e.checkpoints;
     }
-    if (!leaf) return;
-    lane.records.push_back(
-        {std::uint64_t{node.address} * unit(), std::uint64_t{node.child_base} * unit(), &node, e.pushed()});
+  }
+  void keep(Lane& lane, const Record& record) {
+    lane.records.push_back(record);
     if (lane.records.size() > config_.prefetcher.records) lane.records.pop_front();
   }
-  void trigger(Lane& lane, std::uint64_t leaf) {
+  /// Slot of the leaf if the record has it among its hit children; 8: it has not.
+  unsigned slot_in(const Record& record, std::uint64_t leaf) const {
+    for (unsigned s = 0; s < record.node->child_count; ++s) {
+      if ((record.hit >> s & 1) != 0 && child_address(record, s) == leaf) return s;
+    }
+    return 8;
+  }
+  void trigger(LaneName name, std::uint64_t leaf) {
+    Lane& lane = warps_[name.first].lanes[name.second];
     for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
-      unsigned self = 8;
-      for (unsigned s = 0; s < record->node->child_count; ++s) {
-        if ((record->hit >> s & 1) != 0 && child_address(*record, s) == leaf) self = s;
-      }
-      if (self == 8) continue;
-      if (record->triggered) return;
+      if (slot_in(*record, leaf) == 8) continue;
+      if (!record->triggered) queue_siblings(*record, leaf);
       record->triggered = true;
-      for (unsigned s = 0; s < record->node->child_count; ++s) {
-        if ((record->hit >> s & 1) == 0 || s == self) continue;
-        const std::uint64_t address = child_address(*record, s);
-        if (!queued_now(record->node_address, address)) continue;
-        const traces::NodeKind kind = record->node->child_kinds[s];
-        const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
-                                       [&](const Prefetch& p) { return p.address == address; });
-        if (there || prefetch_queue_.size() >= config_.prefetcher.queue) continue;
-        prefetch_queue_.push_back({address, static_cast<unsigned>(sectors_of(kind, address).size())});
-      }
       return;
     }
+    // The entry that named this leaf says with which siblings it was written.
+    if (!config_.prefetcher.replayed || entry_bytes() == 8 || lane.taken != leaf) return;
+    const auto& visits = written_together_[{warps_[name.first].slot, name.second}];
+    const auto visit =
+        std::find_if(visits.rbegin(), visits.rend(), [&](const Record& record) { return slot_in(record, leaf) != 8; });
+    if (visit == visits.rend()) return;
+    queue_siblings(*visit, leaf);
+    keep(lane, *visit);
+    lane.records.back().triggered = true;
+  }
+  void queue_siblings(const Record& record, std::uint64_t leaf) {
+    for (unsigned s = 0; s < record.node->child_count; ++s) {
+      const std::uint64_t address = child_address(record, s);
+      if ((record.hit >> s & 1) == 0 || address == leaf) continue;
+      if (queued_now(record.node_address, address)) queue_prefetch(record.node->child_kinds[s], address);
+    }
+  }
+  void queue_prefetch(traces::NodeKind kind, std::uint64_t address) {
+    const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
+                                   [&](const Prefetch& p) { return p.address == address; });
+    if (there || prefetch_queue_.size() >= config_.prefetcher.queue) return;
+    prefetch_queue_.push_back({address, static_cast<unsigned>(sectors_of(kind, address).size())});
   }
   /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
   bool queued_now(std::uint64_t node, std::uint64_t sibling) {
@@ -646,8 +897,20 @@ class PlainRtUnit {
         Lane& lane = warp.lanes[l];
         lane.ray = &ray;
         for (unsigned r = 0; r < round; ++r) lane.next += ray.rounds[r].event_count;
+        lane.begin = lane.next;
+        if (!ray.rounds[round].replay) written_together_[{slot, l}].clear();
         lane.end = lane.next + ray.rounds[round].event_count;
         lane.source = written_before_[{slot, l}];
+        if (header_.checkpoint && logged()) {
+          Log& log = logs_[{slot, l}];
+          if (round == 0) log = {};
+          log.source = log.list_begin;
+          log.source_end = log.list_begin = log.items.size();
+        }
+        if (ray.rounds[round].replay && config_.checkpoint.read_ahead > 0) {
+          list_source_sectors({w, l});
+          queue_ahead({w, l});
+        }
         lane.depth = ray.rounds[round].replay ? 0 : 1;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
@@ -657,8 +920,9 @@ class PlainRtUnit {
 
   bool idle() const {
     return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
-           read_queue_.empty() && write_queue_.empty() && checkpoint_responses_.empty() && prefetch_queue_.empty() &&
-           prefetch_responses_.empty() && stack_queue_.empty() && stack_responses_.empty() && done_messages_.empty();
+           read_queue_.empty() && write_queue_.empty() && ahead_queue_.empty() && checkpoint_responses_.empty() &&
+           prefetch_queue_.empty() && prefetch_responses_.empty() && stack_queue_.empty() && stack_responses_.empty() &&
+           done_messages_.empty();
   }
 
   modules::RtUnitConfig config_;
@@ -676,7 +940,14 @@ class PlainRtUnit {
   std::size_t next_fetch_ = 0;
   std::deque<std::size_t> fetch_queue_;
   std::deque<Response> node_responses_, checkpoint_responses_, prefetch_responses_;
-  std::deque<std::optional<LaneName>> checkpoint_readers_;
+  struct Reader {
+    std::optional<LaneName> lane;  // none: a write
+    std::uint64_t address;
+    bool ahead;
+  };
+  std::deque<Reader> checkpoint_readers_;
+  std::deque<LaneName> ahead_queue_;  // lanes that may have sectors to read ahead
+  std::map<std::pair<unsigned, unsigned>, std::vector<Record>> written_together_;  // slot, lane
   std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
   std::deque<std::uint64_t> write_queue_;
   std::deque<LaneName> submitted_;
@@ -691,6 +962,7 @@ class PlainRtUnit {
   std::set<std::pair<std::uint64_t, std::uint64_t>> asked_;
   std::uint64_t asked_cycle_ = ~std::uint64_t{0};
   std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round
+  std::map<std::pair<unsigned, unsigned>, Log> logs_;                      // slot, lane
   std::optional<unsigned> last_;
   std::uint64_t last_age_ = 0;
 

@@ -2,6 +2,7 @@
 // root.
 #include <gmock/gmock.h>
 
+#include "grtx/base/error.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {
@@ -16,12 +17,21 @@ constexpr Cycle kFirst = 2;
 constexpr Cycle kBox = 2 + 20 + 1 + 13;
 constexpr std::uint64_t kCapacity = 64;  // 1280 B a buffer: every buffer begins on a sector boundary
 
+/// A lane's open sector and the sector that it has read last are held in the unit.
+BenchOptions with_sector_buffers() {
+  BenchOptions options;
+  options.rt.checkpoint.write_combine = true;
+  options.rt.checkpoint.read_buffer = true;
+  return options;
+}
+
+/// Written or read on demand.
 std::vector<std::uint64_t> addresses(const RtBench& bench, bool write) {
   std::vector<std::uint64_t> list;
   for (const auto& r : bench.requests[1]) {
     EXPECT_EQ(r.request.region, Region::checkpoint);
     EXPECT_EQ(r.request.address % 32, 0u);
-    if (r.request.write == write) list.push_back(r.request.address);
+    if (r.request.write == write && !r.request.prefetch) list.push_back(r.request.address);
   }
   return list;
 }
@@ -53,7 +63,7 @@ TEST_F(RtUnitCheckpointTest, EachSectorOfAPassIsWrittenAndReadOnce) {
     SCOPED_TRACE(entries);
     fresh_context();
     const auto group = write_then_replay(entries);
-    RtBench bench(small_header("tri20", kCapacity), {});
+    RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
     bench.launch(group, 3);
     bench.run();
     const std::uint64_t base = bench.map().checkpoint_entry(bench.map().ray_slot(0, 3, 0), 0, 0);
@@ -92,11 +102,130 @@ TEST_F(RtUnitCheckpointTest, WithoutBuffersEveryTouchedSectorIsTraffic) {
   EXPECT_EQ(c.sectors_read, 8u + 4u);
 }
 
+TEST_F(RtUnitCheckpointTest, SmallerEntriesTakeFewerSectors) {
+  for (const auto [bytes, sectors] : {std::pair(16u, 4u), std::pair(8u, 2u)}) {
+    SCOPED_TRACE(bytes);
+    fresh_context();
+    BenchOptions options = with_sector_buffers();
+    options.rt.checkpoint.entry_bytes = bytes;
+    const auto group = write_then_replay(8);
+    RtBench bench(small_header("tri20", kCapacity), options);
+    bench.launch(group, 0);
+    bench.run();
+    const auto c = bench.counters().checkpoint;
+    EXPECT_EQ(c.sectors_written, sectors);
+    EXPECT_EQ(c.sectors_read, sectors);
+    EXPECT_EQ(c.straddling_written + c.straddling_read, 0u);
+  }
+}
+
+TEST_F(RtUnitCheckpointTest, ForwardedByReferenceNothingIsWrittenAgainButARunEntry) {
+  // Round 0 writes 4 entries; round 1 forwards all: one run entry; round 2 reads it, then the four.
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(4, NodeKind::triangle))};
+  group.rays.resize(1);
+  add_round(group.rays[0], {internal_event(0, 0, 0b1111)});
+  add_round(group.rays[0], {forward_event(10, 1), forward_event(11, 1), forward_event(12, 1), forward_event(13, 1)},
+            true);
+  std::vector<Event> takes;
+  for (std::uint32_t leaf = 10; leaf < 14; ++leaf) {
+    takes.push_back(take_event(leaf));
+    takes.push_back(leaf_event(leaf, LeafOutcome::miss));
+  }
+  add_round(group.rays[0], takes, true);
+  BenchOptions options = with_sector_buffers();
+  options.rt.checkpoint.forward = modules::CheckpointForward::reference;
+  options.rt.checkpoint.entry_bytes = 16;
+  RtBench bench(small_header("tri20", kCapacity), options);
+  bench.launch(group, 0);
+  bench.run();
+  const std::uint64_t base = bench.map().checkpoint_log(0);
+  std::vector<std::string> log;
+  for (const auto& r : bench.requests[1]) {
+    log.push_back((r.request.write ? "W" : "R") + std::to_string(r.request.address - base));
+  }
+  // The run entry is at 64, in a sector that it does not fill.
+  EXPECT_THAT(log, ::testing::ElementsAre("W0", "W32", "R0", "R32", "W64", "R64", "R0", "R32"));
+  const auto c = bench.counters().checkpoint;
+  EXPECT_EQ(c.entries_written, 4u);
+  EXPECT_EQ(c.log.entries_referenced, 4u);
+  EXPECT_EQ(c.log.runs_written, 1u);
+  EXPECT_EQ(c.entries_read, 8u);
+}
+
+TEST_F(RtUnitCheckpointTest, SectorsAreReadAheadFromTraceRayOn) {
+  // Eight entries of 20 B: five sectors. Round 1 is accepted three cycles after round 0 retires, and its window of two
+  // sectors is sent from the next cycle on; the first demand read goes before the second of them.
+  BenchOptions options = with_sector_buffers();
+  options.rt.checkpoint.read_ahead = 2;
+  const auto group = write_then_replay(8);
+  RtBench bench(small_header("tri20", kCapacity), options);
+  bench.launch(group, 0);
+  bench.run();
+  const std::uint64_t base = bench.map().checkpoint_entry(0, 0, 0);
+  std::vector<std::uint64_t> ahead;
+  std::vector<Cycle> cycles;
+  for (const auto& r : bench.requests[1]) {
+    if (!r.request.prefetch) continue;
+    ahead.push_back(r.request.address - base);
+    cycles.push_back(r.cycle);
+  }
+  EXPECT_THAT(ahead, ::testing::ElementsAre(0, 32, 64, 96, 128));
+  const Cycle accepted = bench.dones[0].cycle + 1 + 1;
+  EXPECT_EQ(cycles[0], accepted + 1);
+  EXPECT_EQ(cycles[1], accepted + 3);
+  const auto c = bench.counters().checkpoint;
+  EXPECT_EQ(c.sectors_ahead, 5u);
+  EXPECT_EQ(c.ahead_returned, 5u);
+  EXPECT_EQ(c.sectors_read, 5u) << "each is read again when it is needed, from the L1";
+}
+
+TEST_F(RtUnitCheckpointTest, NodesOfEntriesThatCameAheadArePrefetchedIfTheyWillBeTaken) {
+  // Four entries of 8 B in one sector: with the first come the others, of which 11 is forwarded.
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(4, NodeKind::triangle))};
+  group.rays.resize(1);
+  add_round(group.rays[0], {internal_event(0, 0, 0b1111)});
+  add_round(group.rays[0],
+            {take_event(10), leaf_event(10, LeafOutcome::miss), forward_event(11, 1), take_event(12),
+             leaf_event(12, LeafOutcome::miss), take_event(13), leaf_event(13, LeafOutcome::miss)},
+            true);
+  for (const bool siblings : {false, true}) {
+    SCOPED_TRACE(siblings);
+    fresh_context();
+    BenchOptions options = with_sector_buffers();
+    options.rt.checkpoint.entry_bytes = 8;
+    options.rt.checkpoint.prefetch_nodes = true;
+    options.rt.sibling_prefetch = siblings;
+    RtBench bench(small_header("tri20", kCapacity), options);
+    bench.launch(group, 0);
+    bench.run();
+    std::vector<std::uint64_t> nodes;
+    for (const auto& r : bench.requests[2]) {
+      EXPECT_TRUE(r.request.prefetch);
+      if (r.request.address % 64 == 0) nodes.push_back(r.request.address / 64);
+    }
+    EXPECT_THAT(nodes, ::testing::ElementsAre(12, 13));
+    // In the cycle in which the sector comes, that after the memory latency.
+    EXPECT_EQ(bench.requests[2][0].cycle, bench.dones[0].cycle + 3 + 1 + 20);
+    EXPECT_EQ(bench.counters().prefetch.entry_nodes, 2u);
+    EXPECT_EQ(bench.counters().prefetch.nodes, 0u);
+  }
+}
+
+TEST_F(RtUnitCheckpointTest, ASortedSourceCannotBeForwardedByReference) {
+  auto header = small_header("tri20", kCapacity);
+  header.checkpoint_order = traces::CheckpointOrder::nearest;
+  BenchOptions options;
+  options.rt.checkpoint.forward = modules::CheckpointForward::reference;
+  EXPECT_THROW(RtBench(header, options), Error);
+}
+
 TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {
   auto header = small_header("tri20", kCapacity);
   header.checkpoint_order = traces::CheckpointOrder::lifo;
   const auto group = write_then_replay(8);
-  RtBench bench(header, {});
+  RtBench bench(header, with_sector_buffers());
   bench.launch(group, 0);
   bench.run();
   const std::uint64_t base = bench.map().checkpoint_entry(0, 0, 0);
@@ -112,7 +241,7 @@ TEST_F(RtUnitCheckpointTest, BuffersPingPongByRoundParity) {
   add_round(group.rays[0], {forward_event(10, 1), forward_event(11, 1)}, true);
   add_round(group.rays[0], {take_event(10), leaf_event(10, LeafOutcome::miss), forward_event(11, 1)}, true);
   add_round(group.rays[0], {take_event(11), leaf_event(11, LeafOutcome::beyond, 1)}, true);
-  RtBench bench(small_header("tri20", kCapacity), {});
+  RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
   bench.launch(group, 0);
   bench.run();
   ASSERT_EQ(bench.dones.size(), 4u);
@@ -139,7 +268,7 @@ TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
   for (const unsigned lanes : {1u, 2u, 4u, 7u, 8u}) {
     SCOPED_TRACE(lanes);
     fresh_context();
-    BenchOptions options;
+    BenchOptions options = with_sector_buffers();
     options.rt.checkpoint.lanes = lanes;
     RtBench bench(small_header("tri20", kCapacity), options);
     bench.launch(group, 0);
@@ -159,7 +288,7 @@ TEST_F(RtUnitCheckpointTest, AFullWriteQueueBlocksTheLane) {
   group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
-  BenchOptions options;
+  BenchOptions options = with_sector_buffers();
   options.rt.checkpoint.lanes = 32;
   options.rt.checkpoint.write_queue = 2;
   RtBench bench(small_header("tri20", kCapacity), options);
@@ -180,7 +309,7 @@ TEST_F(RtUnitCheckpointTest, ReplayReadsThenFetchesTheNodeOnly) {
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 1)});
   add_round(group.rays[0], {take_event(10), internal_event(0, 0)}, true);
-  RtBench bench(small_header("tri20", kCapacity), {});
+  RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
   bench.launch(group, 0);
   bench.run();
   ASSERT_EQ(bench.dones.size(), 2u);
@@ -203,6 +332,7 @@ TEST_F(RtUnitCheckpointTest, AReadWaitsForAWriteOfItsSector) {
   BenchOptions options;
   options.rt.checkpoint.lanes = 64;
   options.rt.checkpoint.write_queue = 64;
+  options.rt.checkpoint.write_combine = options.rt.checkpoint.read_buffer = true;
   options.rt.ray_box.count = 32;
   RtBench bench(small_header("tri20", kCapacity), options);
   bench.launch(group, 0);

@@ -89,13 +89,19 @@ BenchOptions random_configuration(std::mt19937& random) {
   }
   rt.box_op_per_child = one_of({0, 1}) != 0;
   rt.any_hit.timeout = one_of({1, 5, 64, 1000});
-  rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0};
+  rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0,
+                   one_of({8, 16, 20, 20})};
+  if (one_of({0, 1}) != 0) rt.checkpoint.forward = modules::CheckpointForward::reference;
+  rt.checkpoint.read_ahead = one_of({0, 1, 2, 5});
+  rt.checkpoint.prefetch_nodes = one_of({0, 1}) != 0;
   rt.sibling_prefetch = one_of({0, 1, 1}) != 0;
-  rt.prefetcher = {one_of({1, 4}), one_of({2, 32})};
+  rt.prefetcher = {one_of({1, 4}), one_of({2, 32}), one_of({0, 1}) != 0};
   rt.warp_buffer.spill = one_of({0, 1, 1}) != 0;
   rt.warp_buffer.stack_entries = one_of({2, 3, 4, 8});
   return options;
 }
+
+class RtUnitPlainDirected : public modules::SystemCTest {};
 
 class RtUnitPlain : public modules::SystemCTest, public ::testing::WithParamInterface<unsigned> {};
 
@@ -131,6 +137,21 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
+
+// Trees do not lead there: a leaf whose node is visited in a round has no BLAS node in that round's source buffer.
+TEST_F(RtUnitPlainDirected, AReplayedBlasNodeAsksForItsLeafAsAnyVisitDoes) {
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})};
+  group.rays.resize(1);
+  constexpr std::uint32_t kBlasLeaf = (1 << 19) / traces::kNodeUnit + 1;
+  group.nodes.push_back(node_definition(2, 1, {NodeKind::internal}));
+  add_round(group.rays[0], {internal_event(1, 0b1, 0b1), cull_event(1, 1)});
+  add_round(group.rays[0],
+            {take_event(1), internal_event(0, 0b11), cull_event(12, 0), cull_event(10, 0), take_event(kBlasLeaf),
+             instance_event(10, 1), leaf_event(kBlasLeaf, LeafOutcome::miss)},
+            true);
+  expect_agreement(small_header("tlas-tri20", 64), {group}, {});
+}
 
 /// Warps of a view, traced for one design, on the default configuration.
 void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,

@@ -1,4 +1,5 @@
 // Sibling prefetch: the first demand fetch of a child leaf asks for the hit siblings, once per internal visit.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "rtl_tlm/rt_unit/rt_bench.h"
@@ -100,6 +101,52 @@ TEST_F(RtUnitPrefetchTest, InstanceLeavesAreFollowedByTheirSizeInTheImage) {
   bench.launch(group, 0);
   bench.run();
   EXPECT_THAT(prefetched(bench), ElementsAre(10, 14));
+}
+
+TEST_F(RtUnitPrefetchTest, AnInstanceLeafThatIsReadForAReplayedBlasNodeTriggersToo) {
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})};
+  group.rays.resize(1);
+  group.nodes.push_back(node_definition(2, 1, {NodeKind::internal}));
+  add_round(group.rays[0], {internal_event(1, 0b1, 0b1), cull_event(1, 1)});
+  // Two entries: one names node 1, the other BLAS node 9000 below leaf 10.
+  add_round(group.rays[0],
+            {take_event(1), internal_event(0, 0b11), cull_event(12, 0), cull_event(10, 0), take_event(9000),
+             instance_event(10, 1), leaf_event(9000, LeafOutcome::miss)},
+            true);
+  BenchOptions options;
+  options.rt.memory.traffic.instance_leaf_bytes = 64;
+  RtBench bench(small_header("tlas-tri20", 64), options);
+  bench.launch(group, 0);
+  bench.run();
+  EXPECT_THAT(prefetched(bench), ElementsAre(12));
+}
+
+TEST_F(RtUnitPrefetchTest, AReplayedLeafBringsThoseThatWereCheckpointedWithIt) {
+  // Node 1 pushes 10 and checkpoints 11, 13 and 14; the next round takes 13 and 14 and forwards 11.
+  traces::RayGroup group = family();
+  group.rays[0] = {};
+  add_round(group.rays[0], {internal_event(0, 0b00001, 0b11010), leaf_event(10, LeafOutcome::miss)});
+  add_round(group.rays[0],
+            {forward_event(11, 1), take_event(13), leaf_event(13, LeafOutcome::miss), take_event(14),
+             leaf_event(14, LeafOutcome::miss)},
+            true);
+  for (const auto [replayed, entry_bytes] : {std::pair(true, 20u), std::pair(false, 20u), std::pair(true, 8u)}) {
+    SCOPED_TRACE(fmt::format("{} {}", replayed, entry_bytes));
+    fresh_context();
+    BenchOptions options;
+    options.rt.prefetcher.replayed = replayed;
+    options.rt.checkpoint.entry_bytes = entry_bytes;
+    RtBench bench(small_header("tri20", 64), options);
+    bench.launch(group, 0);
+    bench.run();
+    if (replayed && entry_bytes == 20) {
+      EXPECT_THAT(prefetched(bench), ElementsAre(11, 14));
+      EXPECT_EQ(bench.counters().prefetch.replayed, 1u);
+    } else {
+      EXPECT_TRUE(bench.requests[2].empty());
+    }
+  }
 }
 
 TEST_F(RtUnitPrefetchTest, AFullQueueDrops) {
