@@ -1,0 +1,76 @@
+// --machine: hardware keys and tracer options in one word; what the command line names overrides it; a wrong name or
+// key is one line and exit code 2.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/program.h"
+
+namespace grtx::e2e {
+namespace {
+
+class MachineTest : public testing::Test {
+ protected:
+  MachineTest() { EXPECT_EQ(folder_.run("synth --preset object --count 500 --seed 3 -o s.ply --quiet").code, 0); }
+
+  static constexpr const char* kView = " --scene s.ply --cameras s.cameras.json --width 16 --height 8 --quiet ";
+  void must(const std::string& arguments) {
+    const Outcome outcome = folder_.run(arguments);
+    ASSERT_EQ(outcome.code, 0) << arguments << "\n" << outcome.err;
+  }
+  nlohmann::json json(const std::string& name) { return nlohmann::json::parse(folder_.read(name)); }
+  Folder folder_;
+};
+
+TEST_F(MachineTest, GivesTheTracerItsOptionsUnlessTheCommandLineNamesThem) {
+  folder_.write("own.toml", "[tracer]\nchild_order = \"slot\"\nsort_key = \"peak\"\n[l1]\nbytes = 65536\n");
+  const std::string trace = std::string("trace") + kView + "--no-trace --stats t.json --machine own.toml";
+  must(trace);
+  EXPECT_EQ(json("t.json").at("config").at("child_order"), "slot");
+  EXPECT_EQ(json("t.json").at("config").at("sort_key"), "peak");
+  must(trace + " --child-order near_first");
+  EXPECT_EQ(json("t.json").at("config").at("child_order"), "near_first");
+  EXPECT_EQ(json("t.json").at("config").at("sort_key"), "peak");
+}
+
+TEST_F(MachineTest, GivesTheHardwareItsKeysUnderConfigAndSet) {
+  folder_.write("own.toml", "[l1]\nbytes = 65536\nlatency = 25\n[l2]\nlatency = 100\n");
+  folder_.write("over.toml", "[l1]\nlatency = 30\n");
+  must(std::string("trace") + kView + "-o t.grtx");
+  must("sim t.grtx --quiet --mode fast --machine own.toml --config over.toml --set l2.latency=120 --stats s.json");
+  const nlohmann::json config = json("s.json").at("config");
+  EXPECT_EQ(config.at("l1.bytes"), 65536);
+  EXPECT_EQ(config.at("l1.latency"), 30);
+  EXPECT_EQ(config.at("l2.latency"), 120);
+}
+
+TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
+  for (const std::string machine : {"paper", "modern"}) {
+    const Outcome outcome =
+        folder_.run(std::string("run") + kView + "--mode fast --machine " + machine + " -o " + machine);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("machine: " + machine), std::string::npos) << outcome.out;
+    const nlohmann::json results = json(machine + "/results.json");
+    EXPECT_EQ(results.at("machine"), machine);
+    EXPECT_TRUE(results.at("images_identical").get<bool>());
+  }
+}
+
+TEST_F(MachineTest, BadInputIsOneLine) {
+  folder_.write("a.toml", "[tracer]\nchild_ordr = \"slot\"\n");
+  folder_.write("b.toml", "[tracer]\nchild_order = \"slott\"\n");
+  const std::pair<const char*, const char*> cases[] = {{"papper", "the nearest is paper"},
+                                                       {"a.toml", "the nearest is 'tracer.child_order'"},
+                                                       {"b.toml", "b.toml: tracer.child_order"},
+                                                       {"none.toml", "none.toml"}};
+  for (const auto& [machine, text] : cases) {
+    const Outcome outcome = folder_.run(std::string("trace") + kView + "--no-trace --machine " + machine);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::e2e
