@@ -2,6 +2,7 @@
 // the DRAM simulators that the build was linked with. Readers without computation stand in for the L2 slices.
 //
 //   bench/dram_bandwidth                                        the built-in DRAM
+//   bench/dram_bandwidth --config configs/dram/gddr6.toml       the same as a GDDR6 part
 //   bench/dram_bandwidth --model dramsys --config gddr6.json --peak 112.28
 //   bench/dram_bandwidth --model ramulator --config gddr6.yaml --peak 112.28 --bytes 64
 #include <fmt/format.h>
@@ -18,6 +19,7 @@
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 
 namespace {
@@ -176,9 +178,10 @@ class Memory {
     modules::AddressInterleave interleave;
     interleave.slices = options.slices;
     if (options.model == "built_in") {
-      modules::Dram::Config config;
+      const sim::GpuConfig machine = sim::load_config(options.config, {});
+      modules::Dram::Config config = machine.dram;
       config.interleave = interleave;
-      clock_ = std::make_unique<modules::ClockDomain>("memory_clock", 3500.0);
+      clock_ = std::make_unique<modules::ClockDomain>("memory_clock", machine.memory_mhz);
       const double period_ns = static_cast<double>(clock_->period_fs()) * 1e-6;
       config.fixed_latency = static_cast<Cycle>(options.fixed_latency_ns / period_ns);
       built_in_ = std::make_unique<modules::Dram>("dram", config, *clock_);
@@ -243,7 +246,7 @@ int sc_main(int argc, char** argv) {
   std::vector<std::string> models = grtx::sim::dram_simulators();
   models.insert(models.begin(), "built_in");
   app.add_option("--model", options.model, "DRAM model")->check(CLI::IsMember(models));
-  app.add_option("--config", options.config, "configuration file of the DRAM simulator");
+  app.add_option("--config", options.config, "configuration file of the DRAM simulator, or of the built-in DRAM");
   app.add_flag("--shared", options.shared, "one memory for all slices in place of one each");
   app.add_option("--slices", options.slices, "readers, one a socket");
   app.add_option("--bytes", options.bytes, "of a request, a power of two up to 128");

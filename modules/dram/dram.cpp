@@ -24,7 +24,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
   if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
   // A naturally aligned power of two cannot straddle channels or rows.
-  const std::uint64_t longest = std::min(config_.interleave.bytes, config_.channel.row_bytes);
+  const std::uint64_t longest = std::min(config_.interleave.bytes, config_.channel.bytes_in_row());
   if (!std::has_single_bit(bytes) || bytes > longest || payload.get_streaming_width() < bytes ||
       config_.channel.queue * config_.channel.burst_bytes < bytes) {
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
@@ -65,7 +65,8 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
 // Loosely timed: the unloaded latency of a closed row, no contention.
 void Dram::b_transport(int, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
   const DramTiming& t = config_.channel.timing;
-  const Cycle access = config_.perfect ? 0 : t.rcd + (payload.is_write() ? t.wl : t.cl) + t.ccd;
+  const Cycle data = payload.is_write() ? t.activate_to_write() + t.wl : t.rcd + t.cl;
+  const Cycle access = config_.perfect ? 0 : data + t.ccd;
   payload.set_response_status(check(payload));
   delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
 }

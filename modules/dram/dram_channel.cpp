@@ -13,11 +13,6 @@ namespace grtx::modules {
 
 namespace {
 
-int shift_of(unsigned divisor) { return std::has_single_bit(divisor) ? std::countr_zero(divisor) : -1; }
-
-// A division by a variable takes as long as the rest of a request's way into the queue.
-std::uint64_t divided(std::uint64_t a, unsigned divisor, int shift) { return shift >= 0 ? a >> shift : a / divisor; }
-
 constexpr std::uint64_t kNoKey = ~std::uint64_t{0};
 
 std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& keys) {
@@ -30,46 +25,53 @@ std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& k
 
 }  // namespace
 
+const DramChannelConfig& DramChannel::checked(const DramChannelConfig& config) {
+  require_allowed("dram", config);
+  require_allowed("dram.timing", config.timing);
+  config.check([](bool holds, const char* key, const char* rule) {
+    if (!holds) throw Error("configuration", std::string("dram.") + key, rule);
+  });
+  return config;
+}
+
 DramChannel::DramChannel(const DramChannelConfig& config) : DramChannel(config, nullptr) {}
 
 DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramScheduling> scheduling)
     : config_(config),
       scheduling_(std::move(scheduling)),
-      row_shift_(shift_of(config.row_bytes)),
-      bank_shift_(shift_of(config.banks)),
+      mapping_(checked(config)),
       entries_(config.queue),
       banks_(config.banks),
       oldest_key_(config.banks),
       hit_key_(config.banks),
       wake_(config.banks),
       completions_(256) {
-  require_allowed("dram", config);
-  require_allowed("dram.timing", config.timing);
-  config.check([](bool holds, const char* key, const char* rule) {
-    if (!holds) throw Error("configuration", std::string("dram.") + key, rule);
-  });
   if (scheduling_ == nullptr && config.scheduling != kFrFcfs) scheduling_ = make_dram_scheduling(config);
   for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
+  if (config.timing.groups_differ()) {
+    groups_.resize(config.bank_groups);
+    for (std::uint32_t b = 0; b < config.banks; ++b) groups_[mapping_.group(b)].banks |= std::uint64_t{1} << b;
+  }
+  if (config.timing.refi != 0) refresh_at_ = config.timing.refi;
+  plain_ = scheduling_ == nullptr && groups_.empty() && refresh_at_ == kNever;
 }
 
 void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write) {
   assert(can_accept(bytes) && next_ >= now);
+  while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // of a channel without requests
   count_queue(now);
   const std::uint32_t number = free_.back();
   free_.pop_back();
   Entry& e = entries_[number];
-  const std::uint64_t row_number = divided(address, config_.row_bytes, row_shift_);
-  const std::uint64_t row = divided(row_number, config_.banks, bank_shift_);
-  auto number_of_bank = static_cast<std::uint32_t>(row_number - row * config_.banks);
-  if (config_.bank_xor) number_of_bank ^= static_cast<std::uint32_t>(row & (config_.banks - 1));
-  Bank& bank = banks_[number_of_bank];
+  const DramMapping::Place place = mapping_.place(address);
+  Bank& bank = banks_[place.bank];
   e.id = id;
-  e.row = row;
+  e.row = place.row;
   e.order = next_order_++;
   e.enqueued = now;
   e.newer = kNone;
   e.older = bank.newest;
-  e.bank = number_of_bank;
+  e.bank = place.bank;
   e.remaining = bursts(bytes);
   e.write = write;
   e.activated = e.precharged = false;
@@ -104,7 +106,7 @@ void DramChannel::reconsider(Cycle now, std::uint32_t number) {
   Ready ready = Ready::none;
   const bool hit_is_oldest = bank.hit == bank.oldest;
   if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
-    at = bank.can_column;
+    at = bank.can_column();
     ready = bank.hit_write ? Ready::write : Ready::read;
     if (!hit_is_oldest) wake = bank.ages_at;
   } else {
@@ -158,15 +160,21 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
 }
 
 // The decisions of policies/fr_fcfs.h, from what is kept of the banks.
-void DramChannel::step(Cycle now) {
-  if (scheduling_ != nullptr) {
-    step_as_told(now);
-    return;
-  }
+template <bool plain>
+void DramChannel::step_fr_fcfs(Cycle now) {
   if ((wake_clocks_ >> now % kWheel & 1) != 0) wake_banks(now);
-  const std::uint64_t columns =
-      (next_read_ <= now ? banks_that(Ready::read) : 0) | (next_write_ <= now ? banks_that(Ready::write) : 0);
-  const std::uint64_t rows = banks_that(Ready::precharge) | (next_activate_ <= now ? banks_that(Ready::activate) : 0);
+  std::uint64_t reads = next_read_ <= now ? banks_that(Ready::read) : 0;
+  std::uint64_t writes = next_write_ <= now ? banks_that(Ready::write) : 0;
+  std::uint64_t activates = next_activate_ <= now ? banks_that(Ready::activate) : 0;
+  if constexpr (!plain) {
+    for (const Group& group : groups_) {
+      if (group.can_read > now) reads &= ~group.banks;
+      if (group.can_write > now) writes &= ~group.banks;
+      if (group.can_activate > now) activates &= ~group.banks;
+    }
+  }
+  const std::uint64_t columns = reads | writes;
+  const std::uint64_t rows = banks_that(Ready::precharge) | activates;
   const std::uint64_t row = least_key(rows, oldest_key_);
   const std::uint64_t column = least_key(columns, hit_key_);
   const bool held_back = column != kNoKey && older_hit_has_aged(now, banks_[column % 64].hit);
@@ -187,23 +195,75 @@ void DramChannel::step(Cycle now) {
     next =
         now + 1 + static_cast<Cycle>(std::countr_zero(std::rotr(wake_clocks_, static_cast<int>((now + 1) % kWheel))));
   }
-  if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
-  if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
-  if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
+  if (plain || groups_.empty()) {
+    if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
+    if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
+    if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
+  } else {
+    for (const Group& group : groups_) {
+      const auto wait = [&](Ready ready, Cycle at) {
+        if ((banks_that(ready) & group.banks) != 0) next = std::min(next, at);
+      };
+      wait(Ready::read, std::max(next_read_, group.can_read));
+      wait(Ready::write, std::max(next_write_, group.can_write));
+      wait(Ready::activate, std::max(next_activate_, group.can_activate));
+    }
+  }
   if (banks_that(Ready::precharge) != 0) next = 0;
+  if (!plain) next = std::min(next, refresh_at_);
   next_ = std::max(next, now + 1);
 }
 
-Cycle DramChannel::column_at(const Bank& bank) const {
-  return std::max(bank.can_column, bank.hit_write ? next_write_ : next_read_);
+template void DramChannel::step_fr_fcfs<true>(Cycle now);
+template void DramChannel::step_fr_fcfs<false>(Cycle now);
+
+Cycle DramChannel::column_at(std::uint32_t number) const {
+  const Bank& bank = banks_[number];
+  const Cycle at = std::max(bank.can_column(), bank.hit_write ? next_write_ : next_read_);
+  if (groups_.empty()) return at;
+  const Group& group = groups_[mapping_.group(number)];
+  return std::max(at, bank.hit_write ? group.can_write : group.can_read);
 }
 
-Cycle DramChannel::row_at(const Bank& bank) const {
-  return bank.open ? bank.can_precharge : std::max(bank.can_activate, next_activate_);
+Cycle DramChannel::row_at(std::uint32_t number) const {
+  const Bank& bank = banks_[number];
+  if (bank.open) return bank.can_precharge;
+  const Cycle at = std::max(bank.can_activate, next_activate_);
+  return groups_.empty() ? at : std::max(at, groups_[mapping_.group(number)].can_activate);
+}
+
+// No command but these is issued from the clock in which the refresh is due until it is over: all open rows are closed
+// with one precharge, as soon as each may be; the refresh follows as soon as each bank could be activated.
+void DramChannel::refresh_all_banks(Cycle now) {
+  const DramTiming& t = config_.timing;
+  Cycle precharge = now;
+  for (const Bank& bank : banks_) {
+    if (bank.open) precharge = std::max(precharge, bank.can_precharge);
+  }
+  Cycle start = now;
+  for (Bank& bank : banks_) {
+    if (bank.open) {
+      ++counters_.precharges;
+      bank.can_activate = std::max(bank.can_activate, precharge + t.rp);
+    }
+    start = std::max(start, bank.can_activate);
+  }
+  for (Bank& bank : banks_) {
+    bank.open = false;
+    bank.hit = kNone;
+    bank.can_activate = start + t.rfc;
+  }
+  ++counters_.refreshes;
+  refresh_at_ += t.refi;
+  if (scheduling_ != nullptr) return;
+  for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
+    reconsider(now, static_cast<std::uint32_t>(std::countr_zero(rest)));
+  }
 }
 
 void DramChannel::step_as_told(Cycle now) {
-  Cycle next = kNever;
+  Cycle next = refresh_at_;
+  bool ready = false;
   shown_.clear();
   for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
     const auto number = static_cast<std::uint32_t>(std::countr_zero(rest));
@@ -214,22 +274,24 @@ void DramChannel::step_as_told(Cycle now) {
     queue.oldest = oldest.order;
     queue.oldest_since = oldest.enqueued;
     if (bank.hit != kNone) {
-      const Cycle at = column_at(bank);
+      const Cycle at = column_at(number);
       queue.has_hit = true;
       queue.hit = entries_[bank.hit].order;
       queue.hit_since = entries_[bank.hit].enqueued;
       queue.hit_write = bank.hit_write;
       queue.column_ready = at <= now;
+      ready |= queue.column_ready;
       next = std::min(next, at);
     }
     if (bank.hit != bank.oldest) {
-      const Cycle at = row_at(bank);
+      const Cycle at = row_at(number);
       queue.row_ready = at <= now;
+      ready |= queue.row_ready;
       next = std::min(next, at);
     }
     shown_.push_back(queue);
   }
-  if (next <= now) {
+  if (ready) {
     const DramChoice choice = scheduling_->choose(now, shown_);
     const bool row = choice.row != DramChoice::kNone, column = choice.column != DramChoice::kNone;
     if ((row && !shown_.at(choice.row).row_ready) || (column && !shown_.at(choice.column).column_ready) ||
@@ -249,6 +311,11 @@ void DramChannel::issue_column(Cycle now, std::uint32_t number) {
   next_read_ = std::max(next_read_, now + (e.write ? t.write_to_read() : t.ccd));
   next_write_ = std::max(next_write_, now + (e.write ? t.ccd : t.read_to_write()));
   bank.can_precharge = std::max(bank.can_precharge, now + (e.write ? t.write_to_precharge() : t.rtp));
+  if (!groups_.empty()) {
+    Group& group = groups_[mapping_.group(e.bank)];
+    group.can_read = std::max(group.can_read, now + (e.write ? t.write_to_read_of_group() : t.ccd_of_group()));
+    group.can_write = std::max(group.can_write, now + t.ccd_of_group());
+  }
   count_queue(now);
   ++counters_.bursts;
   --queued_bursts_;
@@ -268,19 +335,25 @@ void DramChannel::issue_row(Cycle now, std::uint32_t number) {
   if (bank.open) {
     bank.open = false;
     bank.hit = kNone;
-    bank.can_activate = std::max(now + t.rp, bank.last_activate + t.rc);
+    bank.can_activate = std::max(bank.can_activate, now + t.rp);
     e.precharged = true;
     ++counters_.precharges;
     return;
   }
   bank.open = true;
   bank.row = e.row;
-  bank.last_activate = now;
-  bank.can_column = now + t.rcd;
+  bank.can_activate = now + t.rc;
+  bank.can_read = now + t.rcd;
+  bank.can_write = now + t.activate_to_write();
   bank.can_precharge = now + t.ras;
   next_activate_ = now + t.rrd;
+  if (!groups_.empty()) groups_[mapping_.group(e.bank)].can_activate = now + t.rrd_of_group();
+  activated_[counters_.activates % 4] = now;
   e.activated = true;
   ++counters_.activates;
+  if (t.faw != 0 && counters_.activates >= 4) {
+    next_activate_ = std::max(next_activate_, activated_[counters_.activates % 4] + t.faw);
+  }
   find_hit(bank, bank.oldest);
 }
 

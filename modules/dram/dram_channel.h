@@ -1,5 +1,5 @@
 // One DRAM channel: banks with open rows, command timing, a scheduler. Plain C++, no SystemC.
-// GPGPU-Sim's GDDR model as configured by Vulkan-Sim; refresh and bank groups are left out.
+// GPGPU-Sim's GDDR model as configured by Vulkan-Sim; bank groups and refresh where configured (docs/model/dram.md).
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 
 #include "grtx/modules/dram/dram_config.h"
 #include "grtx/modules/dram/dram_counters.h"
+#include "grtx/modules/dram/dram_mapping.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
 
@@ -44,7 +45,12 @@ class DramChannel {
     while (next_ <= now) step(next_);
   }
   /// Executes one clock. run_until() calls it for the clocks in which a command can issue; for others it does nothing.
-  void step(Cycle now);
+  void step(Cycle now) {
+    if (plain_) return step_fr_fcfs<true>(now);
+    if (now >= refresh_at_ && busy_banks_ != 0) refresh_all_banks(now);
+    if (scheduling_ == nullptr) return step_fr_fcfs<false>(now);
+    step_as_told(now);
+  }
   /// Executes ahead until the queue has room for `bytes`; returns the clock of that command. Nothing may be enqueued
   /// for an earlier clock afterwards.
   Cycle run_until_room(unsigned bytes);
@@ -85,19 +91,32 @@ class DramChannel {
     Cycle ages_at = 0;          ///< first clock at which the oldest entry lets nothing overtake it
     Cycle can_activate = 0;
     Cycle can_precharge = 0;
-    Cycle can_column = 0;
+    Cycle can_read = 0;
+    Cycle can_write = 0;
     Ready ready = Ready::none;
     bool hit_write = false;
     bool open = false;
     std::uint32_t newest = kNone;
     std::uint64_t row = 0;
-    Cycle last_activate = 0;
+
+    Cycle can_column() const { return hit_write ? can_write : can_read; }
+  };
+  struct Group {
+    std::uint64_t banks = 0;
+    Cycle can_read = 0;
+    Cycle can_write = 0;
+    Cycle can_activate = 0;
   };
 
+  static const DramChannelConfig& checked(const DramChannelConfig& config);
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
+  /// plain: no bank groups with times of their own, no refresh.
+  template <bool plain>
+  void step_fr_fcfs(Cycle now);
   void step_as_told(Cycle now);
-  Cycle column_at(const Bank& bank) const;
-  Cycle row_at(const Bank& bank) const;
+  void refresh_all_banks(Cycle now);
+  Cycle column_at(std::uint32_t bank) const;
+  Cycle row_at(std::uint32_t bank) const;
   void reconsider(Cycle now, std::uint32_t bank);
   void wake_banks(Cycle now);
   void book(Cycle clock, std::uint32_t bank);
@@ -117,8 +136,9 @@ class DramChannel {
   DramChannelConfig config_;
   std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs
   std::vector<DramBankQueue> shown_;            ///< to it
-  int row_shift_;                               ///< log2 of a row's bytes, -1 for no power of two
-  int bank_shift_;                              ///< of the number of banks
+  DramMapping mapping_;
+  std::vector<Group> groups_;  ///< none when they have no times of their own
+  bool plain_ = false;         ///< neither such groups nor refresh nor another policy than fr_fcfs
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
@@ -141,6 +161,8 @@ class DramChannel {
   Cycle next_read_ = 0;
   Cycle next_write_ = 0;
   Cycle next_activate_ = 0;
+  std::array<Cycle, 4> activated_{};  ///< the last activates, by their number modulo 4
+  Cycle refresh_at_ = kNever;         ///< the next is due
   Cycle queue_counted_ = 0;
   DramChannelCounters counters_;
 };

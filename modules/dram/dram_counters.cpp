@@ -5,6 +5,11 @@ namespace grtx::modules {
 const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
   using C = DramChannelCounters;
   const auto access_latency = [](const C& c) { return ratio(c.latency_clocks, c.reads + c.writes); };
+  const auto refreshes = [](const C& c, StatisticList& list, const std::string& prefix) {
+    if (c.refreshes == 0 && !list.lists_kinds()) return;
+    list.add(prefix + ".refreshes", c.refreshes, "commands",
+             "refreshes of all banks of a channel, due before its last column command");
+  };
   static const CounterTable<C> table =
       CounterTable<C>()
           .sum(&C::reads, "reads", "requests", "read requests")
@@ -17,6 +22,8 @@ const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
           .sum(&C::row_conflicts, "row_conflicts", "requests", "requests that needed a precharge first")
           .sum(&C::activates, "activates", "commands", "activate commands")
           .sum(&C::precharges, "precharges", "commands", "precharge commands")
+          .sum(&C::refreshes)
+          .described(refreshes)
           .sum(&C::bursts, "bursts", "commands", "column commands")
           .sum(&C::aged, "aged", "requests", "requests that reached the age cap of the scheduler")
           .sum(&C::queue_clocks, "queue_clocks", "burst-clocks", "queued bursts summed over memory clocks")

@@ -22,6 +22,7 @@ struct DramChannelCounters {
   std::uint64_t row_conflicts = 0;  ///< needed a precharge first
   std::uint64_t activates = 0;
   std::uint64_t precharges = 0;
+  std::uint64_t refreshes = 0;  ///< of all banks, due before the last column command
   std::uint64_t bursts = 0;
   std::uint64_t aged = 0;            ///< requests issued after the age cap
   std::uint64_t queue_clocks = 0;    ///< queued bursts summed over clocks

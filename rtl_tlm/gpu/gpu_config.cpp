@@ -179,7 +179,16 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.checkpoint.forward",
                                                "rt.checkpoint.read_ahead",
                                                "rt.checkpoint.prefetch_nodes",
-                                               "rt.prefetch.replayed"};
+                                               "rt.prefetch.replayed",
+                                               "dram.bank_groups",
+                                               "dram.group_bytes",
+                                               "dram.timing.ccd_l",
+                                               "dram.timing.rrd_l",
+                                               "dram.timing.cdlr_l",
+                                               "dram.timing.rcd_wr",
+                                               "dram.timing.faw",
+                                               "dram.timing.refi",
+                                               "dram.timing.rfc"};
   nlohmann::ordered_json json = config_json(config);
   const nlohmann::ordered_json before = config_json(GpuConfig());
   for (const char* key : kLaterKeys) {

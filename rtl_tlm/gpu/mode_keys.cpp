@@ -89,6 +89,10 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config) {
     } else if ((key == "dram.hit_cap" && (scheduling == modules::kFrFcfs || scheduling == "fcfs")) ||
                (key == "dram.age_cap" && scheduling == "fcfs")) {
       idle.push_back({key, "dram.scheduling = " + scheduling});
+    } else if (key == "dram.group_bytes" && config.dram.channel.bank_groups == 1) {
+      idle.push_back({key, "dram.bank_groups = 1"});
+    } else if (key == "dram.timing.rfc" && config.dram.channel.timing.refi == 0) {
+      idle.push_back({key, "dram.timing.refi = 0"});
     }
   }
   return idle;

@@ -6,15 +6,51 @@ namespace grtx::sim {
 
 FastDramChannel::FastDramChannel(const modules::DramChannelConfig& config)
     : config_(config),
+      mapping_(config),
       banks_(config.banks),
       bus_(config.timing.ccd),
       activates_(1, config.timing.rrd),
-      queue_(config.queue) {}
+      queue_(config.queue) {
+  if (config.timing.faw != 0) four_activates_.emplace(4, config.timing.faw);
+  if (config.timing.groups_differ()) groups_.assign(config.bank_groups, Group(config.timing));
+}
 
-Cycle FastDramChannel::open(Cycle clock, Bank& bank, std::uint64_t row) {
+Cycle FastDramChannel::after_refresh(Cycle clock, Cycle closing) const {
+  const Cycle due = refreshes(clock) * config_.timing.refi;
+  return due == 0 ? clock : std::max(clock, due + closing + config_.timing.rfc);
+}
+
+// A place in a refresh is nobody's, so what is taken there on the way is not lost.
+Cycle FastDramChannel::activate(Cycle clock, std::uint32_t bank) {
   const modules::DramTiming& t = config_.timing;
-  if (bank.newest.number == row) return std::max(clock, bank.newest.column);
-  if (bank.before.number == row && clock + t.rp < bank.newest.activated) return std::max(clock, bank.before.column);
+  for (;;) {
+    clock = after_refresh(clock, t.ras + t.rp);  // rows opened just before it was due are closed first
+    Cycle taken = clock;
+    if (!groups_.empty()) taken = groups_[mapping_.group(bank)].activates.reserve(taken);
+    if (four_activates_) taken = four_activates_->reserve(taken);
+    taken = activates_.reserve(taken);
+    clock = after_refresh(taken, t.ras + t.rp);
+    if (clock == taken) return taken;
+  }
+}
+
+Cycle FastDramChannel::reserve_bus(Cycle clock, std::uint32_t bank) {
+  if (!groups_.empty()) clock = groups_[mapping_.group(bank)].bus.reserve(clock);
+  return bus_.reserve(clock);
+}
+
+Cycle FastDramChannel::open(Cycle clock, std::uint32_t number, std::uint64_t row, bool write) {
+  const modules::DramTiming& t = config_.timing;
+  Bank& bank = banks_[number];
+  if (refreshes(clock) > refreshes(bank.newest.activated)) {  // which closed it
+    if (bank.newest.number != kNoRow) ++counters_.precharges;
+    bank = {};
+    bank.newest.activated = refreshes(clock) * t.refi;
+  }
+  if (bank.newest.number == row) return std::max(clock, bank.newest.activated + to_column(write));
+  if (bank.before.number == row && clock + t.rp < bank.newest.activated) {
+    return std::max(clock, bank.before.activated + to_column(write));
+  }
   ++counters_.activates;
   Cycle free = clock;
   if (bank.newest.number != kNoRow) {
@@ -22,23 +58,33 @@ Cycle FastDramChannel::open(Cycle clock, Bank& bank, std::uint64_t row) {
     const Cycle written = bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp);
     free = std::max({free, std::max(written, bank.newest.activated + t.ras) + t.rp, bank.newest.activated + t.rc});
   }
-  const Cycle activate = activates_.reserve(free);
   bank.before = bank.newest;
-  bank.newest = {row, activate, activate + t.rcd};
+  bank.newest = {row, activate(free, number)};
   bank.wrote = false;
-  return bank.newest.column;
+  return bank.newest.activated + to_column(write);
 }
 
 Cycle FastDramChannel::request(Cycle clock, std::uint64_t local, unsigned sectors, unsigned sector_bytes, bool write) {
+  if (config_.bank_groups == 1) return request_row(clock, local, sectors, sector_bytes, write);
+  Cycle done = 0;
+  while (sectors > 0) {
+    const std::uint64_t left = config_.group_bytes - local % config_.group_bytes;
+    const unsigned here = std::min(sectors, std::max(1u, static_cast<unsigned>(left / sector_bytes)));
+    done = std::max(done, request_row(clock, local, here, sector_bytes, write));
+    local += std::uint64_t{here} * sector_bytes;
+    sectors -= here;
+  }
+  return done;
+}
+
+Cycle FastDramChannel::request_row(Cycle clock, std::uint64_t local, unsigned sectors, unsigned sector_bytes,
+                                   bool write) {
   const modules::DramTiming& t = config_.timing;
-  const std::uint64_t number = local / config_.row_bytes;
-  const std::uint64_t row = number / config_.banks;
-  std::uint64_t index = number % config_.banks;
-  if (config_.bank_xor) index ^= row % config_.banks;
-  Bank& bank = banks_[index];
+  const modules::DramMapping::Place place = mapping_.place(local);
+  Bank& bank = banks_[place.bank];
   const std::uint64_t activates = counters_.activates;
   const std::uint64_t precharges = counters_.precharges;
-  Cycle column = open(clock, bank, row);
+  Cycle column = open(clock, place.bank, place.row, write);
   (write ? counters_.writes : counters_.reads) += sectors;
   counters_.bytes += std::uint64_t{sectors} * sector_bytes;
   if (counters_.activates == activates) {
@@ -59,7 +105,13 @@ Cycle FastDramChannel::request(Cycle clock, std::uint64_t local, unsigned sector
   counters_.bursts += bursts;
   for (unsigned i = 0; i < bursts; ++i) {
     if (i != 0) column += t.ccd;
-    column = bus_.reserve(column);
+    column = reserve_bus(column, place.bank);
+    if (refreshes(column) > refreshes(bank.newest.activated)) {  // in between the row was closed
+      ++counters_.activates;
+      bank.newest.activated = after_refresh(column, t.rp);
+      column = reserve_bus(bank.newest.activated + to_column(write), place.bank);
+    }
+    counters_.refreshes = std::max(counters_.refreshes, refreshes(column));
     queue_.take(column);
     bank.last_column = std::max(bank.last_column, column);
     counters_.queue_clocks += column - clock;

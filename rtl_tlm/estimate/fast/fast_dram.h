@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
@@ -18,7 +19,7 @@ class FastDramChannel {
  public:
   explicit FastDramChannel(const modules::DramChannelConfig& config);
 
-  /// `sectors` sectors of one row, from `local` (address inside the channel) on, that arrive at `clock`. Returns when
+  /// `sectors` sectors of one line, from `local` (address inside the channel) on, that arrive at `clock`. Returns when
   /// the last data is there.
   Cycle request(Cycle clock, std::uint64_t local, unsigned sectors, unsigned sector_bytes, bool write);
   /// Counts what a perfect memory answers.
@@ -32,6 +33,11 @@ class FastDramChannel {
   void advance(Cycle clock) {
     bus_.advance(clock);
     activates_.advance(clock);
+    if (four_activates_) four_activates_->advance(clock);
+    for (Group& group : groups_) {
+      group.bus.advance(clock);
+      group.activates.advance(clock);
+    }
   }
   /// Precharges are those that a row conflict needs; requests do not age.
   const modules::DramChannelCounters& counters() const { return counters_; }
@@ -42,7 +48,6 @@ class FastDramChannel {
   struct Row {
     std::uint64_t number = kNoRow;
     Cycle activated = 0;
-    Cycle column = 0;  ///< earliest column command
   };
   struct Bank {
     Row newest;
@@ -50,15 +55,34 @@ class FastDramChannel {
     Cycle last_column = 0;
     bool wrote = false;
   };
+  struct Group {
+    explicit Group(const modules::DramTiming& t) : bus(t.ccd_of_group()), activates(1, t.rrd_of_group()) {}
+    SpanCalendar bus;
+    SlotCalendar activates;
+  };
 
+  /// The same for sectors of one row.
+  Cycle request_row(Cycle clock, std::uint64_t local, unsigned sectors, unsigned sector_bytes, bool write);
   /// The earliest column command for the row; opens it if need be.
-  Cycle open(Cycle clock, Bank& bank, std::uint64_t row);
+  Cycle open(Cycle clock, std::uint32_t number, std::uint64_t row, bool write);
+  /// Takes a place among activates, no earlier than `clock`.
+  Cycle activate(Cycle clock, std::uint32_t bank);
+  /// Takes the data bus for a burst.
+  Cycle reserve_bus(Cycle clock, std::uint32_t bank);
+  unsigned to_column(bool write) const { return write ? config_.timing.activate_to_write() : config_.timing.rcd; }
+  /// Refreshes that are due by a clock.
+  Cycle refreshes(Cycle clock) const { return config_.timing.refi == 0 ? 0 : clock / config_.timing.refi; }
+  /// The clock, or the end of the refresh that is under way, which began `closing` clocks after it was due.
+  Cycle after_refresh(Cycle clock, Cycle closing) const;
 
   modules::DramChannelConfig config_;
+  modules::DramMapping mapping_;
   std::vector<Bank> banks_;
   SpanCalendar bus_;
   SlotCalendar activates_;
-  Cycle writes_until_ = 0;  ///< until when writes find the bus turned around for them
+  std::optional<SlotCalendar> four_activates_;
+  std::vector<Group> groups_;  ///< none when they have no times of their own
+  Cycle writes_until_ = 0;     ///< until when writes find the bus turned around for them
   PlaceCalendar queue_;
   modules::DramChannelCounters counters_;
 };

@@ -38,12 +38,16 @@ GpuConfig one_sm(const GpuConfig& config, double share) {
   part.dram.fixed_latency = static_cast<Cycle>(std::llround(static_cast<double>(config.dram.fixed_latency) * rate));
   modules::DramChannelConfig& channel = part.dram.channel;
   channel.age_cap = static_cast<Cycle>(std::llround(static_cast<double>(channel.age_cap) * rate));
-  channel.banks = scaled(channel.banks, rate, 1);
+  channel.banks = scaled(channel.banks, rate, channel.bank_groups);
+  channel.banks -= channel.banks % channel.bank_groups;
   if (channel.bank_xor) channel.banks = std::bit_floor(channel.banks);
   channel.queue = scaled(channel.queue, rate, 8);
-  modules::DramTiming& t = channel.timing;  // CCD and RRD are rates: they stay in clocks
+  modules::DramTiming& t = channel.timing;  // CCD, RRD and FAW are rates: they stay in clocks
   for (unsigned* clocks : {&t.rcd, &t.ras, &t.rp, &t.rc, &t.cl, &t.wl, &t.cdlr, &t.wr, &t.rtp, &t.turn}) {
     *clocks = scaled(*clocks, rate, 1);
+  }
+  for (unsigned* clocks : {&t.cdlr_l, &t.rcd_wr, &t.refi, &t.rfc}) {
+    if (*clocks != 0) *clocks = scaled(*clocks, rate, 1);
   }
   modules::L2Slice::Config& l2 = part.l2;
   l2.mshr_entries = scaled(l2.mshr_entries, rate, 8);

@@ -141,6 +141,8 @@ const std::vector<Mutation>& mutations() {
       {"l2.perfect", "true", kTiming, kLimitStudy},
       {"dram.mhz", "2800", kTiming, kClock},
       {"dram.banks", "2", kBoth},
+      {"dram.bank_groups", "4", kTiming, kDramChip, {"dram.timing.ccd_l=8"}},
+      {"dram.group_bytes", "32", kTiming, kDramChip, {"dram.bank_groups=4"}},
       {"dram.row_bytes", "128", kTiming, kDramChip},
       {"dram.burst_bytes", "16", kBoth},
       {"dram.queue", "4", kBoth},
@@ -161,7 +163,14 @@ const std::vector<Mutation>& mutations() {
       {"dram.timing.cdlr", "36", kTiming, kDramChip},
       {"dram.timing.wr", "40", kTiming, kDramChip},
       {"dram.timing.rtp", "40", kTiming, kDramChip},
-      {"dram.timing.turn", "8", kTiming, kDramChip}};
+      {"dram.timing.turn", "8", kTiming, kDramChip},
+      {"dram.timing.ccd_l", "8", kTiming, kDramChip},
+      {"dram.timing.rrd_l", "40", kTiming, kDramChip},
+      {"dram.timing.cdlr_l", "60", kTiming, kDramChip},
+      {"dram.timing.rcd_wr", "60", kTiming, kDramChip},
+      {"dram.timing.faw", "100", kTiming, kDramChip},
+      {"dram.timing.refi", "1000", kTiming, kDramChip},
+      {"dram.timing.rfc", "300", kTiming, kDramChip, {"dram.timing.refi=1000"}}};
   return all;
 }
 

@@ -84,6 +84,93 @@ TEST(DramChannelTiming, ALineIsFourBursts) {
   EXPECT_EQ(run({{100, 0, false, 8}})[0], 100 + kT.rcd + kT.cl + kT.ccd) << "less than a burst takes a burst";
 }
 
+/// Four groups; the next block of a row is 128 B on and in the next group, the next bank of a group 8 KB on.
+DramChannelConfig grouped() {
+  DramChannelConfig config;
+  config.bank_groups = 4;
+  config.group_bytes = 128;
+  config.timing.ccd_l = 7;
+  config.timing.rrd_l = 14;
+  config.timing.cdlr_l = 15;
+  return config;
+}
+constexpr std::uint64_t kNextGroup = 128;
+constexpr std::uint64_t kSameGroup = 4 * kRow;
+
+TEST(DramChannelTiming, ABankGroupTakesAColumnCommandEveryCcdL) {
+  // Rows are open in 1000. The third read could follow the first after CCD_L, but the second has the bus until then.
+  const auto done = run({{100, 0}, {100, kNextGroup}, {1000, 32}, {1000, 64}, {1000, kNextGroup + 32}}, grouped());
+  EXPECT_EQ(done[2], 1000 + kT.cl + kT.ccd);
+  EXPECT_EQ(done[4], done[2] + kT.ccd) << "another group goes in between";
+  EXPECT_EQ(done[3], done[4] + kT.ccd) << "8 clocks after the first, CCD_L is 7";
+  EXPECT_EQ(run({{100, 0}, {1000, 32}, {1000, 64}}, grouped())[2], 1000 + 7 + kT.cl + kT.ccd);
+  EXPECT_EQ(run({{100, 0, true}, {1000, 32, true}, {1000, 64, true}}, grouped())[2], 1000 + 7 + kT.wl + kT.ccd);
+}
+
+TEST(DramChannelTiming, ABankGroupIsActivatedEveryRrdL) {
+  const Cycle idle = kT.rcd + kT.cl + kT.ccd;
+  EXPECT_EQ(run({{100, 0}, {100, kNextGroup}}, grouped())[1], 100 + kT.rrd + idle);
+  EXPECT_EQ(run({{100, 0}, {100, kSameGroup}}, grouped())[1], 100 + 14 + idle);
+}
+
+TEST(DramChannelTiming, AWriteHoldsBackReadsOfItsBankGroupLonger) {
+  const Cycle write = 1000 + kT.wl + kT.ccd;
+  EXPECT_EQ(run({{100, 0}, {1000, 32, true}, {1001, 64}}, grouped())[2], write + 15 + kT.cl + kT.ccd);
+  EXPECT_EQ(run({{100, kNextGroup}, {200, 0}, {1000, 32, true}, {1001, kNextGroup}}, grouped())[3],
+            write + kT.cdlr + kT.cl + kT.ccd);
+}
+
+TEST(DramChannelTiming, WritesFollowAnActivateAfterATimeOfTheirOwn) {
+  DramChannelConfig config;
+  config.timing.rcd_wr = 13;
+  EXPECT_EQ(run({{100, 0, true}}, config)[0], 100 + 13 + kT.wl + kT.ccd);
+  EXPECT_EQ(run({{100, 0}}, config)[0], 100 + kT.rcd + kT.cl + kT.ccd);
+}
+
+TEST(DramChannelTiming, FourActivatesAWindow) {
+  DramChannelConfig config;
+  config.timing.faw = 57;
+  std::vector<Request> requests;
+  for (unsigned i = 0; i < 10; ++i) requests.push_back({100, i * kRow});
+  const std::vector<Cycle> done = run(requests, config);
+  for (unsigned i = 0; i < 10; ++i) {
+    EXPECT_EQ(done[i], 100 + i / 4 * 57 + i % 4 * kT.rrd + kT.rcd + kT.cl + kT.ccd) << i;
+  }
+}
+
+TEST(DramChannelTiming, ARefreshClosesAllRowsAndTakesRfc) {
+  DramChannelConfig config;
+  config.timing.refi = 2000;
+  config.timing.rfc = 300;
+  const Cycle idle = kT.rcd + kT.cl + kT.ccd;
+  // Due in 2000: PRE, after RP the refresh, after RFC an activate.
+  EXPECT_EQ(run({{1500, 0}, {1999, 32}}, config)[1], 1999 + kT.cl + kT.ccd) << "the last clock before";
+  EXPECT_EQ(run({{1500, 0}, {2000, 32}}, config)[1], 2000 + kT.rp + 300 + idle);
+  EXPECT_EQ(run({{1500, 0}, {2300, 32}}, config)[1], 2000 + kT.rp + 300 + idle) << "arrives meanwhile";
+  EXPECT_EQ(run({{1500, 0}, {2400, 32}}, config)[1], 2400 + idle) << "the row is closed afterwards";
+  // No row is open: no precharge.
+  EXPECT_EQ(run({{2000, 0}}, config)[0], 2000 + 300 + idle);
+  EXPECT_EQ(run({{6001, 0}}, config)[0], 6000 + 300 + idle) << "the third";
+  // A row that was opened in 1999 is closed after RAS, and opened again.
+  EXPECT_EQ(run({{1999, 0}}, config)[0], 1999 + kT.ras + kT.rp + 300 + idle);
+}
+
+TEST(DramChannelTiming, RefreshesAreCountedUntilTheLastColumnCommand) {
+  DramChannelConfig config;
+  config.timing.refi = 2000;
+  config.timing.rfc = 300;
+  DramChannel channel(config);
+  for (const Cycle at : {Cycle{1999}, Cycle{9000}}) {
+    channel.run_until(at - 1);
+    channel.enqueue(at, 0, 0, 32, false);
+  }
+  channel.run_until(100'000);
+  EXPECT_EQ(channel.counters().refreshes, 4U) << "in 2000, 4000, 6000 and 8000";
+  EXPECT_EQ(channel.counters().activates, 3U) << "the first was closed before its read";
+  EXPECT_EQ(channel.counters().precharges, 2U);
+  EXPECT_EQ(channel.counters().row_misses, 2U);
+}
+
 TEST(DramChannelTiming, CountersTellHitsMissesAndConflicts) {
   DramChannel channel({});
   Cycle at = 100;

@@ -112,6 +112,13 @@ TEST(DramScheduler, LazyExecutionEqualsClockByClock) {
     config.age_cap = 150;
     config.queue = 24;
     config.bank_xor = seed % 2 == 0;
+    if (seed % 3 == 0) {
+      config.bank_groups = 4;
+      config.timing.ccd_l = 6;
+      config.timing.faw = 50;
+      config.timing.refi = 900;
+      config.timing.rfc = 120;
+    }
     DramChannel lazy(config);
     DramChannel eager(config);
     Random random(seed);
@@ -138,6 +145,7 @@ TEST(DramScheduler, LazyExecutionEqualsClockByClock) {
     EXPECT_EQ(lazily.size(), 3000u);
     EXPECT_EQ(lazy.counters().queue_clocks, eager.counters().queue_clocks);
     EXPECT_EQ(lazy.counters().row_conflicts, eager.counters().row_conflicts);
+    EXPECT_EQ(lazy.counters().refreshes, eager.counters().refreshes);
     EXPECT_GT(lazy.counters().aged, 0u);
     EXPECT_TRUE(std::is_sorted(lazily.begin(), lazily.end(), [](auto& a, auto& b) { return a.done < b.done; }));
   }
@@ -170,6 +178,21 @@ TEST(DramScheduler, ImpossibleConfigurationsAreRefused) {
   EXPECT_THROW(DramChannel{config}, Error);
   config = {};
   config.queue = 1;
+  EXPECT_THROW(DramChannel{config}, Error);
+  config = {};
+  config.bank_groups = 3;  // of 16 banks
+  EXPECT_THROW(DramChannel{config}, Error);
+  for (const unsigned bytes : {96u, 4096u, 16u}) {
+    config = {};
+    config.bank_groups = 4;
+    config.group_bytes = bytes;
+    EXPECT_THROW(DramChannel{config}, Error) << bytes;
+  }
+  config = {};
+  config.timing.rfc = 300;
+  config.timing.refi = 300 + config.timing.rc + config.timing.rp + config.timing.rcd;
+  DramChannel{config};
+  --config.timing.refi;
   EXPECT_THROW(DramChannel{config}, Error);
 }
 

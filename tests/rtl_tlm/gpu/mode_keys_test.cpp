@@ -72,6 +72,10 @@ TEST(IdleKeys, AreThoseThatAnotherKeyLeavesWithoutEffect) {
   EXPECT_EQ(idle({"dram.hit_cap=2"}), Texts{"dram.hit_cap: dram.scheduling = fr_fcfs"});
   EXPECT_EQ(idle({"dram.hit_cap=2", "dram.scheduling=fr_fcfs_cap", "dram.age_cap=7"}), Texts{});
   EXPECT_EQ(idle({"dram.scheduling=fcfs", "dram.age_cap=7"}), Texts{"dram.age_cap: dram.scheduling = fcfs"});
+  EXPECT_EQ(idle({"dram.group_bytes=64"}), Texts{"dram.group_bytes: dram.bank_groups = 1"});
+  EXPECT_EQ(idle({"dram.group_bytes=64", "dram.bank_groups=2"}), Texts{});
+  EXPECT_EQ(idle({"dram.timing.rfc=64"}), Texts{"dram.timing.rfc: dram.timing.refi = 0"});
+  EXPECT_EQ(idle({"dram.timing.rfc=64", "dram.timing.refi=1000"}), Texts{});
 }
 
 TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
@@ -88,7 +92,8 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
     if (!key.name.starts_with("dram.") || key.name.starts_with("dram.simulator.")) continue;
     if (key.name == "dram.model" || key.name == "dram.mhz" || key.name == "dram.fixed_latency") continue;
     settings = filed;
-    settings.push_back(setting(key.name));
+    const bool any_value = key.name != "dram.timing.refi" && key.name != "dram.bank_groups";
+    settings.push_back(any_value ? setting(key.name) : key.name + (key.name == "dram.bank_groups" ? "=4" : "=1000"));
     if (key.name == "dram.perfect") {
       EXPECT_THROW(load_config("", settings), Error) << "a limit study that is not made";
     } else {
