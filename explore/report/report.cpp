@@ -57,7 +57,7 @@ void price_machines(ReportSweep& sweep) {
       if (known.point == at) return;
     }
     const ReportedPoint& point = sweep.results.points[at];
-    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", ordered_json())});
+    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", "", ordered_json())});
   };
   add(extreme("gpu.time_us"), "fastest of the front");
   add(extreme("cost.mm2"), "smallest of the front");

@@ -63,13 +63,13 @@ TEST(RoundTrip, TheDefaultLayoutIsNotWritten) {
   Header header;
   header.node_image_bytes = 64;
   EXPECT_EQ(header_to_json(header).find("layout"), std::string::npos);
-  EXPECT_EQ(header_from_json(header_to_json(header)).layout, NodeLayout::vulkan_sim);
+  EXPECT_EQ(header_from_json(header_to_json(header), format_version(header)).layout, NodeLayout::vulkan_sim);
   header.layout = NodeLayout::compact;
   header.node_image_bytes = 800;
   header.root = 64;
   EXPECT_EQ(header_fault(header), "root, blas_base and blas_root must be multiples of 80");
   header.root = 80;
-  EXPECT_EQ(header_from_json(header_to_json(header)).layout, NodeLayout::compact);
+  EXPECT_EQ(header_from_json(header_to_json(header), format_version(header)).layout, NodeLayout::compact);
 }
 
 TEST(RoundTrip, NoGroups) {

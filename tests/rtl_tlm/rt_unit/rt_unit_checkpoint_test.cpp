@@ -103,7 +103,7 @@ TEST_F(RtUnitCheckpointTest, WithoutBuffersEveryTouchedSectorIsTraffic) {
 }
 
 TEST_F(RtUnitCheckpointTest, SmallerEntriesTakeFewerSectors) {
-  for (const auto [bytes, sectors] : {std::pair(16u, 4u), std::pair(8u, 2u)}) {
+  for (const auto& [bytes, sectors] : {std::pair(16u, 4u), std::pair(8u, 2u)}) {
     SCOPED_TRACE(bytes);
     fresh_context();
     BenchOptions options = with_sector_buffers();

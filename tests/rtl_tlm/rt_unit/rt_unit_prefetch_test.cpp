@@ -131,7 +131,7 @@ TEST_F(RtUnitPrefetchTest, AReplayedLeafBringsThoseThatWereCheckpointedWithIt) {
             {forward_event(11, 1), take_event(13), leaf_event(13, LeafOutcome::miss), take_event(14),
              leaf_event(14, LeafOutcome::miss)},
             true);
-  for (const auto [replayed, entry_bytes] : {std::pair(true, 20u), std::pair(false, 20u), std::pair(true, 8u)}) {
+  for (const auto& [replayed, entry_bytes] : {std::pair(true, 20u), std::pair(false, 20u), std::pair(true, 8u)}) {
     SCOPED_TRACE(fmt::format("{} {}", replayed, entry_bytes));
     fresh_context();
     BenchOptions options;
