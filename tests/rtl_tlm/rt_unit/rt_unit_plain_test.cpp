@@ -6,13 +6,13 @@
 
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
-#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/reader.h"
-#include "grtx/traces/writer.h"
 #include "real_scene_files.h"
-#include "rtl_tlm/rt_unit/plain_rt_unit.h"
+#include "rtl_tlm/plain/rt_bench.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
+#include "rtl_tlm/traced_view.h"
 #include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::sim {
 namespace {
@@ -37,7 +37,8 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   fresh_context();
   options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
   RtBench bench(header, options);
-  PlainRtUnit plain(options.rt, header, bench.map(), options.memory_latency, options.any_hit_cycles);
+  plain::RtBench plain(options.rt, header, static_cast<unsigned>(options.resident_warps), options.memory_latency,
+                       options.any_hit_cycles);
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const bool any = std::any_of(groups[g].rays.begin(), groups[g].rays.end(),
                                  [](const traces::Ray& ray) { return !ray.rounds.empty(); });
@@ -47,24 +48,25 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   }
   bench.run(50'000'000);
   plain.run(50'000'000);
-  std::vector<PlainRtUnit::Done> dones;
+  std::vector<plain::RtBench::Done> dones;
   for (const auto& d : bench.dones) dones.push_back({d.slot, d.round, d.cycle});
-  std::vector<PlainRtUnit::Batch> batches;
+  std::vector<plain::RtBench::Batch> batches;
   for (const auto& b : bench.batches) batches.push_back({b.batch.slot, b.batch.round, b.batch.lanes, b.cycle});
   using fmt::format;
   for (unsigned c = 0; c < 4; ++c) {
-    std::vector<PlainRtUnit::Request> requests;
+    std::vector<plain::RtBench::Request> requests;
     for (const auto& r : bench.requests[c]) requests.push_back({r.request.address, r.request.write, r.cycle});
     const char* names[] = {"node request", "checkpoint request", "prefetch request", "stack request"};
-    expect_same(names[c], plain.requests[c], requests, [](const PlainRtUnit::Request& r) {
+    expect_same(names[c], plain.requests[c], requests, [](const plain::RtBench::Request& r) {
       return format("cycle {} {} {:#x}", r.cycle, r.write ? "write" : "read", r.address);
     });
   }
-  expect_same("any-hit batch", plain.batches, batches, [](const PlainRtUnit::Batch& b) {
+  expect_same("any-hit batch", plain.batches, batches, [](const plain::RtBench::Batch& b) {
     return format("cycle {} slot {} round {} lanes {:#x}", b.cycle, b.slot, b.round, b.lanes);
   });
-  expect_same("retirement", plain.dones, dones,
-              [](const PlainRtUnit::Done& d) { return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round); });
+  expect_same("retirement", plain.dones, dones, [](const plain::RtBench::Done& d) {
+    return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round);
+  });
 }
 
 /// Any configuration, from roomy to starved.
@@ -125,24 +127,14 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
 INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 
 /// Warps of a view, traced for one design, on the default configuration.
-void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
+void expect_agreement_on(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
                          bool checkpoint) {
-  camera = camera.resized(32, 16);
-  frontend::TracerOptions options;
-  options.checkpoint = checkpoint;
-  frontend::RenderOptions render;
-  render.threads = 1;
-  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
-  const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
-  const traces::Header header = frontend::trace_header(scene, camera, accel, options, render);
-  const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";
-  traces::Writer writer(path, header);
-  frontend::render(scene, gaussians, accel, camera, options, render, &writer);
-  writer.finish();
-  const traces::Reader reader(path);
+  const traces::testing::TemporaryFile file("plain");
+  write_view(file.path(), scene, camera, 32, 16, kind, checkpoint);
+  const traces::Reader reader(file.path());
+  const traces::Header& header = reader.header();
   std::vector<traces::RayGroup> groups(reader.group_count());
   for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
-  std::filesystem::remove(path);
   expect_agreement(header, groups, {});
   if (!checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
   BenchOptions spilling;
