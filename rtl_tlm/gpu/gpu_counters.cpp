@@ -30,10 +30,16 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
 
 EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
   EndOfRun end;
+  const Cycle cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
-      rt->settle(gpu.distributor().end_cycle());
-      end.rt_of.push_back(rt->counters());
+      rt->settle(cycles);
+      modules::RtUnitCounters& counters = end.rt_of.emplace_back(rt->counters());
+      // A unit that was called in the last cycle, which is no part of the run, has counted it: as empty, since all
+      // warps had ended.
+      if (rt->accounted() > cycles) {
+        counters.scheduler.stall[static_cast<std::size_t>(modules::Stall::empty)] -= rt->accounted() - cycles;
+      }
     }
   }
   end.memory_busy_cycles = memory.busy_core_cycles();

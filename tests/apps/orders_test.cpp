@@ -27,7 +27,7 @@ class Orders : public ::testing::Test {
 };
 
 TEST_F(Orders, GiveTheSameImageInTheFourDesigns) {
-  const Outcome usual = run("--quiet -o usual");
+  const Outcome usual = run("--quiet --child-order near_first --pop-test on -o usual");
   ASSERT_EQ(usual.code, 0) << usual.err;
   EXPECT_THAT(usual.out, HasSubstr(" % of rays end by early termination; there are "));
   EXPECT_THAT(folder_.read("usual/report.html"), HasSubstr("Hits behind the end"));

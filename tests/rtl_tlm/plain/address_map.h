@@ -1,0 +1,107 @@
+// Where things lie in memory, and which slice an address belongs to: docs/model/memory_map.md.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "grtx/modules/messages/address_interleave.h"
+#include "grtx/traces/header.h"
+#include "rtl_tlm/plain/messages.h"
+
+namespace grtx::sim::plain {
+
+class AddressMap {
+ public:
+  /// most_evictions: of a ray, as the trace's totals have it.
+  AddressMap(const traces::Header& header, unsigned sms, unsigned slots, std::uint64_t most_evictions, bool spill)
+      : header_(header), slots_(slots) {
+    const std::uint64_t warps = std::uint64_t{sms} * slots, rays = warps * header.warp_size;
+    k_ = header.tracing == traces::Tracing::single ? 2 * header.k : header.k;
+    place(header.node_image_bytes);
+    gaussian_ = place(header.gaussians * header.gaussian_record_bytes);
+    sh_ = place(header.gaussians * header.sh_record_bytes);
+    k_buffer_ = place(warps * k_ * 8 * header.warp_size);
+    if (header.checkpoint) {
+      checkpoint_stride_ = odd_lines(header.checkpoint_capacity * 20);
+      checkpoint_ = place(rays * 2 * checkpoint_stride_);
+      evictions_ = std::max<std::uint64_t>({header.checkpoint_capacity, 256, most_evictions});
+      eviction_stride_ = odd_lines(evictions_ * 8);
+      eviction_ = place(rays * eviction_stride_);
+    }
+    pixel_ = place(std::uint64_t{header.width} * header.height * 16);
+    if (spill) {
+      stack_stride_ = odd_lines(kStackSectors * kSector);
+      stack_ = place(rays * stack_stride_);
+    }
+  }
+  std::uint64_t gaussian(std::uint64_t id) const { return gaussian_ + id * header_.gaussian_record_bytes; }
+  std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
+  std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
+  std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
+    return k_buffer_ + (((warp(sm, slot) * k_ + entry) * 2 + field) * header_.warp_size + lane) * 4;
+  }
+  std::uint64_t eviction(unsigned sm, unsigned slot, unsigned lane, std::uint64_t entry) const {
+    return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * 8;
+  }
+  std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned buffer, std::uint64_t entry) const {
+    return checkpoint_ + (ray(sm, slot, lane) * 2 + buffer) * checkpoint_stride_ + entry * 20;
+  }
+  std::uint64_t stack(unsigned sm, unsigned slot, unsigned lane, std::uint64_t sector) const {
+    return stack_ + ray(sm, slot, lane) * stack_stride_ + sector % kStackSectors * kSector;
+  }
+
+ private:
+  static constexpr std::uint64_t kStackSectors = 128;  // 256 entries of 16 B
+
+  std::uint64_t warp(unsigned sm, unsigned slot) const { return std::uint64_t{sm} * slots_ + slot; }
+  std::uint64_t ray(unsigned sm, unsigned slot, unsigned lane) const {
+    return warp(sm, slot) * header_.warp_size + lane;
+  }
+  /// A region of so many bytes at the next multiple of 4 KiB.
+  std::uint64_t place(std::uint64_t bytes) {
+    const std::uint64_t base = end_;
+    end_ = (end_ + bytes + 4095) / 4096 * 4096;
+    return base;
+  }
+  /// The least odd number of 128 B lines that holds so many bytes.
+  static std::uint64_t odd_lines(std::uint64_t bytes) {
+    const std::uint64_t lines = (bytes + 127) / 128;
+    return (lines % 2 == 0 ? lines + 1 : lines) * 128;
+  }
+
+  traces::Header header_;
+  unsigned slots_;
+  std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
+  std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, stack_ = 0;
+  std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;
+};
+
+/// Which slice, and where in it.
+class SliceMap {
+ public:
+  explicit SliceMap(const modules::AddressInterleave& config) : config_(config) {}
+  unsigned slice(std::uint64_t address) const {
+    std::uint64_t block = address / config_.bytes;
+    if (!config_.xor_hash) return static_cast<unsigned>(block % config_.slices);
+    unsigned folded = 0;  // all digits of the block number to the base of the slices, XORed
+    for (; config_.slices > 1 && block != 0; block /= config_.slices)
+      folded ^= static_cast<unsigned>(block % config_.slices);
+    return folded;
+  }
+  std::uint64_t local(std::uint64_t address) const {
+    return address / config_.bytes / config_.slices * config_.bytes + address % config_.bytes;
+  }
+  std::uint64_t global(std::uint64_t local, unsigned slice) const {
+    const std::uint64_t block = local / config_.bytes;
+    for (unsigned low = 0; low < config_.slices; ++low) {
+      const std::uint64_t address = (block * config_.slices + low) * config_.bytes + local % config_.bytes;
+      if (this->slice(address) == slice) return address;
+    }
+    return 0;  // does not happen
+  }
+
+ private:
+  modules::AddressInterleave config_;
+};
+
+}  // namespace grtx::sim::plain

@@ -1,0 +1,118 @@
+// The SystemC model against the plain one: gpu.cycles and every counter of every unit, on random traces with random
+// small machines and on a trained scene. GRTX_PLAIN_TRACES: how many random traces (docs/guide/testing.md).
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "grtx/base/child_process.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/traces/reader.h"
+#include "paths.h"
+#include "real_scene_files.h"
+#include "rtl_tlm/plain/gpu.h"
+#include "rtl_tlm/plain/random_machine.h"
+#include "rtl_tlm/traced_view.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+using traces::testing::random_trace;
+using traces::testing::RandomOptions;
+
+/// What is derived from counters by formulas of its own, and what depends on the host.
+bool is_left_out(const std::string& name) {
+  return name.starts_with("host.") || name.starts_with("gpu.bound.") || name.starts_with("gpu.energy");
+}
+
+/// name -> value in the SystemC model.
+std::map<std::string, double> systemc(const std::string& path, const GpuConfig& config) {
+  ChildProcess child("simulation", [&] {
+    const SimulationResult result = simulate(path, config, {});
+    ordered_json stats = result.document.at("stats");
+    if (!result.violations.empty()) stats["violation: " + result.violations[0]] = {{"value", 1}};
+    return stats.dump();
+  });
+  std::map<std::string, double> values;
+  const ordered_json stats = ordered_json::parse(child.result());
+  for (const auto& [name, entry] : stats.items()) {
+    if (!is_left_out(name)) values[name] = entry.at("value").get<double>();
+  }
+  return values;
+}
+
+/// Both models on the trace of this file; a statistic that one of them does not report counts as 0. Returns what
+/// differs, a line each.
+std::string differences(const std::string& path, const GpuConfig& config) {
+  const traces::Reader reader(path);
+  std::vector<traces::RayGroup> groups(reader.group_count());
+  for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
+  std::map<std::string, std::pair<double, double>> both;
+  for (const auto& [name, value] : systemc(path, config)) both[name].first = value;
+  const plain::Statistics found = plain::run(config, reader.header(), groups, reader.totals().max_evictions_per_ray);
+  for (const auto& [name, value] : found.values) both[name].second = value;
+  std::string all;
+  for (const auto& [name, values] : both) {
+    const auto [a, b] = values;
+    const double rounding = 1e-12 * std::max(std::abs(a), std::abs(b));  // of means and rates; counts are exact
+    if (std::abs(a - b) > rounding) all += fmt::format("{}: SystemC {}, plain {}\n", name, a, b);
+  }
+  return all;
+}
+
+class PlainGpu : public ::testing::TestWithParam<unsigned> {};
+
+// Each instance takes its share of the random traces: seeds i, i + 8, i + 16, …
+constexpr unsigned kShares = 8;
+
+TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
+  const char* const wanted = std::getenv("GRTX_PLAIN_TRACES");
+  const unsigned traces = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 80;
+  for (unsigned seed = GetParam(); seed < traces; seed += kShares) {
+    test::Random random(seed);
+    const RandomOptions options = test::random_options(random, seed);
+    const GpuConfig config = test::random_machine(random);
+    auto trace = random_trace(options);
+    // Secondary groups follow the primary ones.
+    std::stable_sort(trace.groups.begin(), trace.groups.end(),
+                     [](const auto& a, const auto& b) { return a.kind < b.kind; });
+    for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
+    if (random.upto(3) == 0) test::make_procedural(trace);
+    const traces::testing::TemporaryFile file("plain");
+    traces::testing::write_trace(file.path(), trace.header, trace.groups);
+    EXPECT_EQ(differences(file.path(), config), "") << describe(options) << "\n" << config_json(config).dump();
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Shares, PlainGpu, ::testing::Range(0U, kShares));
+
+TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
+  const std::string path = grtx::test::real_scene_path("playbot_L4");
+  const std::string cameras = grtx::test::real_cameras_path("playbot");
+  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
+  const frontend::Scene scene = frontend::load_scene(path);
+  const frontend::Camera camera = frontend::load_cameras(cameras)[0];
+  for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
+    for (const bool checkpoint : {false, true}) {
+      const traces::testing::TemporaryFile file("plain");
+      test::write_view(file.path(), scene, camera, 32, 16, kind, checkpoint);
+      // One design is enough for machines that differ in what all designs share.
+      const bool all = checkpoint && kind == frontend::AccelKind::tlas_tri20;
+      for (const char* machine : {"paper", "short_stack", "intersection_only"}) {
+        const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/" + machine + ".toml", {});
+        EXPECT_EQ(differences(file.path(), config), "")
+            << frontend::accel_name(kind) << (checkpoint ? " with checkpoints, " : ", ") << machine;
+        if (!all) break;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grtx::sim

@@ -1,0 +1,169 @@
+// A random trace's options and a random machine, from roomy to starved, for tests that compare two models.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <initializer_list>
+#include <random>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "traces/random_group.h"
+
+namespace grtx::sim::test {
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  unsigned upto(unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(engine_); }
+  template <typename T>
+  T one_of(std::initializer_list<T> values) {
+    return *(values.begin() + std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(engine_));
+  }
+  bool coin() { return upto(1) != 0; }
+
+ private:
+  std::mt19937 engine_;
+};
+
+inline traces::testing::RandomOptions random_options(Random& random, unsigned seed) {
+  traces::testing::RandomOptions trace;
+  trace.seed = seed;
+  trace.groups = 1 + random.upto(11);
+  trace.warp_size = random.one_of({4U, 8U, 8U, 32U});
+  trace.bvh_width = 2 + random.upto(6);
+  trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
+  trace.k = 1 + random.upto(7);
+  trace.two_level = random.coin();
+  trace.blas_root_is_leaf = trace.two_level && random.upto(4) == 0;
+  trace.root_is_leaf = random.upto(30) == 0;
+  trace.child_order = random.coin() ? traces::ChildOrder::near_first : traces::ChildOrder::slot;
+  trace.tracing = random.one_of({traces::Tracing::multi, traces::Tracing::multi, traces::Tracing::multi,
+                                 traces::Tracing::single, traces::Tracing::closest});
+  trace.checkpoint = trace.tracing == traces::Tracing::multi && random.upto(2) != 0;
+  if (trace.tracing == traces::Tracing::closest) trace.k = 1;
+  if (trace.tracing == traces::Tracing::single) trace.k = random.one_of({1U, 3U, 8U, 100U});
+  trace.capacity = trace.checkpoint ? random.one_of({6U, 1000U, 1000U}) : 0;
+  trace.checkpoint_order =
+      random.one_of({traces::CheckpointOrder::fifo, traces::CheckpointOrder::lifo, traces::CheckpointOrder::nearest});
+  return trace;
+}
+
+/// Ellipsoids in place of triangles, or spheres as the BLAS.
+inline void make_procedural(traces::testing::RandomTrace& trace) {
+  trace.header.accel = trace.header.two_level ? traces::AccelKind::tlas_sphere : traces::AccelKind::ellipsoid;
+  for (traces::RayGroup& group : trace.groups) {
+    for (traces::NodeDefinition& node : group.nodes) {
+      for (traces::NodeKind& kind : node.child_kinds) {
+        if (kind == traces::NodeKind::triangle) kind = traces::NodeKind::procedural;
+      }
+    }
+  }
+}
+
+/// Any machine, from roomy to starved.
+inline GpuConfig random_machine(Random& random) {
+  GpuConfig c;
+  c.sms = 1 + random.upto(3);
+  c.resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U});
+  c.rt_units = std::min(c.resident_warps, random.one_of({1U, 1U, 2U, 3U}));
+  c.core_mhz = random.one_of({1365.0, 1365.0, 1000.0, 2100.0, 333.0});
+  c.memory_mhz = random.one_of({3500.0, 3500.0, 1000.0, 500.0, 7001.0});
+
+  modules::RtUnitConfig& rt = c.rt;
+  rt.warp_buffer.entries = random.one_of({1U, 2U, 4U, 8U});
+  rt.warp_buffer.spill = random.upto(2) == 0;
+  rt.warp_buffer.stack_entries = random.one_of({2U, 3U, 4U, 8U});
+  rt.scheduler.policy = random.one_of({"oldest_first", "round_robin", "greedy_then_oldest"});
+  rt.memory.queue = random.one_of({32U, 40U, 64U});
+  rt.memory.merge_in_flight = random.coin();
+  rt.memory.sectors_per_cycle = random.one_of({1U, 1U, 2U, 4U});
+  rt.memory.by_shader = random.upto(5) == 0;
+  rt.memory.traffic.instance_leaf_bytes = random.one_of({64U, 128U});
+  rt.memory.traffic.blas_header_read = random.coin();
+  rt.memory.traffic.leaf_descriptor_read = random.coin();
+  for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_sphere, &rt.ray_transform}) {
+    *unit = {random.one_of({1U, 2U, 4U, 32U}), random.one_of({1U, 4U, 13U, 37U}), random.one_of({1U, 2U, 5U})};
+  }
+  rt.box_op_per_child = random.coin();
+  rt.any_hit.timeout = random.one_of({0U, 1U, 5U, 64U, 1000U});
+  rt.checkpoint = {random.one_of({1U, 2U, 4U, 32U}), random.one_of({2U, 3U, 16U}), random.coin(), random.coin()};
+  rt.sibling_prefetch = random.upto(2) != 0;
+  rt.prefetcher = {random.one_of({1U, 4U}), random.one_of({1U, 2U, 32U})};
+
+  c.simt.schedulers = random.one_of({1U, 2U, 3U, 4U});
+  c.simt.instruction_latency = random.one_of({0U, 1U, 4U, 20U});
+  c.simt.sectors_per_cycle = random.one_of({1U, 1U, 2U, 4U});
+  c.simt.costs.dependent_loads = random.upto(3) != 0;
+  c.sm_links.message_latency = random.one_of({1U, 1U, 2U, 7U});
+  modules::ShaderCosts& costs = c.simt.costs;
+  for (unsigned* cost :
+       {&costs.raygen_prologue, &costs.trace_call, &costs.evict_move_fixed, &costs.evict_move_per_entry,
+        &costs.any_hit_fixed, &costs.any_hit_per_shift, &costs.sort_per_entry, &costs.blend_fixed,
+        &costs.blend_per_entry, &costs.sh_per_coefficient, &costs.epilogue, &costs.node_fetch}) {
+    if (random.upto(3) == 0) *cost = random.one_of({0U, 1U, 7U, 50U});
+  }
+
+  auto& l1 = c.l1;
+  l1.geometry.line_bytes = random.one_of({32U, 64U, 128U, 128U, 256U});
+  l1.geometry.ways = random.one_of({1U, 2U, 4U, 16U});
+  l1.geometry.bytes = std::uint64_t{l1.geometry.line_bytes} * l1.geometry.ways * random.one_of({1U, 3U, 8U, 32U});
+  l1.geometry.replacement = random.one_of({"lru", "lru", "fifo", "random"});
+  c.sm_links.l1_latency = random.one_of({1U, 1U, 2U, 3U});
+  c.sm_links.l1_capacity = random.one_of({1U, 2U, 4U, 4U});
+  l1.latency = c.sm_links.l1_latency + random.one_of({0U, 1U, 4U, 19U});
+  l1.tag_latency = random.one_of({1U, 1U, 3U});
+  l1.banks = random.one_of({1U, 2U, 3U, 4U});
+  l1.mshr_entries = random.one_of({1U, 4U, 16U, 256U});
+  l1.mshr_merges = random.one_of({1U, 2U, 8U});
+  l1.miss_queue = random.one_of({1U, 2U, 16U});
+  l1.rotating_priority = random.coin();
+  l1.private_writes.policy = random.one_of({modules::WritePolicy::write_through, modules::WritePolicy::write_back});
+  l1.private_writes.allocate = random.upto(2) == 0;
+  if (l1.private_writes.policy == modules::WritePolicy::write_back) {
+    l1.miss_queue = std::max(l1.miss_queue, l1.geometry.sectors() + 1);  // the write-back of a line
+  }
+  l1.perfect = random.upto(15) == 0;
+
+  c.links.latency = random.one_of({1U, 1U, 2U});
+  c.links.capacity = random.one_of({1U, 2U, 4U, 4U});
+  c.crossbar.latency = c.links.latency + random.one_of({0U, 1U, 3U, 7U});
+  c.crossbar.output_buffer = random.one_of({1U, 2U, 32U});
+
+  c.interleave.slices = random.one_of({1U, 2U, 3U, 4U});
+  c.interleave.bytes = random.one_of({256U, 256U, 1024U});
+  c.interleave.xor_hash = c.interleave.slices != 3 && random.coin();
+  auto& l2 = c.l2;
+  l2.geometry.line_bytes = random.one_of({32U, 64U, 128U, 128U, 256U});
+  l2.geometry.ways = random.one_of({1U, 2U, 4U, 16U});
+  l2.geometry.replacement = random.one_of({"lru", "lru", "fifo", "random"});
+  c.l2_bytes = std::uint64_t{l2.geometry.line_bytes} * l2.geometry.ways * random.one_of({1U, 3U, 16U, 64U}) *
+               c.interleave.slices;
+  l2.latency = random.one_of({1U, 5U, 30U, 165U});
+  l2.queue = random.one_of({1U, 4U, 64U});
+  l2.mshr_entries = random.one_of({1U, 4U, 192U});
+  l2.mshr_merges = random.one_of({1U, 2U, 4U});
+  l2.reply_queue = random.one_of({4U, 8U, 64U});
+  l2.dram_queue = random.one_of({8U, 9U, 64U});
+  l2.perfect = random.upto(15) == 0;
+
+  auto& dram = c.dram;
+  dram.channel.banks = random.one_of({1U, 2U, 4U, 16U});
+  dram.channel.row_bytes = random.one_of({32U, 256U, 2048U});
+  dram.channel.burst_bytes = random.one_of({16U, 32U, 32U});
+  dram.channel.queue = random.one_of({4U, 5U, 64U});
+  dram.channel.age_cap = random.one_of({0U, 30U, 200U, 1024U});
+  dram.channel.scheduling = random.one_of({"fr_fcfs", "fr_fcfs", "fcfs", "fr_fcfs_cap"});
+  dram.channel.hit_cap = random.one_of({1U, 4U});
+  dram.channel.bank_xor = random.upto(2) == 0;
+  dram.fixed_latency = random.one_of({0U, 1U, 64U, 256U});
+  dram.perfect = random.upto(15) == 0;
+  auto& t = dram.channel.timing;
+  for (unsigned* clocks : {&t.rrd, &t.rcd, &t.ras, &t.rp, &t.rc, &t.cl, &t.wl, &t.cdlr, &t.wr, &t.rtp, &t.turn}) {
+    if (random.upto(3) == 0) *clocks = random.one_of({0U, 1U, 6U, 33U});
+  }
+  t.ccd = random.one_of({1U, 4U, 4U, 9U});
+  check_config(c, "a random machine");
+  return c;
+}
+
+}  // namespace grtx::sim::test

@@ -1,0 +1,838 @@
+// Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
+// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit}.md.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "rtl_tlm/plain/address_map.h"
+#include "rtl_tlm/plain/messages.h"
+#include "rtl_tlm/plain/simt_core.h"
+#include "rtl_tlm/plain/statistics.h"
+
+namespace grtx::sim::plain {
+
+class RtUnit {
+ public:
+  /// Ports to the L1; those that a configuration does not use are never touched.
+  struct Memory {
+    MemoryPort *node, *checkpoint, *prefetch, *stack;
+  };
+  RtUnit(const modules::RtUnitConfig& config, const traces::Header& header, const AddressMap& map, unsigned sm,
+         RtMessages& messages, const Memory& memory)
+      : config_(config), header_(header), map_(map), sm_(sm), messages_(messages), memory_(memory) {
+    warps_.resize(config.warp_buffer.entries);
+    const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
+      return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
+    };
+    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+              pipelines(config.ray_transform)};
+    leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
+    ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
+  }
+
+  void tick(Cycle now) {
+    now_ = now;
+    count_warps();
+    for (Unit& unit : units_) {
+      take_results(unit);
+      start_operations(unit);
+    }
+    take_responses();
+    issue();
+    hand_over();
+    any_hit();
+    retire();
+    schedule();
+    accept();
+  }
+  bool idle() const {
+    return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
+           read_queue_.empty() && write_queue_.empty() && prefetch_queue_.empty() && stack_queue_.empty() &&
+           outstanding_ == 0;
+  }
+  std::uint64_t selections() const { return selections_; }
+  /// cycles: of the run; stalls and occupancy count up to it.
+  void report(Statistics& s) const {
+    const std::string p = "gpu.rt.";
+    static constexpr const char* kRegions[] = {"tlas", "blas", "leaf", "instance"};
+    for (std::size_t r = 0; r < 4; ++r) {
+      for (const std::string& name : {std::string(), "." + std::string(kRegions[r])}) {
+        s.add(p + "node_visits" + name, node_visits_[r]);
+        s.add(p + "node_fetches" + name, node_fetches_[r]);
+        s.add(p + "node_sectors" + name, node_sectors_[r]);
+      }
+    }
+    s.add(p + "shader_fetch.batches", shader_batches_);
+    s.add(p + "shader_fetch.sectors", shader_sectors_);
+    s.add(p + "node_fetch_latency", fetch_latency_);
+    s.add(p + "selections", selections_);
+    s.add(p + "lanes_handled", lanes_handled_);
+    s.add(p + "lanes_active", lanes_active_);
+    s.add(p + "stall.empty", stall_empty_);
+    s.add(p + "stall.queue_full", stall_queue_full_);
+    for (std::size_t w = 0; w < kWaits; ++w) {
+      if (w > 0) s.add(p + "stall." + kWaitNames[w], stalls_[w]);
+      s.add(p + "warp_cycles." + kWaitNames[w], warp_cycles_[w]);
+      s.add(p + "occupancy_integral", warp_cycles_[w]);
+    }
+    static constexpr const char* kEvents[] = {"visits_internal", "visits_instance", "visits_leaf",
+                                              "culls",           "replay_takes",    "replay_forwards"};
+    for (std::size_t e = 0; e < 6; ++e) s.add(p + kEvents[e], events_[e]);
+    s.add(p + "any_hit_calls", any_hit_lanes_);
+    s.add(p + "calls", calls_);
+    s.most(p + "max_stack_depth", max_depth_);
+    s.add(p + "warp_latency", warp_latency_);
+    static constexpr const char* kUnits[] = {"ray_box.", "ray_triangle.", "ray_sphere.", "ray_transform."};
+    for (std::size_t u = 0; u < 4; ++u) {
+      s.add(p + kUnits[u] + "operations", units_[u].operations);
+      s.add(p + kUnits[u] + "tests", units_[u].tests);
+      s.add(p + kUnits[u] + "busy_cycles", units_[u].tests * units_[u].interval);
+      s.add(p + kUnits[u] + "queue_cycles", units_[u].queue_cycles);
+      s.most(p + kUnits[u] + "queue_max", units_[u].queue_max);
+    }
+    s.add(p + "any_hit.batches", any_hit_batches_);
+    s.add(p + "any_hit.lanes", any_hit_lanes_);
+    s.add(p + "any_hit.timeouts", any_hit_timeouts_);
+    s.add(p + "any_hit.wait_cycles", any_hit_wait_);
+    s.add(p + "checkpoint.entries_written", entries_written_);
+    s.add(p + "checkpoint.entries_read", entries_read_);
+    s.add(p + "checkpoint.sectors_written", sectors_written_);
+    s.add(p + "checkpoint.sectors_read", sectors_read_);
+    s.add(p + "checkpoint.straddling_written", straddling_written_);
+    s.add(p + "checkpoint.straddling_read", straddling_read_);
+    s.most(p + "checkpoint.max_entries", max_entries_);
+    s.add(p + "checkpoint.blocked_cycles", blocked_cycles_);
+    s.add(p + "prefetch.triggers", triggers_);
+    s.add(p + "prefetch.nodes", prefetch_nodes_);
+    s.add(p + "prefetch.merged", prefetch_merged_);
+    s.add(p + "prefetch.dropped", prefetch_dropped_);
+    s.add(p + "prefetch.sectors", prefetch_sectors_);
+    s.add(p + "stack.spills", spills_);
+    s.add(p + "stack.fills", fills_);
+    s.most(p + "stack.max_spilled", max_spilled_);
+  }
+  /// Means and ratios, once the counts of all units are summed. unit_cycles: cycles of the run times units.
+  static void finish(Statistics& s, std::uint64_t unit_cycles) {
+    const std::string p = "gpu.rt.";
+    s.finish_mean(p + "node_fetch_latency");
+    s.finish_mean(p + "warp_latency");
+    s.values[p + "simt_efficiency"] = Statistics::ratio(s[p + "lanes_handled"], s[p + "lanes_active"]);
+    s.values[p + "occupancy"] = Statistics::ratio(s[p + "occupancy_integral"], static_cast<double>(unit_cycles));
+    s.values[p + "any_hit.lanes_per_batch"] = Statistics::ratio(s[p + "any_hit.lanes"], s[p + "any_hit.batches"]);
+    s.values[p + "merge_factor"] = Statistics::ratio(s[p + "node_visits"], s[p + "node_fetches"]);
+  }
+  /// The run is over: cycles from here on are no part of it.
+  void stop_counting() { counting_ = false; }
+
+ private:
+  enum class State { absent, ready, memory, unit, any_hit_wait, any_hit_run, read, write, stack, finished };
+  struct Record {  // of the sibling prefetcher
+    std::uint64_t node_address, child_base;
+    const traces::NodeDefinition* node;
+    unsigned hit;
+    bool triggered = false;
+  };
+  struct Lane {
+    State state = State::absent;
+    const traces::Ray* ray = nullptr;
+    std::size_t next = 0, end = 0;  // events of the round
+    Cycle waiting_since = 0;        // any-hit
+    // checkpoint unit
+    unsigned to_write = 0;  // entries submitted, not yet taken
+    bool flush = false;     // the open sector is an item behind them
+    std::uint64_t written = 0, reads = 0, source = 0;
+    std::optional<std::uint64_t> open_sector, held_sector;
+    unsigned sectors_due = 0;  // of the entry being read
+    std::deque<Record> records;
+    // stack unit
+    std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
+    unsigned held_back = 0;                // checkpoint entries that wait for the stack
+  };
+  struct Warp {
+    bool used = false;
+    const traces::RayGroup* group = nullptr;
+    unsigned slot = 0, round = 0;
+    std::uint64_t age = 0;
+    Cycle accepted = 0;
+    bool shader_busy = false;
+    Lane lanes[kLanes];
+  };
+  using LaneName = std::pair<unsigned, unsigned>;  // entry, lane
+  struct Operation {
+    LaneName lane;
+    Cycle queued;
+    unsigned tests;
+  };
+  struct Result {
+    Cycle due;
+    std::uint64_t order;
+    LaneName lane;
+  };
+  struct Unit {
+    unsigned count, latency, interval;
+    std::vector<Cycle> free_from;
+    std::deque<Operation> queue;
+    std::vector<Result> flying;
+    std::uint64_t operations, tests, queue_cycles, queue_max;
+  };
+  struct Fetch {
+    unsigned entry, leader;  // the lane that opened it
+    std::uint64_t address;
+    bool header;
+    traces::NodeKind kind;
+    Region region;
+    std::vector<unsigned> lanes;
+    std::vector<std::pair<std::uint64_t, Region>> sectors;
+    std::size_t sent = 0, back = 0;
+    Cycle opened;
+  };
+  /// What a warp waits for, in order of precedence.
+  enum Wait { kReady, kMemory, kCheckpoint, kStack, kUnit, kAnyHit, kRetire, kWaits };
+  static constexpr const char* kWaitNames[] = {"ready", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"};
+
+  // --- what the trace says -----------------------------------------------------------------------------------------
+  const traces::Event& event(const Lane& lane) const { return lane.ray->events[lane.next]; }
+  const traces::NodeDefinition& definition(const Warp& warp, const traces::Event& e) const {
+    return warp.group->nodes[e.node];
+  }
+  std::uint64_t stored(traces::NodeKind kind) const { return traces::node_bytes(kind, header_.bvh_width); }
+  Lane& lane(LaneName name) { return warps_[name.first].lanes[name.second]; }
+  static std::uint64_t tag(LaneName name) { return std::uint64_t{name.first} * kLanes + name.second; }
+  static LaneName lane_of(std::uint64_t tag) {
+    return {static_cast<unsigned>(tag / kLanes), static_cast<unsigned>(tag % kLanes)};
+  }
+
+  // --- statistics of every cycle -----------------------------------------------------------------------------------
+  static Wait waits_for(const Warp& warp) {
+    const auto any = [&](auto... states) {
+      return std::any_of(std::begin(warp.lanes), std::end(warp.lanes),
+                         [&](const Lane& lane) { return ((lane.state == states) || ...); });
+    };
+    if (any(State::ready)) return kReady;
+    if (any(State::memory)) return kMemory;
+    if (any(State::read, State::write)) return kCheckpoint;
+    if (any(State::stack)) return kStack;
+    if (any(State::unit)) return kUnit;
+    if (any(State::any_hit_wait, State::any_hit_run)) return kAnyHit;
+    return kRetire;
+  }
+  void count_warps() {
+    if (!counting_) return;
+    for (const Warp& warp : warps_) {
+      if (warp.used) ++warp_cycles_[waits_for(warp)];
+    }
+  }
+  void count_stall(bool candidate) {
+    if (!counting_) return;
+    const Warp* oldest = nullptr;
+    for (const Warp& warp : warps_) {
+      if (warp.used && (oldest == nullptr || warp.age < oldest->age)) oldest = &warp;
+    }
+    if (oldest == nullptr) {
+      ++stall_empty_;
+    } else if (candidate) {
+      ++stall_queue_full_;
+    } else {
+      ++stalls_[waits_for(*oldest)];
+    }
+  }
+
+  // --- 1 results ---------------------------------------------------------------------------------------------------
+  void take_results(Unit& unit) {
+    std::sort(unit.flying.begin(), unit.flying.end(),
+              [](const Result& a, const Result& b) { return std::tie(a.due, a.order) < std::tie(b.due, b.order); });
+    while (!unit.flying.empty() && unit.flying.front().due <= now_) {
+      const LaneName name = unit.flying.front().lane;
+      unit.flying.erase(unit.flying.begin());
+      if (ellipsoid_ && &unit == &units_[3]) {
+        queue_at(units_[2], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
+      } else {
+        result(name);
+      }
+    }
+  }
+  void result(LaneName name) {
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const traces::Event& e = event(lane);
+    if (e.kind() != traces::EventKind::visit_instance) --lane.depth;
+    if (e.kind() == traces::EventKind::visit_internal) {
+      lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
+      max_depth_ = std::max(max_depth_, lane.depth);
+    }
+    if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
+      lane.state = State::any_hit_wait;
+      lane.waiting_since = now_;
+      return;
+    }
+    if (e.kind() == traces::EventKind::visit_internal) remember(warp, lane, e);
+    finish_event(name, static_cast<unsigned>(std::popcount(unsigned{e.checkpoints})));
+  }
+  // The event is over but for its checkpoint entries.
+  void finish_event(LaneName name, unsigned entries) {
+    Lane& lane = this->lane(name);
+    ++events_[static_cast<std::size_t>(event(lane).kind())];
+    ++lane.next;
+    if (config_.warp_buffer.spill && stack_moves(name)) {
+      lane.held_back = entries;
+      lane.state = State::stack;
+    } else {
+      submit(name, entries);
+    }
+  }
+  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move in pairs.
+  bool stack_moves(LaneName name) {
+    Lane& lane = this->lane(name);
+    const std::size_t before = stack_queue_.size();
+    while (lane.depth - lane.spilled > config_.warp_buffer.stack_entries) {
+      stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), true});
+      lane.spilled += 2;
+    }
+    max_spilled_ = std::max(max_spilled_, lane.spilled);
+    if (lane.depth == lane.spilled && lane.spilled > 0 && lane.next != lane.end) {
+      const auto kind = event(lane).kind();
+      if (kind != traces::EventKind::replay_take && kind != traces::EventKind::replay_forward) {
+        lane.spilled -= 2;
+        stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), false});
+      }
+    }
+    return stack_queue_.size() != before;
+  }
+  std::uint64_t stack_address(LaneName name, std::uint64_t pair) const {
+    return map_.stack(sm_, warps_[name.first].slot, name.second, pair);
+  }
+  void stack_moved(LaneName name) { submit(name, lane(name).held_back); }
+  void submit(LaneName name, unsigned entries) {
+    Lane& lane = this->lane(name);
+    lane.to_write = entries;
+    const bool last = lane.next == lane.end;
+    lane.flush = last && config_.checkpoint.write_combine && (lane.written + entries) * 20 % kSector != 0;
+    if (entries > 0 || lane.flush) {
+      lane.state = State::write;
+      submitted_.push_back(name);
+    } else {
+      lane.state = last ? State::finished : State::ready;
+    }
+  }
+
+  // --- 2 start -----------------------------------------------------------------------------------------------------
+  void start_operations(Unit& unit) {
+    for (Cycle& free : unit.free_from) {
+      if (free > now_ || unit.queue.empty() || unit.queue.front().queued >= now_) continue;
+      const Operation op = unit.queue.front();
+      unit.queue.pop_front();
+      free = now_ + Cycle{op.tests} * unit.interval;
+      unit.flying.push_back({now_ + unit.latency + Cycle{op.tests - 1} * unit.interval, order_++, op.lane});
+      ++unit.operations;
+      unit.tests += op.tests;
+      unit.queue_cycles += now_ - op.queued - 1;
+    }
+  }
+
+  // --- 3 responses -------------------------------------------------------------------------------------------------
+  void take_responses() {
+    if (config_.memory.by_shader) {
+      if (messages_.fetched.front(now_) != nullptr) {
+        std::vector<std::uint64_t> numbers = messages_.fetched.pop(now_).fetches;
+        std::sort(numbers.begin(), numbers.end(),
+                  [this](std::uint64_t a, std::uint64_t b) { return fetches_.at(a).leader < fetches_.at(b).leader; });
+        for (const std::uint64_t number : numbers) complete(number);
+      }
+    }
+    for (unsigned i = 0; !config_.memory.by_shader && i < config_.memory.sectors_per_cycle; ++i) {
+      const std::optional<Access> answer = take(memory_.node);
+      if (!answer) break;
+      Fetch& fetch = fetches_.at(answer->tag);
+      if (++fetch.back == fetch.sectors.size()) complete(answer->tag);
+    }
+    if (const std::optional<Access> answer = take(memory_.checkpoint); answer && !answer->write) {
+      const LaneName reader = lane_of(answer->tag);
+      if (--lane(reader).sectors_due == 0) entry_read(reader);
+    }
+    take(memory_.prefetch);
+    if (const std::optional<Access> answer = take(memory_.stack); answer && !answer->write) {
+      stack_moved(lane_of(answer->tag));
+    }
+  }
+  std::optional<Access> take(MemoryPort* port) {
+    if (port == nullptr || port->response.front(now_) == nullptr) return std::nullopt;
+    --outstanding_;
+    return port->response.pop(now_);
+  }
+  void complete(std::uint64_t number) {
+    const Fetch fetch = fetches_.at(number);
+    fetches_.erase(number);
+    fetch_latency_.add(now_ - fetch.opened);
+    std::vector<unsigned> lanes = fetch.lanes;
+    std::sort(lanes.begin(), lanes.end());
+    const bool internal = fetch.kind == traces::NodeKind::internal;
+    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 3 : leaf_unit_];
+    for (const unsigned l : lanes) {
+      Warp& warp = warps_[fetch.entry];
+      Lane& lane = warp.lanes[l];
+      lane.state = State::unit;
+      const unsigned tests = internal && config_.box_op_per_child ? definition(warp, event(lane)).child_count : 1;
+      queue_at(unit, {{fetch.entry, l}, now_, tests});
+    }
+  }
+  static void queue_at(Unit& unit, const Operation& operation) {
+    unit.queue.push_back(operation);
+    unit.queue_max = std::max<std::uint64_t>(unit.queue_max, unit.queue.size());
+  }
+  // The source entry of the event is there: a replay_take pushes it, a replay_forward may submit it.
+  void entry_read(LaneName name) {
+    Lane& lane = this->lane(name);
+    if (event(lane).kind() == traces::EventKind::replay_take) max_depth_ = std::max(max_depth_, ++lane.depth);
+    finish_event(name, event(lane).checkpoints);
+  }
+
+  // --- 4 issue -----------------------------------------------------------------------------------------------------
+  void issue() {
+    if (config_.memory.by_shader) send_batch();
+    for (unsigned i = 0; !config_.memory.by_shader && i < config_.memory.sectors_per_cycle; ++i) {
+      if (fetch_queue_.empty() || !memory_.node->request.has_room(now_)) break;
+      Fetch& fetch = fetches_.at(fetch_queue_.front());
+      const auto [address, region] = fetch.sectors[fetch.sent];
+      send(memory_.node, address, region, false, fetch_queue_.front());
+      ++node_sectors_[modules::index(region)];
+      if (++fetch.sent == fetch.sectors.size()) fetch_queue_.pop_front();
+    }
+    const bool read_blocked = !read_queue_.empty() && std::find(write_queue_.begin(), write_queue_.end(),
+                                                                read_queue_.front().second) != write_queue_.end();
+    if (memory_.checkpoint != nullptr && memory_.checkpoint->request.has_room(now_)) {
+      if (!read_queue_.empty() && !read_blocked) {
+        send(memory_.checkpoint, read_queue_.front().second, Region::checkpoint, false, tag(read_queue_.front().first));
+        read_queue_.pop_front();
+        ++sectors_read_;
+      } else if (!write_queue_.empty()) {
+        send(memory_.checkpoint, write_queue_.front(), Region::checkpoint, true, 0);
+        write_queue_.pop_front();
+        ++sectors_written_;
+      }
+    }
+    if (!prefetch_queue_.empty() && memory_.prefetch->request.has_room(now_)) {
+      Prefetch& prefetch = prefetch_queue_.front();
+      send(memory_.prefetch, prefetch.address + kSector * prefetch.sent, prefetch.region, false, 0, true);
+      ++prefetch_sectors_;
+      if (++prefetch.sent == prefetch.sectors) prefetch_queue_.pop_front();
+    }
+    if (!stack_queue_.empty() && memory_.stack->request.has_room(now_)) {
+      const StackMove move = stack_queue_.front();
+      stack_queue_.pop_front();
+      send(memory_.stack, move.address, Region::stack, move.write, tag(move.lane));
+      ++(move.write ? spills_ : fills_);
+      const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
+      if (move.write && !more) stack_moved(move.lane);
+    }
+  }
+  void send(MemoryPort* port, std::uint64_t address, Region region, bool write, std::uint64_t tag,
+            bool prefetch = false) {
+    port->request.push(now_, {address, region, write, prefetch, tag, 0, 0});
+    ++outstanding_;
+  }
+  // The fetches at the front of the queue that belong to one warp, for its shader.
+  void send_batch() {
+    if (fetch_queue_.empty() || !messages_.fetches.has_room(now_)) return;
+    const unsigned entry = fetches_.at(fetch_queue_.front()).entry;
+    NodeFetchBatch batch{warps_[entry].slot, {}, {}};
+    while (!fetch_queue_.empty() && fetches_.at(fetch_queue_.front()).entry == entry) {
+      const Fetch& fetch = fetches_.at(fetch_queue_.front());
+      batch.fetches.push_back(fetch_queue_.front());
+      for (const auto& [address, region] : fetch.sectors) {
+        batch.sectors.push_back({address, region, false, false, 0, 0, 0});
+        ++node_sectors_[modules::index(region)];
+      }
+      fetch_queue_.pop_front();
+    }
+    ++shader_batches_;
+    shader_sectors_ += batch.sectors.size();
+    messages_.fetches.push(now_, batch);
+  }
+
+  // --- 5 hand-over -------------------------------------------------------------------------------------------------
+  void hand_over() {
+    take_items();
+    if (!submitted_.empty()) ++blocked_cycles_;
+  }
+  void take_items() {
+    const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
+    for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
+      if (write_queue_.size() + places > config_.checkpoint.write_queue) return;
+      const LaneName name = submitted_.front();
+      Warp& warp = warps_[name.first];
+      Lane& lane = warp.lanes[name.second];
+      if (lane.to_write > 0) {
+        --lane.to_write;
+        const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
+        ++entries_written_;
+        max_entries_ = std::max(max_entries_, lane.written);
+        const std::uint64_t last_sector = (first + 19) / kSector * kSector;
+        const std::uint64_t first_sector = first / kSector * kSector;
+        if (last_sector != first_sector) ++straddling_written_;
+        if (!config_.checkpoint.write_combine) {
+          write_queue_.push_back(first_sector);
+          if (last_sector != first_sector) write_queue_.push_back(last_sector);
+        } else {
+          const bool reaches_end = (first + 20) / kSector * kSector != first_sector;
+          if (reaches_end) write_queue_.push_back(first_sector);
+          lane.open_sector.reset();
+          if ((first + 20) % kSector != 0) lane.open_sector = (first + 20) / kSector * kSector;
+        }
+      } else {
+        write_queue_.push_back(*lane.open_sector);
+        lane.open_sector.reset();
+        lane.flush = false;
+      }
+      if (lane.to_write == 0 && !lane.flush) {
+        submitted_.pop_front();
+        lane.state = lane.next == lane.end ? State::finished : State::ready;
+      }
+    }
+  }
+  std::uint64_t entry_address(const Warp& warp, unsigned lane, unsigned buffer, std::uint64_t index) const {
+    return map_.checkpoint(sm_, warp.slot, lane, buffer, index);
+  }
+
+  // --- 6 any-hit ---------------------------------------------------------------------------------------------------
+  void any_hit() {
+    if (messages_.shaded.front(now_) != nullptr) {
+      const AnyHitDone done = messages_.shaded.pop(now_);
+      for (unsigned w = 0; w < warps_.size(); ++w) {
+        Warp& warp = warps_[w];
+        if (!warp.used || warp.slot != done.slot) continue;
+        warp.shader_busy = false;
+        for (const auto& call : done.calls) finish_event({w, call.lane}, event(warp.lanes[call.lane]).checkpoints);
+      }
+    }
+    if (!messages_.batches.has_room(now_)) return;
+    Warp* fires = nullptr;
+    bool fires_late = false;
+    for (Warp& warp : warps_) {
+      if (!warp.used || warp.shader_busy) continue;
+      bool all = true, any = false, late = false;
+      for (const Lane& lane : warp.lanes) {
+        if (lane.state == State::any_hit_wait) {
+          any = true;
+          late = late || now_ >= lane.waiting_since + config_.any_hit.timeout;
+        } else if (lane.state != State::finished && lane.state != State::absent) {
+          all = false;
+        }
+      }
+      if (any && (all || late) && (fires == nullptr || warp.age < fires->age)) {
+        fires = &warp;
+        fires_late = !all;
+      }
+    }
+    if (fires != nullptr) fire(*fires, fires_late);
+  }
+  void fire(Warp& warp, bool late) {
+    warp.shader_busy = true;
+    AnyHitBatch batch{warp.slot, warp.round, {}};
+    Cycle since = now_;
+    for (unsigned l = 0; l < kLanes; ++l) {
+      Lane& lane = warp.lanes[l];
+      if (lane.state != State::any_hit_wait) continue;
+      lane.state = State::any_hit_run;
+      since = std::min(since, lane.waiting_since);
+      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts()});
+    }
+    ++any_hit_batches_;
+    any_hit_lanes_ += batch.calls.size();
+    any_hit_timeouts_ += late ? 1 : 0;
+    any_hit_wait_ += now_ - since;
+    messages_.batches.push(now_, batch);
+  }
+
+  // --- 7 retire ----------------------------------------------------------------------------------------------------
+  void retire() {
+    Warp* oldest = nullptr;
+    for (Warp& warp : warps_) {
+      if (!warp.used || (oldest != nullptr && oldest->age < warp.age)) continue;
+      const bool finished = std::all_of(std::begin(warp.lanes), std::end(warp.lanes), [](const Lane& lane) {
+        return lane.state == State::finished || lane.state == State::absent;
+      });
+      if (finished) oldest = &warp;
+    }
+    if (oldest == nullptr || !messages_.dones.has_room(now_)) return;
+    messages_.dones.push(now_, {oldest->slot, oldest->round});
+    warp_latency_.add(now_ - oldest->accepted);
+    for (unsigned l = 0; l < kLanes; ++l) written_before_[{oldest->slot, l}] = oldest->lanes[l].written;
+    *oldest = {};
+  }
+
+  // --- 8 schedule --------------------------------------------------------------------------------------------------
+  void schedule() {
+    std::vector<unsigned> candidates;
+    for (unsigned w = 0; w < warps_.size(); ++w) {
+      const bool ready = std::any_of(std::begin(warps_[w].lanes), std::end(warps_[w].lanes),
+                                     [](const Lane& lane) { return lane.state == State::ready; });
+      if (warps_[w].used && ready) candidates.push_back(w);
+    }
+    if (candidates.empty() || fetch_queue_.size() + kLanes > config_.memory.queue) {
+      count_stall(!candidates.empty());
+      return;
+    }
+    const unsigned chosen = choose(candidates);
+    last_ = chosen;
+    last_age_ = warps_[chosen].age;
+    ++selections_;
+    for (const Lane& lane : warps_[chosen].lanes) {
+      lanes_active_ += lane.state != State::absent && lane.state != State::finished ? 1 : 0;
+      lanes_handled_ += lane.state == State::ready ? 1 : 0;
+    }
+    for (unsigned l = 0; l < kLanes; ++l) {
+      if (warps_[chosen].lanes[l].state == State::ready) handle({chosen, l});
+    }
+  }
+  unsigned choose(const std::vector<unsigned>& candidates) const {
+    const auto older = [this](unsigned a, unsigned b) { return warps_[a].age < warps_[b].age; };
+    const unsigned oldest = *std::min_element(candidates.begin(), candidates.end(), older);
+    if (config_.scheduler.policy == "oldest_first") return oldest;
+    if (config_.scheduler.policy == "greedy_then_oldest") {
+      const bool again = last_ && std::find(candidates.begin(), candidates.end(), *last_) != candidates.end() &&
+                         warps_[*last_].age == last_age_;
+      return again ? *last_ : oldest;
+    }
+    for (unsigned i = 1; i <= warps_.size(); ++i) {  // round_robin, from the one after the last
+      const unsigned w = static_cast<unsigned>(((last_ ? *last_ : warps_.size() - 1) + i) % warps_.size());
+      if (std::find(candidates.begin(), candidates.end(), w) != candidates.end()) return w;
+    }
+    throw std::logic_error("no candidate");
+  }
+  void handle(LaneName name) {
+    using traces::EventKind;
+    using traces::NodeKind;
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const traces::Event& e = event(lane);
+    const std::uint64_t at = std::uint64_t{e.node} * traces::kNodeUnit;
+    switch (e.kind()) {
+      case EventKind::visit_internal:
+        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * traces::kNodeUnit, false);
+        return;
+      case EventKind::visit_instance:
+        if (e.detail == 0) trigger(lane, at);
+        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read);
+        return;
+      case EventKind::visit_leaf:
+        trigger(lane, at);
+        visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
+        return;
+      case EventKind::cull:
+        --lane.depth;
+        finish_event(name, e.checkpoints);
+        return;
+      default:
+        read_entry(name);
+    }
+  }
+  Region region_of(traces::NodeKind kind, std::uint64_t address) const {
+    if (kind == traces::NodeKind::instance) return Region::instance;
+    if (header_.two_level && address >= header_.blas_base) return Region::blas;
+    return kind == traces::NodeKind::internal ? Region::tlas : Region::leaf;
+  }
+  void visit(LaneName name, traces::NodeKind kind, std::uint64_t address, bool header) {
+    lane(name).state = State::memory;
+    const Region region = region_of(kind, address);
+    ++node_visits_[modules::index(region)];
+    for (auto& [number, fetch] : fetches_) {
+      if (fetch.entry != name.first || fetch.address != address || fetch.header != header) continue;
+      if (!config_.memory.merge_in_flight && fetch.opened != now_) continue;
+      fetch.lanes.push_back(name.second);
+      return;
+    }
+    Fetch fetch{name.first, name.second, address, header, kind, region, {name.second}, {}, 0, 0, now_};
+    const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+    if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.emplace_back(address, region);
+    const std::uint64_t bytes =
+        kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
+    for (std::uint64_t b = 0; b < bytes; b += kSector) fetch.sectors.emplace_back(address + b, region);
+    for (std::uint64_t b = 0; header && b < traces::kHeaderBytes; b += kSector) {
+      fetch.sectors.emplace_back(header_.blas_base + b, Region::blas);
+    }
+    ++node_fetches_[modules::index(region)];
+    fetch_queue_.push_back(next_fetch_);
+    fetches_.emplace(next_fetch_++, std::move(fetch));
+  }
+  void read_entry(LaneName name) {
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
+    const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
+    ++lane.reads;
+    ++entries_read_;
+    const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    std::vector<std::uint64_t> sectors{first / kSector * kSector};
+    if ((first + 19) / kSector * kSector != sectors[0]) {
+      sectors.push_back((first + 19) / kSector * kSector);
+      ++straddling_read_;
+    }
+    if (backwards) std::reverse(sectors.begin(), sectors.end());
+    for (const std::uint64_t sector : sectors) {
+      if (config_.checkpoint.read_buffer && lane.held_sector == sector) continue;
+      read_queue_.push_back({name, sector});
+      ++lane.sectors_due;
+    }
+    lane.held_sector = sectors.back();
+    if (lane.sectors_due > 0) {
+      lane.state = State::read;
+    } else {
+      entry_read(name);
+    }
+  }
+
+  // --- sibling prefetcher ------------------------------------------------------------------------------------------
+  struct Prefetch {
+    std::uint64_t address;
+    Region region;
+    unsigned sectors, sent = 0;
+  };
+  static std::uint64_t child_address(const Record& record, unsigned slot, unsigned width) {
+    std::uint64_t address = record.child_base;
+    for (unsigned s = 0; s < slot; ++s) address += traces::node_bytes(record.node->child_kinds[s], width);
+    return address;
+  }
+  void remember(const Warp& warp, Lane& lane, const traces::Event& e) {
+    if (!config_.sibling_prefetch || std::popcount(e.pushed()) < 2) return;
+    const traces::NodeDefinition& node = definition(warp, e);
+    bool leaf = false;
+    for (unsigned s = 0; s < node.child_count; ++s) {
+      leaf = leaf || ((e.pushed() >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+    }
+    if (!leaf) return;
+    lane.records.push_back({std::uint64_t{node.address} * traces::kNodeUnit,
+                            std::uint64_t{node.child_base} * traces::kNodeUnit, &node, e.pushed()});
+    if (lane.records.size() > config_.prefetcher.records) lane.records.pop_front();
+  }
+  void trigger(Lane& lane, std::uint64_t leaf) {
+    for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
+      unsigned self = 8;
+      for (unsigned s = 0; s < record->node->child_count; ++s) {
+        if ((record->hit >> s & 1) != 0 && child_address(*record, s, header_.bvh_width) == leaf) self = s;
+      }
+      if (self == 8) continue;
+      if (record->triggered) return;
+      record->triggered = true;
+      ++triggers_;
+      for (unsigned s = 0; s < record->node->child_count; ++s) {
+        if ((record->hit >> s & 1) == 0 || s == self) continue;
+        const std::uint64_t address = child_address(*record, s, header_.bvh_width);
+        if (!queued_now(record->node_address, address)) continue;
+        const traces::NodeKind kind = record->node->child_kinds[s];
+        const std::uint64_t bytes =
+            kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
+        const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
+                                       [&](const Prefetch& p) { return p.address == address; });
+        if (there) {
+          ++prefetch_merged_;
+        } else if (prefetch_queue_.size() >= config_.prefetcher.queue) {
+          ++prefetch_dropped_;
+        } else {
+          prefetch_queue_.push_back({address, region_of(kind, address), static_cast<unsigned>(bytes / kSector)});
+          ++prefetch_nodes_;
+        }
+      }
+      return;
+    }
+  }
+  /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
+  bool queued_now(std::uint64_t node, std::uint64_t sibling) {
+    if (asked_cycle_ != now_) asked_.clear();
+    asked_cycle_ = now_;
+    const bool first = asked_.insert({node, sibling}).second;
+    if (!first) ++prefetch_merged_;
+    return first;
+  }
+
+  // --- 9 accept ----------------------------------------------------------------------------------------------------
+  void accept() {
+    if (messages_.calls.front(now_) == nullptr) return;
+    for (unsigned w = 0; w < warps_.size(); ++w) {
+      Warp& warp = warps_[w];
+      if (warp.used) continue;
+      const TraceCall call = messages_.calls.pop(now_);
+      ++calls_;
+      warp.used = true;
+      warp.group = call.group;
+      warp.slot = call.slot;
+      warp.round = call.round;
+      warp.age = next_age_++;
+      warp.accepted = now_;
+      for (unsigned l = 0; l < call.group->rays.size(); ++l) {
+        const traces::Ray& ray = call.group->rays[l];
+        if (call.round >= ray.rounds.size()) continue;
+        Lane& lane = warp.lanes[l];
+        lane.ray = &ray;
+        for (unsigned r = 0; r < call.round; ++r) lane.next += ray.rounds[r].event_count;
+        lane.end = lane.next + ray.rounds[call.round].event_count;
+        lane.source = written_before_[{call.slot, l}];
+        lane.depth = ray.rounds[call.round].replay ? 0 : 1;
+        lane.state = lane.next == lane.end ? State::finished : State::ready;
+      }
+      return;
+    }
+  }
+
+  modules::RtUnitConfig config_;
+  const traces::Header& header_;
+  const AddressMap& map_;
+  unsigned sm_;
+  RtMessages& messages_;
+  Memory memory_;
+  Cycle now_ = 0;
+  std::uint64_t order_ = 0, next_age_ = 0;
+  std::uint64_t outstanding_ = 0;  // requests at the L1
+  std::vector<Warp> warps_;
+  std::vector<Unit> units_;  // box, triangle, sphere, transform
+  unsigned leaf_unit_ = 1;
+  bool ellipsoid_ = false;
+
+  std::map<std::uint64_t, Fetch> fetches_;  // by number
+  std::uint64_t next_fetch_ = 0;
+  std::deque<std::uint64_t> fetch_queue_;
+  std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
+  std::deque<std::uint64_t> write_queue_;
+  std::deque<LaneName> submitted_;
+  std::deque<Prefetch> prefetch_queue_;
+  struct StackMove {
+    LaneName lane;
+    std::uint64_t address;
+    bool write;
+  };
+  std::deque<StackMove> stack_queue_;
+  std::set<std::pair<std::uint64_t, std::uint64_t>> asked_;
+  Cycle asked_cycle_ = ~Cycle{0};
+  std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round
+  std::optional<unsigned> last_;
+  std::uint64_t last_age_ = 0;
+
+  bool counting_ = true;
+  std::array<std::uint64_t, 4> node_visits_{}, node_fetches_{}, node_sectors_{};  // by region
+  std::array<std::uint64_t, 6> events_{};
+  std::array<std::uint64_t, kWaits> warp_cycles_{}, stalls_{};
+  Distribution fetch_latency_, warp_latency_;
+  std::uint64_t selections_ = 0, lanes_handled_ = 0, lanes_active_ = 0, stall_empty_ = 0, stall_queue_full_ = 0;
+  std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
+  std::uint64_t any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
+  std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
+  std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
+  std::uint64_t triggers_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0, prefetch_sectors_ = 0;
+  std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
+};
+
+}  // namespace grtx::sim::plain

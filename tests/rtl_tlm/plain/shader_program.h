@@ -1,0 +1,343 @@
+// What the shader phases of a plain warp load, execute and store: docs/model/simt_core.md, "What the phases do".
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "grtx/modules/simt/simt_core.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "rtl_tlm/plain/address_map.h"
+#include "rtl_tlm/plain/messages.h"
+
+namespace grtx::sim::plain {
+
+enum class PhaseKind { prologue, evict_move, trace_call, any_hit, sort, blend, epilogue, node_fetch };
+inline constexpr const char* kPhaseNames[] = {"prologue", "evict_move", "trace_call", "any_hit",
+                                              "sort",     "blend",      "epilogue",   "node_fetch"};
+
+struct Phase {
+  PhaseKind kind = PhaseKind::prologue;
+  std::uint64_t instructions = 0;
+  std::vector<Access> loads, stores;
+  unsigned load_instructions = 0, store_instructions = 0;
+  std::vector<std::size_t> steps;  ///< of loads that wait for each other: where each ends in `loads`; empty: one step
+};
+
+/// What the shaders counted of what they did.
+struct ShaderCounts {
+  std::uint64_t ray_rounds = 0, any_hit_calls = 0, evictions = 0, eviction_moves = 0, processed = 0, blended = 0;
+  std::uint64_t k_buffer_mismatches = 0;
+};
+
+/// The program of one resident warp, with what its lanes keep between phases.
+class ShaderProgram {
+ public:
+  ShaderProgram(const modules::ShaderCosts& costs, const traces::Header& header, const AddressMap& map, unsigned sm)
+      : costs_(costs), header_(header), map_(map), sm_(sm) {}
+
+  void start(const traces::RayGroup& group, unsigned slot) {
+    group_ = &group;
+    slot_ = slot;
+    lanes_.assign(group.rays.size(), {});
+  }
+  bool has_round(unsigned round) const {
+    return std::any_of(group_->rays.begin(), group_->rays.end(),
+                       [round](const traces::Ray& ray) { return round < ray.rounds.size(); });
+  }
+
+  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}}; }
+  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}}; }
+
+  /// The first phase of a round when the trace has checkpoints, and what a round begins with when it has none.
+  Phase evict_move(unsigned round, ShaderCounts& counts) {
+    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}};
+    std::uint64_t most = 0;
+    for_active(round, [&](unsigned l) { most = std::max(most, lanes_[l].evicted); });
+    phase.instructions += costs_.evict_move_per_entry * most;
+    for (std::uint64_t i = 0; i < most; ++i) {
+      Instruction load(phase.loads, phase.load_instructions, Region::eviction, false);
+      for_active(round, [&](unsigned l) {
+        if (i < lanes_[l].evicted) load.touch(map_.eviction(sm_, slot_, l, i), 8);
+      });
+    }
+    const auto preloaded = [&](unsigned l) { return std::uint64_t{this->round(l, round).preloaded}; };
+    for (std::uint64_t i = 0; i < header_.k; ++i) {
+      k_buffer(phase.stores, phase.store_instructions, true, [&](auto&& touch) {
+        for_active(round, [&](unsigned l) {
+          if (i < preloaded(l)) touch(l, i);
+        });
+      });
+    }
+    for (std::uint64_t i = 0; i < most; ++i) {
+      Instruction store(phase.stores, phase.store_instructions, Region::eviction, true);
+      for_active(round, [&](unsigned l) {
+        if (preloaded(l) > 0 && i + preloaded(l) < lanes_[l].evicted) store.touch(map_.eviction(sm_, slot_, l, i), 8);
+      });
+    }
+    begin_round(round, counts);
+    return phase;
+  }
+  void begin_round(unsigned round, ShaderCounts& counts) {
+    for_active(round, [&](unsigned l) {
+      const std::uint64_t preloaded = this->round(l, round).preloaded;
+      ++counts.ray_rounds;
+      counts.eviction_moves += preloaded;
+      lanes_[l].evicted -= preloaded;
+      lanes_[l].filled = preloaded;
+    });
+  }
+
+  Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
+    return header_.tracing == traces::Tracing::single ? any_hit_single(batch, counts) : any_hit_multi(batch, counts);
+  }
+
+  /// Merge passes of a single-round trace.
+  unsigned sort_passes(unsigned round) const {
+    unsigned most = 0;
+    for_active(round, [&](unsigned l) { most = std::max(most, passes(this->round(l, round).k_count)); });
+    return most;
+  }
+  Phase sort(unsigned round, unsigned pass) const {
+    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}};
+    std::uint64_t most = 0;
+    const auto entries = [&](unsigned l) -> std::uint64_t {
+      const unsigned n = this->round(l, round).k_count;
+      return pass < passes(n) ? n : 0;
+    };
+    for_active(round, [&](unsigned l) { most = std::max(most, entries(l)); });
+    phase.instructions = costs_.sort_per_entry * most;
+    for (const bool store : {false, true}) {
+      const std::uint64_t half = (pass + (store ? 1 : 0)) % 2 * header_.k;
+      for (std::uint64_t i = 0; i < most; ++i) {
+        k_buffer(store ? phase.stores : phase.loads, store ? phase.store_instructions : phase.load_instructions, store,
+                 [&](auto&& touch) {
+                   for_active(round, [&](unsigned l) {
+                     if (i < entries(l)) touch(l, half + i);
+                   });
+                 });
+      }
+    }
+    return phase;
+  }
+
+  Phase blend(unsigned round, ShaderCounts& counts) {
+    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}};
+    std::uint64_t most = 0;
+    for_active(round, [&](unsigned l) {
+      const traces::Round& r = this->round(l, round);
+      most = std::max<std::uint64_t>(most, r.processed_count);
+      const bool adds_up = lanes_[l].filled == r.k_count;
+      if (!adds_up && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
+    });
+    const std::uint64_t coefficients = header_.sh_record_bytes / 12;
+    for (std::uint64_t i = 0; i < most; ++i) {
+      const auto entry = [&](unsigned l) -> const traces::Processed* {
+        if (i >= this->round(l, round).processed_count) return nullptr;
+        return &group_->rays[l].processed[lanes_[l].processed + i];
+      };
+      if (header_.tracing != traces::Tracing::closest) {
+        k_buffer(phase.loads, phase.load_instructions, false, [&](auto&& touch) {
+          for_active(round, [&](unsigned l) {
+            const unsigned half =
+                header_.tracing == traces::Tracing::single && passes(this->round(l, round).k_count) % 2;
+            if (entry(l) != nullptr) touch(l, half * header_.k + i);
+          });
+        });
+      }
+      {
+        Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
+        for_active(round, [&](unsigned l) {
+          if (entry(l) == nullptr) return;
+          record.touch(map_.gaussian(entry(l)->gaussian), header_.gaussian_record_bytes);
+          ++counts.processed;
+        });
+      }
+      bool blended = false;
+      {
+        Instruction sh(phase.loads, phase.load_instructions, Region::sh, false);
+        for_active(round, [&](unsigned l) {
+          if (entry(l) == nullptr || entry(l)->blended == 0) return;
+          sh.touch(map_.sh(entry(l)->gaussian), header_.sh_record_bytes);
+          ++counts.blended;
+          blended = true;
+        });
+      }
+      phase.instructions += costs_.blend_per_entry + (blended ? costs_.sh_per_coefficient * coefficients : 0);
+    }
+    for_active(round, [&](unsigned l) {
+      const traces::Round& r = this->round(l, round);
+      lanes_[l].processed += r.processed_count;
+      lanes_[l].evicted -= r.eviction_dropped;
+    });
+    return phase;
+  }
+
+  Phase epilogue() const {
+    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}};
+    Instruction store(phase.stores, phase.store_instructions, Region::ray, true);
+    for (const traces::Ray& ray : group_->rays) store.touch(map_.pixel(ray.pixel), 16);
+    return phase;
+  }
+
+  Phase node_fetch(const NodeFetchBatch& batch) const {
+    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}};
+  }
+
+ private:
+  struct Lane {
+    std::uint64_t filled = 0;     ///< k-buffer entries
+    std::uint64_t evicted = 0;    ///< eviction buffer entries
+    std::uint64_t processed = 0;  ///< entries of the rounds before
+  };
+  /// A memory instruction of the warp: each sector that its lanes touch is asked for once, in order of first touch.
+  class Instruction {
+   public:
+    Instruction(std::vector<Access>& out, unsigned& instructions, Region region, bool write)
+        : out_(out), instructions_(instructions), first_(out.size()), region_(region), write_(write) {}
+    ~Instruction() { instructions_ += touched_ ? 1 : 0; }
+    Instruction(const Instruction&) = delete;
+    Instruction& operator=(const Instruction&) = delete;
+    void touch(std::uint64_t address, std::uint64_t bytes) {
+      touched_ = true;
+      for (std::uint64_t s = address / kSector; s <= (address + bytes - 1) / kSector; ++s) {
+        const bool asked = std::any_of(out_.begin() + static_cast<std::ptrdiff_t>(first_), out_.end(),
+                                       [s](const Access& a) { return a.address == s * kSector; });
+        if (!asked) out_.push_back({s * kSector, region_, write_, false, 0, 0, 0});
+      }
+    }
+
+   private:
+    std::vector<Access>& out_;
+    unsigned& instructions_;
+    std::size_t first_;
+    Region region_;
+    bool write_, touched_ = false;
+  };
+
+  const traces::Round& round(unsigned lane, unsigned round) const { return group_->rays[lane].rounds[round]; }
+  template <typename F>
+  void for_active(unsigned round, F&& f) const {
+    for (unsigned l = 0; l < group_->rays.size(); ++l) {
+      if (round < group_->rays[l].rounds.size()) f(l);
+    }
+  }
+  /// An access to k-buffer entries: an instruction for t and one for id. lanes calls touch(lane, entry) for each.
+  template <typename F>
+  void k_buffer(std::vector<Access>& out, unsigned& instructions, bool write, F&& lanes) const {
+    for (unsigned field = 0; field < 2; ++field) {
+      Instruction instruction(out, instructions, Region::k_buffer, write);
+      lanes([&](unsigned lane, std::uint64_t entry) {
+        instruction.touch(map_.k_buffer(sm_, slot_, entry, field, lane), 4);
+      });
+    }
+  }
+  static unsigned passes(unsigned n) { return n < 2 ? 0 : static_cast<unsigned>(std::bit_width(n - 1)); }
+
+  /// Entries that each call reads and writes, iteration by iteration over all lanes.
+  struct Walk {
+    unsigned lane;
+    std::vector<std::uint64_t> reads, writes;
+    bool evicts;
+  };
+  /// step_ends: whether a step of loads ends behind an iteration.
+  template <typename F>
+  Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
+    Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}};
+    for (const bool store : {false, true}) {
+      std::size_t most = 0;
+      for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
+      for (std::size_t i = 0; i < most; ++i) {
+        k_buffer(store ? phase.stores : phase.loads, store ? phase.store_instructions : phase.load_instructions, store,
+                 [&](auto&& touch) {
+                   for (const Walk& w : walks) {
+                     const auto& entries = store ? w.writes : w.reads;
+                     if (i < entries.size()) touch(w.lane, entries[i]);
+                   }
+                 });
+        if (!store && (i + 1 == most || step_ends(i))) phase.steps.push_back(phase.loads.size());
+      }
+    }
+    Instruction eviction(phase.stores, phase.store_instructions, Region::eviction, true);
+    for (const Walk& w : walks) {
+      if (!w.evicts) continue;
+      eviction.touch(map_.eviction(sm_, slot_, w.lane, lanes_[w.lane].evicted++), 8);
+      ++counts.evictions;
+    }
+    counts.any_hit_calls += walks.size();
+    return phase;
+  }
+  Phase any_hit_multi(const AnyHitBatch& batch, ShaderCounts& counts) {
+    using traces::LeafOutcome;
+    std::vector<Walk> walks;
+    std::uint64_t most_shifts = 0;
+    for (const AnyHitBatch::Call& call : batch.calls) {
+      Lane& lane = lanes_[call.lane];
+      const std::uint64_t f = lane.filled, s = call.shifts, after = std::min<std::uint64_t>(f + 1, header_.k);
+      most_shifts = std::max(most_shifts, s);
+      Walk walk{call.lane, {}, {}, false};
+      const bool enters = call.outcome == LeafOutcome::inserted || call.outcome == LeafOutcome::displaced;
+      const std::uint64_t reads = std::min(enters ? s + 1 + (f + 1 - after) : s + 1, f);
+      for (std::uint64_t i = 0; i < reads; ++i) walk.reads.push_back(f - 1 - i);
+      if (enters) {
+        for (std::uint64_t i = 0; i < std::min(s + 1, after); ++i) walk.writes.push_back(after - 1 - i);
+        lane.filled = after;
+      }
+      walk.evicts =
+          header_.checkpoint && (call.outcome == LeafOutcome::displaced || call.outcome == LeafOutcome::rejected);
+      walks.push_back(walk);
+    }
+    return insertion(most_shifts, walks, counts, [](std::size_t) { return true; });
+  }
+  Phase any_hit_single(const AnyHitBatch& batch, ShaderCounts& counts) {
+    using traces::LeafOutcome;
+    std::vector<Walk> walks;
+    std::uint64_t most_shifts = 0;
+    std::size_t sinks = 0;  ///< reads of the displacing lane that reads most
+    for (const AnyHitBatch::Call& call : batch.calls) {
+      Lane& lane = lanes_[call.lane];
+      const std::uint64_t f = lane.filled, s = call.shifts, k = header_.k;
+      std::uint64_t shifts = s;
+      Walk walk{call.lane, {}, {}, false};
+      if (call.outcome == LeafOutcome::inserted && f + 1 < k) {
+        walk.writes = {f};
+        lane.filled = f + 1;
+      } else if (call.outcome == LeafOutcome::inserted) {  // a heap is made of the full buffer
+        for (std::uint64_t i = 0; i + 1 < k; ++i) walk.reads.push_back(i);
+        walk.writes.push_back(f);
+        for (std::uint64_t i = 0; i < s; ++i) walk.writes.push_back(i);
+        shifts = std::max(s, k / 2);
+        lane.filled = k;
+      } else if (call.outcome == LeafOutcome::displaced) {
+        // Down the leftmost path; what would lie behind the last entry is the last entry.
+        walk.reads = {0};
+        for (std::uint64_t level = 0; level <= s; ++level) {
+          const std::uint64_t node = (std::uint64_t{1} << level) - 1;
+          walk.writes.push_back(std::min(node, k - 1));
+          for (const std::uint64_t child : {2 * node + 1, 2 * node + 2}) {
+            if (walk.reads.size() < f) walk.reads.push_back(std::min(child, k - 1));
+          }
+        }
+        sinks = std::max(sinks, walk.reads.size());
+      } else {
+        walk.reads = {0};
+      }
+      most_shifts = std::max(most_shifts, shifts);
+      walks.push_back(walk);
+    }
+    // A level of the heap is a step: the root, then pairs of children.
+    return insertion(most_shifts, walks, counts, [sinks](std::size_t i) { return i + 1 < sinks && i % 2 == 0; });
+  }
+
+  modules::ShaderCosts costs_;
+  const traces::Header& header_;
+  const AddressMap& map_;
+  unsigned sm_, slot_ = 0;
+  const traces::RayGroup* group_ = nullptr;
+  std::vector<Lane> lanes_;
+};
+
+}  // namespace grtx::sim::plain
