@@ -44,8 +44,7 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 }  // namespace
 
 MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
-                               const std::string& pop_test, const std::string& layout,
-                               const ordered_json& statistics) {
+                               const std::string& pop_test, const std::string& layout, const ordered_json& statistics) {
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
