@@ -69,7 +69,7 @@ def steps_to(best, table):
 
 def waterfall(path, table):
     values = [math.sqrt(distance(table[r])) for _, r in path]
-    width, height, left, top, bar = 160 * len(path) + 90, 330, 60, 40, 90
+    width, height, left, top, bar = max(720, 160 * len(path) + 90), 330, 60, 40, 90
     scale = 220 / max(values)
     y = lambda v: top + 220 - v * scale
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" '
