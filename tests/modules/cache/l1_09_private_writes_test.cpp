@@ -109,15 +109,19 @@ TEST_F(L1PrivateWrites, AFillWhoseVictimCannotLeaveIsAnsweredAndNotKept) {
   small.geometry = {128, 128, 32, 1};  // one line
   small.miss_queue = 4;
   L1Bench bench(small);
-  bench.client().read(10, 0x1000);  // its fill comes when the only line is dirty and the queue is full
+  const auto read =
+      bench.client().read(10, 0x1000);  // its fill comes when the only line is dirty and the queue is full
   for (unsigned sector = 0; sector < 4; ++sector) bench.client().write(20 + sector, sector * 32, Region::stack);
-  bool closed = false;
-  bench.memory.takes = [&](Cycle now) { return !(closed = now > 40 && now < 400); };
-  for (unsigned i = 0; i < 3; ++i)
+  bench.memory.takes = [](Cycle now) { return now < 40 || now > 400; };
+  for (unsigned i = 0; i < 12; ++i) {  // eight for the link behind the queue
     bench.client().at(50 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+  }
   EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
+  EXPECT_LT(bench.client().answered(read), 400u);
   EXPECT_EQ(bench.l1.counters().fills, 1u);
-  EXPECT_EQ(bench.l1.counters().write_backs + bench.l1.dirty_sectors(), 4u);
+  EXPECT_EQ(bench.l1.counters().fills_bypassed, 1u);
+  EXPECT_EQ(bench.l1.counters().write_backs, 0u);
+  EXPECT_EQ(bench.l1.dirty_sectors(), 4u);
   EXPECT_TRUE(bench.conserved());
 }
 
