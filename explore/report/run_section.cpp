@@ -9,6 +9,7 @@
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/paper_targets.h"
 #include "grtx/explore/report/sections.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::sim {
 namespace {
@@ -53,6 +54,21 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
   if (!parts.empty()) return parts;
   for (const ordered_json& part : machine.energy) {
     parts.push_back({part.at("name").get<std::string>(), part.at("nanojoules").at("central").get<double>()});
+  }
+  return parts;
+}
+
+/// What a level of memory was asked for in each region of addresses: `scale` times the sum of the region's counters.
+std::vector<Part> regions_of(const DesignResult& design, const std::string& prefix,
+                             const std::vector<std::string>& counters, double scale) {
+  std::vector<Part> parts;
+  for (const std::string_view name : modules::kRegionNames) {
+    double sum = 0.0;
+    for (const std::string& counter : counters) {
+      const double value = design.value(fmt::format(fmt::runtime(prefix + counter), name));
+      if (std::isfinite(value)) sum += value;  // what was never asked for has no counter
+    }
+    if (sum > 0.0) parts.push_back({std::string(name), scale * sum});
   }
   return parts;
 }
@@ -346,16 +362,22 @@ std::string run_section(const ReportRun& run, std::size_t index) {
 }
 
 std::string bars_section(const std::vector<ReportRun>& runs) {
-  std::vector<Bar> stalls, energy;
+  std::vector<Bar> stalls, energy, l2, dram;
   for (const ReportRun& run : runs) {
     for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
       stalls.push_back({run.bar_label(i), stalls_of(run.results.designs[i])});
       energy.push_back({run.bar_label(i), energy_of(run.results.designs[i], run.machines[i])});
+      l2.push_back({run.bar_label(i), regions_of(run.results.designs[i], "gpu.l2.", {"{}.reads", "{}.writes"}, 1.0)});
+      dram.push_back(
+          {run.bar_label(i), regions_of(run.results.designs[i], "gpu.l2.", {"dram_reads.{}", "dram_writes.{}"},
+                                        static_cast<double>(modules::kSectorBytes) * 1e-6)});
     }
   }
-  return "<section id=\"bars\"><h2>Where cycles and energy went</h2>\n" +
+  return "<section id=\"bars\"><h2>Where cycles, traffic and energy went</h2>\n" +
          bars_html("stalls", stalls, "cycles of all RT units", "cycles",
                    "Cycles of the RT units: a warp was scheduled (issue), or why none was") +
+         bars_html("l2", l2, "accesses", "region", "Accesses of the L2, sectors of 32 B, by what they were for") +
+         bars_html("dram", dram, "MB", "region", "Bytes read from DRAM and written to it, MB, by what they were for") +
          bars_html("energy", energy, "nJ", "part",
                    "Energy of the run by part, nJ, central estimate, process node of grtx cost") +
          "</section>\n";

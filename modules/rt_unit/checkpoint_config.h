@@ -21,9 +21,9 @@ constexpr auto enum_names(CheckpointForward) {
 struct CheckpointConfig {
   unsigned lanes = 4;  ///< or last sectors
   unsigned write_queue = 16;
-  bool write_combine = true;  ///< else each entry writes every sector it touches
-  bool read_buffer = true;    ///< else each entry reads every sector it touches
-  unsigned entry_bytes = 20;  ///< 8, 16 or 20
+  bool write_combine = false;  ///< else each entry writes every sector it touches
+  bool read_buffer = false;    ///< else each entry reads every sector it touches
+  unsigned entry_bytes = 20;   ///< 8, 16 or 20
   CheckpointForward forward = CheckpointForward::rewrite;
   unsigned read_ahead = 0;      ///< sectors; 0: off
   bool prefetch_nodes = false;  ///< of entries that have come and will be taken

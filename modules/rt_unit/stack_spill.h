@@ -6,6 +6,9 @@
 
 namespace grtx::modules {
 
+/// Entries of a lane where none spill: a depth-first walk of a 6-wide tree of 28 levels needs at most 140.
+inline constexpr unsigned kUnspilledStackEntries = 140;
+
 class StackSpill {
  public:
   struct Lane {

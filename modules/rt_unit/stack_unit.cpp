@@ -1,6 +1,5 @@
 #include "grtx/modules/rt_unit/stack_unit.h"
 
-#include <algorithm>
 #include <cassert>
 #include <ostream>
 
@@ -17,6 +16,8 @@ const CounterTable<StackUnit::Counters>& StackUnit::Counters::table() {
           .sum(&C::spills, "spills", "requests", "32 B writes of stack entries that the warp buffer has no place for")
           .sum(&C::fills, "fills", "requests", "32 B reads of stack entries from memory")
           .largest(&C::max_spilled, "max_spilled", "entries", "most stack entries of a lane in memory")
+          .sum(&C::moved_out)
+          .sum(&C::moved_in)
           .sum(&C::acknowledged)
           .sum(&C::returned);
   return table;
@@ -55,7 +56,7 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   if (!move.any()) return false;
   lane.next = move.first;
   lane.to_spill = static_cast<std::uint8_t>(move.spills);
-  counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.stack.in_memory);
+  counters_.note(lane.stack, move);
   queue_.push(id);
   return true;
 }

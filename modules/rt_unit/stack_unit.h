@@ -31,6 +31,13 @@ class StackUnit final : public StackModule {
     std::uint64_t acknowledged = 0;  ///< write responses
     std::uint64_t returned = 0;      ///< read responses
     std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
+    std::uint64_t moved_out = 0;     ///< sectors that lanes had to spill, whether or not that took time
+    std::uint64_t moved_in = 0;      ///< and to fill
+    void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
+      moved_out += move.spills;
+      moved_in += move.fill ? 1 : 0;
+      if (lane.in_memory > max_spilled) max_spilled = lane.in_memory;
+    }
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }

@@ -4,6 +4,7 @@
 // warps).
 #pragma once
 
+#include <algorithm>
 #include <iosfwd>
 #include <string>
 #include <systemc>
@@ -11,6 +12,7 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/rt_unit/stack_entry.h"
+#include "grtx/modules/rt_unit/stack_spill.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
@@ -21,13 +23,16 @@ class WarpBuffer final : public WarpBufferModule {
   struct Config {
     unsigned entries = 8;
     unsigned stack_entries = 8;
-    bool spill = false;  ///< by the StackUnit
+    bool spill = true;  ///< by the StackUnit
+    unsigned on_chip_entries() const { return spill ? stack_entries : std::max(stack_entries, kUnspilledStackEntries); }
     void parameters(ParameterList& list) {
       list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
       list.add("stack_entries", stack_entries, {1, 1024}, "entries",
-               "traversal stack of a lane in the warp buffer; deeper ones spill, or cost nothing without spill", kOurs);
-      list.add("spill", spill, "stack entries beyond the warp buffer are written to memory and read back",
-               from_public("Vulkan-Sim: the stack costs nothing"));
+               "traversal stack of a lane in the warp buffer; deeper ones spill", kOurs);
+      list.add("spill", spill,
+               "stack entries beyond the warp buffer are written to memory and read back; else a stack has 140 entries "
+               "there",
+               kOurs);
     }
   };
   using Counters = WarpBufferCounters;

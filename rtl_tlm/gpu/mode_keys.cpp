@@ -28,7 +28,6 @@ class Settings {
 const std::vector<ModeKey>& mode_keys() {
   constexpr SimulationMode kFast = SimulationMode::fast, kCycle = SimulationMode::cycle;
   static const std::vector<ModeKey> keys = {
-      {kFast, "rt.warp_buffer.spill", "is not modelled by --mode fast"},
       {kFast, "rt.memory.by_shader", "is not modelled by --mode fast"},
       {kFast, "rt.checkpoint.read_ahead", "must be 0 with --mode fast, which is 6 % off with it"},
       {kFast, "rt.checkpoint.prefetch_nodes", "must be false with --mode fast, which is 12 % off with it"},

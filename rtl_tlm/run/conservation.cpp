@@ -2,15 +2,55 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <numeric>
 
 #include "grtx/modules/cache/l1_cache.h"
 
 namespace grtx::sim {
 
+namespace {
+
+using Equal = std::function<void(const std::string& what, std::uint64_t executed, std::uint64_t expected)>;
+
+/// What each region is asked for, from the unit that asks down to the DRAM.
+void check_regions(const GpuCounters& c, const Equal& equal) {
+  using modules::index;
+  using modules::Region;
+  const modules::RegionCounters &checkpoint = c.l1.region[index(Region::checkpoint)],
+                                &stack = c.l1.region[index(Region::stack)];
+  equal("L1 writes of checkpoint entries", checkpoint.writes, c.rt.checkpoint.sectors_written);
+  equal("L1 reads of checkpoint entries", checkpoint.reads, c.rt.checkpoint.sectors_read);
+  equal("L1 writes of stack entries", stack.writes, c.rt.stack.spills);
+  equal("L1 reads of stack entries", stack.reads, c.rt.stack.fills);
+  equal("L1 reads of nodes", c.l1.nodes().reads, c.rt.memory.node_sectors());
+  // Nodes, and checkpoint entries that are read ahead, are also prefetched.
+  std::uint64_t l1_misses = 0, l2_reads = 0, l1_writes = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
+  for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
+    const auto region = static_cast<Region>(i);
+    const std::string name(modules::kRegionNames[i]);
+    const modules::RegionCounters &l1 = c.l1.region[i], &l2 = c.l2.region[i];
+    if (!is_node(region) && region != Region::checkpoint) equal("L2 reads of region " + name, l2.reads, l1.misses);
+    equal("DRAM reads of region " + name, c.l2.dram_reads_of[i], l2.misses);
+    l1_misses += l1.misses;
+    l2_reads += l2.reads;
+    l1_writes += l1.writes;
+    l2_writes += l2.writes;
+    dram_reads += c.l2.dram_reads_of[i];
+    dram_writes += c.l2.dram_writes_of[i];
+    if (c.l1.kept_writes == 0 && c.l1.sent_writes != 0) equal("L2 writes of region " + name, l2.writes, l1.writes);
+  }
+  equal("L2 reads of all regions", l2_reads, l1_misses + c.l1.prefetches_fetched);
+  equal("L2 writes of all regions", l2_writes, c.l1.sent_writes);
+  equal("DRAM reads of all regions", dram_reads, c.l2.dram_reads);
+  equal("DRAM writes of all regions", dram_writes, c.l2.dram_writes);
+}
+
+}  // namespace
+
 std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups) {
   std::vector<std::string> violations;
-  const auto equal = [&](const char* what, std::uint64_t executed, std::uint64_t expected) {
+  const Equal equal = [&](const std::string& what, std::uint64_t executed, std::uint64_t expected) {
     if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
   };
   // Work of the trace.
@@ -50,7 +90,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("checkpoint reads ahead returned", c.rt.checkpoint.ahead_returned, c.rt.checkpoint.sectors_ahead);
   equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
   equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);
-  equal("stack entries filled", c.rt.stack.fills, c.rt.stack.spills);
+  equal("stack entries filled", c.rt.stack.moved_in, c.rt.stack.moved_out);
   equal("prefetches answered", c.rt.prefetch.responses, c.rt.prefetch.sectors);
   equal("L1 fills", c.l1.fills, c.l1.sent_reads);
   equal("packets into the request network", c.crossbar.request.packets_in, c.l1.sent_reads + c.l1.sent_writes);
@@ -65,6 +105,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("DRAM writes", memory.writes, c.l2.dram_writes);
   equal("DRAM responses", memory.responses, c.l2.dram_reads + c.l2.dram_writes);
   equal("DRAM refusals", memory.refused, 0);
+  check_regions(c, equal);
 
   // Every cycle of every RT unit is a selection or has one stall reason.
   const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});

@@ -142,7 +142,7 @@ TEST_F(ReportInBrowser, ARunIsDrawn) {
   const json found = look("run.html");
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
-  EXPECT_EQ(found.at("charts"), 3);  // ratios, stalls, energy
+  EXPECT_EQ(found.at("charts"), 5);  // ratios, stalls, L2 accesses, DRAM bytes, energy
 }
 
 }  // namespace

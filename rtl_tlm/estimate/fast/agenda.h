@@ -10,8 +10,9 @@
 namespace grtx::sim::fast {
 
 enum class What : std::uint8_t {
-  lane,           ///< node tested, source entry there, entries handed over, or any-hit shader done; index: LaneId
-  warp,           ///< loads there, phase executed, call out of the RT unit, or stores done; index: slot
+  lane,  ///< node tested, source entry there, stack entries moved, entries handed over, or any-hit shader done; index:
+         ///< LaneId
+  warp,  ///< loads there, phase executed, call out of the RT unit, or stores done; index: slot
   any_hit_timer,  ///< the any-hit batch of a warp buffer entry is due; index: entry
   l1_turn,        ///< the L1 looks at its ports
   selection,      ///< the RT unit selects a warp

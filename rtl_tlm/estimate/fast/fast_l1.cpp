@@ -98,6 +98,7 @@ void L1::serve(Cycle now) {
       const bool miss = c == kNode         ? serve_port<kNode>(now)
                         : c == kPrefetch   ? serve_port<kPrefetch>(now)
                         : c == kCheckpoint ? serve_port<kCheckpoint>(now)
+                        : c == kStack      ? serve_port<kStack>(now)
                                            : serve_port<kSimt>(now);
       if (!miss) continue;
       first_ = (c + 1) % kClients;  // the others may send a miss first
@@ -162,7 +163,7 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
 
 template <Client kClient>
 L1::Taken L1::try_head(Cycle now) {
-  constexpr bool kWrites = kClient == kSimt || kClient == kCheckpoint;
+  constexpr bool kWrites = kClient == kSimt || kClient == kCheckpoint || kClient == kStack;
   Port& port = ports_[kClient];
   const Request r = port.queue.front();
   const bool write = kWrites && r.write;
@@ -267,7 +268,7 @@ void L1::count_access(SectorCacheTags::Slot slot, const Request& r, std::uint8_t
     counters_.prefetches_redundant += hits + awaited;
     return;
   }
-  if ((kClient == kSimt || kClient == kCheckpoint) && r.write) {
+  if ((kClient == kSimt || kClient == kCheckpoint || kClient == kStack) && r.write) {
     region.writes += count;
     region.write_hits += hits;
   } else {
@@ -390,6 +391,8 @@ void L1::deliver(const Request& r, Cycle seen) {
     } else {
       rt_->checkpoints().answered(r.owner, seen, r.write, r.last);
     }
+  } else if constexpr (kClient == kStack) {
+    rt_->stacks().answered(r.owner, seen, r.write);
   } else if constexpr (kClient == kSimt) {
     simt_->answered(r.owner, seen, r.write);
   }

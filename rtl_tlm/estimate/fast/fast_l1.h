@@ -1,4 +1,4 @@
-// The L1 of an SM in fast mode: its four clients take turns, and a request learns at once when it is answered. What is
+// The L1 of an SM in fast mode: its five clients take turns, and a request learns at once when it is answered. What is
 // on its way stands beside the tags, with the cycle of its arrival, and takes its place in them when it has come.
 #pragma once
 
@@ -27,7 +27,7 @@ class RtUnit;
 class Simt;
 
 /// Of the L1, in the order of the cycle model's.
-enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kClients };
+enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kStack, kClients };
 
 inline constexpr std::uint32_t kNobody = ~std::uint32_t{0};
 /// Of an owner: the checkpoint unit reads ahead for the lane, by a prefetch.
@@ -40,7 +40,7 @@ struct Request {
   std::uint8_t sectors = 0;
   modules::Region region{};
   bool write = false;
-  bool last = false;  ///< of a node fetch, or of what a lane reads of a checkpoint buffer
+  bool last = false;  ///< of a node fetch, or of what a lane reads of a checkpoint buffer or of its stack
 };
 static_assert(sizeof(Request) == 16);
 

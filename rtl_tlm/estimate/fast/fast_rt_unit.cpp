@@ -36,6 +36,7 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       transforms_leaves_(modules::transforms_leaves(shared.header)) {
   counters_.units = 1;
   if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
+  if (config_.warp_buffer.spill) stacks_.emplace(shared, sm, l1);
   if (checkpoints_.names_nodes()) source_nodes_.resize(lanes_.size());
 }
 
@@ -80,7 +81,7 @@ void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& messa
   call.group = message.group;
   call.round = message.round;
   call.slot = message.slot;
-  call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = 0;
+  call.active = call.ready = call.waiting_any_hit = call.in_any_hit = call.checkpointing = call.stacking = 0;
   const auto before = static_cast<unsigned>(shared_.draw() % shared_.stride);  // events of each lane, without time
   for_each_bit(message.lanes, [&](unsigned i) {
     const auto events = cursor.events(i);
@@ -91,11 +92,12 @@ void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& messa
     lane.next = events.data();
     lane.end = events.data() + events.size();
     lane.depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
-    lane.shaded = lane.settling = false;
+    lane.shaded = lane.stacking = lane.settling = false;
     lane.begins = true;
     lane.owed = 0;
     if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay);
     if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes(events);
+    if (stacks_) stacks_->begin(id, message.slot);
     if (shared_.header.checkpoint) checkpoints_.begin(now, id, message.slot, message.round, replay, events);
     warm(now, id, lane, call, before);
     if (lane.next != lane.end) call.active |= bit(i);
@@ -123,10 +125,12 @@ void RtUnit::count_wait(Cycle now, Call& call) {
   WarpWait wait = WarpWait::retire;
   if (call.ready != 0) {
     wait = WarpWait::ready;
-  } else if ((call.active & ~(call.waiting_any_hit | call.in_any_hit | call.checkpointing)) != 0) {
+  } else if ((call.active & ~(call.waiting_any_hit | call.in_any_hit | call.checkpointing | call.stacking)) != 0) {
     wait = WarpWait::memory;
   } else if (call.checkpointing != 0) {
     wait = WarpWait::checkpoint;
+  } else if (call.stacking != 0) {
+    wait = WarpWait::stack;
   } else if (call.active != 0) {
     wait = WarpWait::any_hit;
   }
@@ -149,6 +153,7 @@ void RtUnit::count_stall(Cycle until) {
     const WarpWait wait = calls_[oldest_].wait;
     if (wait == WarpWait::memory) reason = Stall::memory;
     if (wait == WarpWait::checkpoint) reason = Stall::checkpoint;
+    if (wait == WarpWait::stack) reason = Stall::stack;
     if (wait == WarpWait::any_hit) reason = Stall::any_hit;
   }
   counters_.scheduler.stall[static_cast<std::size_t>(reason)] += until - accounted_;
@@ -268,11 +273,16 @@ void RtUnit::source_arrives(Cycle now, LaneId id) {
   });
 }
 
-/// A node has been tested, a source entry has come, entries have been handed over, or the any-hit shader has returned.
+/// A node has been tested, a source entry has come, stack entries have moved, entries have been handed over, or the
+/// any-hit shader has returned.
 void RtUnit::lane_event(Cycle now, LaneId id) {
   Lane& lane = lanes_[id];
   Call& call = call_of(id);
   if (lane.settling) return settled(now, id, lane, call);
+  if (std::exchange(lane.stacking, false)) {
+    call.stacking &= ~lane_bit(id);
+    return hand_over(now, id, lane, lane.checkpoints, lane.forwarded, call);
+  }
   const Event event = *lane.next;
   const EventEffect effect(event);
   if (effect.replays()) {
@@ -304,6 +314,21 @@ void RtUnit::complete(Cycle now, LaneId id, Lane& lane, const EventEffect& effec
 void RtUnit::end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {
   const bool forwarded = lane.next->kind() == EventKind::replay_forward;
   ++lane.next;
+  if (stacks_) {
+    const Cycle moved = stacks_->settle(now, id, lane.depth, takes_top(lane));
+    if (moved > now) {
+      lane.stacking = true;
+      lane.forwarded = forwarded;
+      lane.checkpoints = static_cast<std::uint8_t>(checkpoints);
+      call.stacking |= lane_bit(id);
+      if (moved != kNever) shared_.agenda.add(moved, {What::lane, sm_, id});
+      return;
+    }
+  }
+  hand_over(now, id, lane, checkpoints, forwarded, call);
+}
+
+void RtUnit::hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, bool forwarded, Call& call) {
   if (shared_.header.checkpoint) {
     const Cycle taken = checkpoints_.write(now, id, checkpoints, forwarded, lane.next == lane.end);
     if (taken > now) {
@@ -379,6 +404,7 @@ void RtUnit::any_hit_done(Cycle seen, unsigned entry, LaneMask lanes) {
 void RtUnit::advance(Cycle now) {
   for (IntersectionPipelines* unit : {&box_, &leaf_, &transform_}) unit->advance(now);
   checkpoints_.advance(now);
+  if (stacks_) stacks_->advance(now);
 }
 
 RtUnitCounters RtUnit::counters() const {
@@ -388,6 +414,7 @@ RtUnitCounters RtUnit::counters() const {
   counters.ray_transform = transform_.counters();
   counters.checkpoint = checkpoints_.counters();
   if (prefetcher_) counters.prefetch = prefetcher_->counters();
+  if (stacks_) counters.stack = stacks_->counters();
   return counters;
 }
 

@@ -15,6 +15,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_prefetcher.h"
+#include "grtx/rtl_tlm/estimate/fast/fast_stacks.h"
 #include "grtx/rtl_tlm/estimate/fast/intersection_pipelines.h"
 #include "grtx/rtl_tlm/estimate/fast/node_fetches.h"
 
@@ -44,6 +45,7 @@ class RtUnit {
   /// The requests of a fetch will have been seen in cycle `seen`. pushed: when the last of them entered the link.
   void node_arrives(std::uint32_t leader, Cycle seen, bool last, Cycle pushed);
   Checkpoints& checkpoints() { return checkpoints_; }
+  Stacks& stacks() { return *stacks_; }
   /// Requests have left: another warp may fit now.
   void room_may_have_come(Cycle now) {
     if (ready_ != 0) select_soon(now);
@@ -58,11 +60,14 @@ class RtUnit {
   struct Lane {
     const traces::Event* next = nullptr;
     const traces::Event* end = nullptr;
-    std::uint16_t depth = 0;  ///< of the stack
-    bool shaded = false;      ///< the any-hit shader has seen its hit
-    bool settling = false;    ///< hands checkpoint entries over
-    std::uint16_t owed = 0;   ///< events that take no time, before those of its next step
-    bool begins = false;      ///< its first event that takes time is next
+    std::uint16_t depth = 0;       ///< of the stack
+    bool shaded = false;           ///< the any-hit shader has seen its hit
+    bool stacking = false;         ///< its stack spills or fills
+    bool forwarded = false;        ///< the event that has ended was a replay_forward
+    std::uint8_t checkpoints = 0;  ///< entries of the event that has ended
+    bool settling = false;         ///< hands checkpoint entries over
+    std::uint16_t owed = 0;        ///< events that take no time, before those of its next step
+    bool begins = false;           ///< its first event that takes time is next
   };
   /// A traceRay call of a warp, in an entry of the warp buffer.
   struct Call {
@@ -72,8 +77,8 @@ class RtUnit {
     modules::WarpWait wait = modules::WarpWait::ready;
     bool timing = false;  ///< the any-hit timer is on the agenda
     LaneMask active = 0;  ///< not finished
-    LaneMask ready = 0, waiting_any_hit = 0, in_any_hit = 0,
-             checkpointing = 0;  ///< of these; the others' nodes are on the way
+    LaneMask ready = 0, waiting_any_hit = 0, in_any_hit = 0, checkpointing = 0,
+             stacking = 0;  ///< of these; the others' nodes are on the way
     Cycle accepted = 0;
     Cycle selected = 0;       ///< last
     Cycle since = 0;          ///< first cycle whose wait has not been counted
@@ -96,6 +101,10 @@ class RtUnit {
   void select_soon(Cycle now);
   void handle(Cycle now, LaneId id, Lane& lane, Call& call);
   void replay(Cycle now, LaneId id, Lane& lane, Call& call);
+  /// Whether the lane's next event takes the top of its stack.
+  static bool takes_top(const Lane& lane) {
+    return lane.next != lane.end && modules::EventEffect(*lane.next).takes_top();
+  }
   /// What the lane's event does to its stack.
   void move_stack(LaneId id, Lane& lane, const modules::EventEffect& effect) {
     if (!effect.move_stack(lane.depth)) refuse(id, modules::kRuleNodeOnStack);
@@ -103,8 +112,9 @@ class RtUnit {
     if (effect.pushed() != 0) deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
   void complete(Cycle now, LaneId id, Lane& lane, const modules::EventEffect& effect, Call& call);
-  /// The lane's event has done all but write its checkpoint entries.
+  /// The lane's event has done all but move stack entries and write its checkpoint entries.
   void end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call);
+  void hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, bool forwarded, Call& call);
   void settled(Cycle now, LaneId id, Lane& lane, Call& call);
   void any_hit_arrives(Cycle now, LaneId id, Call& call);
   void consider_any_hit(Cycle now, unsigned entry);
@@ -135,6 +145,7 @@ class RtUnit {
   Simt& simt_;
   Checkpoints checkpoints_;
   std::optional<Prefetcher> prefetcher_;
+  std::optional<Stacks> stacks_;
   std::vector<modules::SourceNodes> source_nodes_;  ///< by lane; none unless their nodes are prefetched
   std::vector<Lane> lanes_;
   std::vector<Call> calls_;

@@ -37,6 +37,7 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
     }
+    if (stacks_) stacks_->warm(id, lane.depth, takes_top(lane));
     const unsigned checkpoints = effect.checkpoints();
     if (shared_.header.checkpoint) {
       checkpoints_.warm_write(id, checkpoints, event.kind() == EventKind::replay_forward, lane.next == lane.end);

@@ -13,8 +13,13 @@ namespace {
 // what they leave unexplained is part of the measured residuals.
 constexpr float kNearStep = 0.15F;
 constexpr float kAnyHitStep = 0.5F;
-constexpr float kCheckpointSectors = 1.25F;  ///< of an entry of 20 B written or read, about half of them straddle two
-constexpr double kUsefulShare = 0.7;         ///< of a cache's lines: the rest holds sectors that nobody asked for
+/// Sectors a checkpoint entry takes to be written or read. Of eight entries of 20 B in a row four lie in two sectors;
+/// shorter ones divide a sector. joined: each sector moves once.
+float checkpoint_sectors(const modules::CheckpointConfig& config, bool joined) {
+  if (joined) return static_cast<float>(config.entry_bytes) / static_cast<float>(modules::kSectorBytes);
+  return modules::kSectorBytes % config.entry_bytes == 0 ? 1.0F : 1.5F;
+}
+constexpr double kUsefulShare = 0.7;  ///< of a cache's lines: the rest holds sectors that nobody asked for
 
 std::uint64_t nodes_of(std::uint64_t bytes, unsigned warps) {
   return static_cast<std::uint64_t>(kUsefulShare * static_cast<double>(bytes) /
@@ -39,6 +44,8 @@ bool WorkCounter::Tags::touch(std::uint32_t unit) {
 
 WorkCounter::WorkCounter(const traces::Header& header, const GpuConfig& config)
     : header_(header),
+      checkpoint_sectors_written_(checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.write_combine)),
+      checkpoint_sectors_read_(checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.read_buffer)),
       prefetch_(config.rt.sibling_prefetch),
       l1_(nodes_of(config.l1.geometry.bytes, config.rt.warp_buffer.entries * config.rt_units)),
       l2_(nodes_of(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)),
@@ -49,9 +56,9 @@ void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   --lane.left;
   const traces::EventKind kind = event.kind();
   if (header_.checkpoint) {
-    lane.work.far += kCheckpointSectors * static_cast<float>(std::popcount(event.checkpoints));
+    lane.work.far += checkpoint_sectors_written_ * static_cast<float>(std::popcount(event.checkpoints));
     if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
-      lane.work.far += kCheckpointSectors;
+      lane.work.far += checkpoint_sectors_read_;
     }
   }
   if (kind > traces::EventKind::visit_leaf) return;

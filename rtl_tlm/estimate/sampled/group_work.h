@@ -63,6 +63,7 @@ class WorkCounter {
   void step(Lane& lane, const traces::RayGroup& group);
 
   const traces::Header& header_;
+  float checkpoint_sectors_written_, checkpoint_sectors_read_;  ///< of an entry
   bool prefetch_;
   Tags l1_, l2_;
   float processed_sectors_;

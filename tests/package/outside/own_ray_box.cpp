@@ -173,7 +173,9 @@ int replay(const std::string& path) {
   const grtx::traces::Header& header = reader.header();
   grtx::modules::set_time_resolution_to_fs();
   grtx::modules::ClockDomain clock("clock", 1000.0);
-  const grtx::modules::MemoryMap map(header, {1, ShaderCore::kSlots, reader.totals().max_evictions_per_ray, 0});
+  constexpr unsigned kStackSectors = 128;  // of a ray, for what its stack spills
+  const grtx::modules::MemoryMap map(header,
+                                     {1, ShaderCore::kSlots, reader.totals().max_evictions_per_ray, kStackSectors});
 
   SerialRayBox* ray_box = nullptr;
   grtx::modules::RtUnitParts parts;
@@ -189,7 +191,8 @@ int replay(const std::string& path) {
   rt.trace_done(core.done);
   rt.any_hit_batch(core.batches);
   rt.any_hit_done(core.shaded);
-  Memory nodes("nodes", clock), checkpoints("checkpoints", clock), prefetches("prefetches", clock);
+  Memory nodes("nodes", clock), checkpoints("checkpoints", clock), prefetches("prefetches", clock),
+      stacks("stacks", clock);
   rt.node_request(nodes.requests);
   rt.node_response(nodes.responses);
   if (rt.has_checkpoint()) {
@@ -199,6 +202,10 @@ int replay(const std::string& path) {
   if (rt.has_prefetcher()) {
     rt.prefetch_request(prefetches.requests);
     rt.prefetch_response(prefetches.responses);
+  }
+  if (rt.has_stack()) {
+    rt.stack_request(stacks.requests);
+    rt.stack_response(stacks.responses);
   }
 
   sc_core::sc_start();  // ends when no clocked module has work

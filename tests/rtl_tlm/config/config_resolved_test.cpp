@@ -16,7 +16,7 @@ const std::string kConfigs = grtx::paths::source_dir() + "/configs/";
 
 TEST(ConfigFiles, EachResolvesAndVariantsDifferFromThePaperInWhatTheySay) {
   const std::map<std::string, std::string> only = {{"intersection_only.toml", "rt.memory.by_shader"},
-                                                   {"short_stack.toml", "rt.warp_buffer.spill"}};
+                                                   {"deep_stack.toml", "rt.warp_buffer.spill"}};
   const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "paper.toml", {}));
   std::size_t variants = 0;
   for (const auto& file : std::filesystem::directory_iterator(kConfigs)) {

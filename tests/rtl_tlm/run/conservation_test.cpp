@@ -68,6 +68,34 @@ TEST(Conservation, EveryLevelAnswersItsRequests) {
   }
 }
 
+TEST(Conservation, EveryRegionIsCheckedOnEveryLevel) {
+  using modules::index;
+  using modules::Region;
+  using Change = std::function<void(GpuCounters&)>;
+  const std::vector<std::pair<Change, const char*>> cases = {
+      {[](auto& c) { c.rt.checkpoint.sectors_written = 1; }, "L1 writes of checkpoint entries: 0 instead of 1"},
+      {[](auto& c) { c.rt.checkpoint.sectors_read = 1; }, "L1 reads of checkpoint entries: 0 instead of 1"},
+      {[](auto& c) { c.rt.stack.spills = 1; }, "L1 writes of stack entries: 0 instead of 1"},
+      {[](auto& c) { c.rt.stack.fills = 1; }, "L1 reads of stack entries: 0 instead of 1"},
+      {[](auto& c) { c.l1.region[index(Region::leaf)].reads = 1; }, "L1 reads of nodes: 1 instead of 0"},
+      {[](auto& c) { c.l1.region[index(Region::sh)].misses = 1; }, "L2 reads of region sh: 0 instead of 1"},
+      {[](auto& c) { c.l2.region[index(Region::blas)].misses = 1; }, "DRAM reads of region blas: 0 instead of 1"},
+      {[](auto& c) {
+         c.l1.sent_writes = 1;
+         c.l1.region[index(Region::eviction)].writes = 1;
+       },
+       "L2 writes of region eviction: 0 instead of 1"},
+      {[](auto& c) { c.l1.region[index(Region::tlas)].misses = 1; }, "L2 reads of all regions: 0 instead of 1"},
+      {[](auto& c) { c.l2.region[index(Region::ray)].writes = 1; }, "L2 writes of all regions: 1 instead of 0"},
+      {[](auto& c) { c.l2.dram_reads = 1; }, "DRAM reads of all regions: 0 instead of 1"},
+      {[](auto& c) { c.l2.dram_writes = 1; }, "DRAM writes of all regions: 0 instead of 1"}};
+  for (const auto& [change, text] : cases) {
+    GpuCounters counters = idle_run();
+    change(counters);
+    EXPECT_THAT(count_violations(counters, {}, 0), ::testing::Contains(text));
+  }
+}
+
 TEST(Conservation, ARunMayNotBeFasterThanABound) {
   EXPECT_THAT(bound_violations(100, {{"rt_port", 100, ""}, {"issue", 99, ""}}), ::testing::IsEmpty());
   EXPECT_THAT(bound_violations(100, {{"rt_port", 101, ""}, {"issue", 99, ""}}),

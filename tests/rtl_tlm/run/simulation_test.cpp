@@ -213,8 +213,8 @@ TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
                                              "rt.memory.merge_in_flight=true",
                                              "rt.box.per_child=true",
                                              "rt.any_hit.timeout=0",
-                                             "rt.checkpoint.write_combine=false",
-                                             "rt.checkpoint.read_buffer=false",
+                                             "rt.checkpoint.write_combine=true",
+                                             "rt.checkpoint.read_buffer=true",
                                              "l1.perfect=true",
                                              "l2.perfect=true",
                                              "dram.perfect=true",
@@ -232,8 +232,9 @@ TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
                                              "rt.memory.by_shader=true",
                                              "rt.memory.by_shader=true rt.memory.merge_in_flight=false",
                                              "rt.memory.by_shader=true gpu.rt_units=2 simt.cost.node_fetch=0",
-                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=2",
-                                             "rt.warp_buffer.spill=true rt.warp_buffer.stack_entries=4 gpu.rt_units=2"};
+                                             "rt.warp_buffer.spill=false",
+                                             "rt.warp_buffer.stack_entries=2",
+                                             "rt.warp_buffer.stack_entries=4 gpu.rt_units=2"};
   for (const std::string& setting : settings) {
     std::vector<std::string> each;
     std::istringstream words(setting);

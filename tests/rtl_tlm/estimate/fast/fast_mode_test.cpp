@@ -40,7 +40,8 @@ TEST_P(FastMode, DoesTheWorkOfTheCycleModelInAboutItsTime) {
   const auto quick = run_.run({}, GetParam().settings, SimulationMode::fast);
   for (const char* same :
        {"gpu.rt.node_visits", "gpu.rt.visits_internal", "gpu.rt.visits_instance", "gpu.rt.visits_leaf", "gpu.rt.culls",
-        "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.simt.warps"}) {
+        "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.rt.stack.spills", "gpu.rt.stack.fills",
+        "gpu.rt.stack.max_spilled", "gpu.simt.warps"}) {
     EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
   }
   EXPECT_GT(statistic(cycle, "gpu.rt.node_visits"), 0U);
@@ -56,6 +57,9 @@ TEST_P(FastMode, GivesTheSameEachTime) {
 // Twelve warps of random rays: their run ends with one of them, so single runs scatter.
 INSTANTIATE_TEST_SUITE_P(Machines, FastMode,
                          ::testing::Values(Machine{"baseline", false, {}, 0.06}, Machine{"grtx", true, {}, 0.06},
+                                           Machine{"spilling", false, {"rt.warp_buffer.stack_entries=2"}, 0.06},
+                                           Machine{
+                                               "spilling_checkpoints", true, {"rt.warp_buffer.stack_entries=2"}, 0.06},
                                            Machine{"perfect_l1", true, {"l1.perfect=true"}, 0.06},
                                            Machine{"perfect_dram", true, {"dram.perfect=true"}, 0.06},
                                            Machine{"two_mshrs", true, {"l1.mshr_entries=2"}, 0.12},
@@ -76,7 +80,7 @@ TEST(FastModeRefuses, WhatItDoesNotModel) {
     return std::string();
   };
   EXPECT_NE(refused({}, {"gpu.rt_units=2"}).find("gpu.rt_units"), std::string::npos);
-  EXPECT_NE(refused({}, {"rt.warp_buffer.spill=true"}).find("rt.warp_buffer.spill"), std::string::npos);
+  EXPECT_NE(refused({}, {"rt.memory.by_shader=true"}).find("rt.memory.by_shader"), std::string::npos);
   SimulationOptions waveform;
   waveform.waveform.path = run.path("w.vcd");
   EXPECT_NE(refused(waveform, {}).find("--mode cycle"), std::string::npos);

@@ -52,9 +52,10 @@ TEST_P(FastStride, CountsAllThatTheTraceGives) {
     const auto share = run(events);
     for (const char* exact :
          {"gpu.rt.node_visits", "gpu.rt.visits_internal", "gpu.rt.visits_instance", "gpu.rt.visits_leaf",
-          "gpu.rt.culls", "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.simt.warps",
-          "gpu.simt.rounds", "gpu.simt.any_hit.calls", "gpu.simt.evictions", "gpu.simt.eviction_moves",
-          "gpu.simt.processed", "gpu.simt.blended", "gpu.simt.instructions.blend", "gpu.simt.phases.evict_move"}) {
+          "gpu.rt.culls", "gpu.rt.any_hit_calls", "gpu.rt.calls", "gpu.rt.max_stack_depth", "gpu.rt.stack.max_spilled",
+          "gpu.simt.warps", "gpu.simt.rounds", "gpu.simt.any_hit.calls", "gpu.simt.evictions",
+          "gpu.simt.eviction_moves", "gpu.simt.processed", "gpu.simt.blended", "gpu.simt.instructions.blend",
+          "gpu.simt.phases.evict_move"}) {
       EXPECT_EQ(statistic(share, exact), statistic(all, exact)) << exact << ", one in " << events;
     }
     EXPECT_EQ(statistic(share, "gpu.fast.stride"), events);
@@ -81,7 +82,8 @@ INSTANTIATE_TEST_SUITE_P(
         Machine{"baseline", false, {}}, Machine{"grtx", true, {}}, Machine{"perfect_l1", true, {"l1.perfect=true"}},
         Machine{"two_mshrs", true, {"l1.mshr_entries=2"}}, Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}},
         Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}},
-        Machine{"no_write_combining", true, {"rt.checkpoint.write_combine=false", "rt.checkpoint.read_buffer=false"}}),
+        Machine{"spilling", true, {"rt.warp_buffer.stack_entries=2"}},
+        Machine{"write_combining", true, {"rt.checkpoint.write_combine=true", "rt.checkpoint.read_buffer=true"}}),
     [](const auto& i) { return std::string(i.param.name); });
 
 class FastStrideTrace : public ::testing::TestWithParam<bool> {

@@ -128,7 +128,7 @@ TEST_F(SampledSimulation, TakesTheWarpModelForWhatFastModeLacks) {
     return simulate_sampled(file_.path(), config_, share(0.25)).result.inputs.at("sampled.model");
   };
   EXPECT_EQ(model(), "visits");
-  config_.rt.warp_buffer.spill = true;
+  config_.rt.memory.by_shader = true;
   EXPECT_EQ(model(), "calls");
 }
 
