@@ -173,7 +173,7 @@ void run(const Options& options) {
         tracer.k = list[j].k;
         tracer.checkpoint = list[j].checkpoint;
         tracer.ert = list[j].ert;
-        tracer.adaptive_radius = list[j].adaptive;
+        tracer.kernel = {list[j].adaptive};
         tracer.response_precision = list[j].response;
         auto [seconds, result] = timed(gaussians, accel, tracer);
         if (r == 0) {

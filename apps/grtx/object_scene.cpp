@@ -40,7 +40,7 @@ int render_object_list(const std::string& scene, const frontend::Camera& camera,
     inputs[fmt::format("object_hash.{}", i)] = loaded.scenes[i].hash;
   }
   const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements, accel_options(cli, accel),
-                                         tracer.adaptive_radius);
+                                         tracer.kernel);
   const frontend::RenderResult result = frontend::render_objects(world, camera, tracer, render_options(cli, quiet));
   if (!image.empty()) frontend::write_image(image, result.image);
   const frontend::TracerCounters& c = result.counters;

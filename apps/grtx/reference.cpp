@@ -21,6 +21,7 @@ struct Options {
   std::string accel;
   frontend::SortKey sort_key = frontend::SortKey::entry;
   KernelRadius kernel_radius = KernelRadius::adaptive;
+  unsigned kernel_degree = 2;
   frontend::InsideRule inside = frontend::InsideRule::skip;
   frontend::ShDirection sh_dir = frontend::ShDirection::ray;
   SecondaryCli secondary;
@@ -58,6 +59,7 @@ int render(Options options, bool quiet) {
   render.proxy = proxy_of(options.proxy, options.accel);
   render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
   render.adaptive_radius = options.kernel_radius == KernelRadius::adaptive;
+  render.kernel_degree = options.kernel_degree;
   render.count_inside = options.inside == frontend::InsideRule::count;
   render.sh_from_centre = options.sh_dir == frontend::ShDirection::centre;
   render.quiet = quiet;
@@ -86,6 +88,7 @@ void add_reference(CLI::App& app, CommonOptions& common) {
       ->excludes(proxy);
   add_choice(command, "--sort-key", options->sort_key, "Distance that orders a ray's hits");
   add_choice(command, "--kernel-radius", options->kernel_radius, "Where a Gaussian ends");
+  add_kernel_degree(command, options->kernel_degree);
   command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")
       ->check(CLI::Range(0.0, 1.0));
   add_choice(command, "--inside", options->inside, "Gaussians whose proxy holds the ray origin");

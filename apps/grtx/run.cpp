@@ -77,7 +77,7 @@ struct TracedDesigns {
 
 TracedDesigns trace_designs(const Options& options, bool quiet) {
   frontend::ViewTracer view(frontend::load_scene(options.scene), select_camera(options.view),
-                            options.tracer.kernel_radius == KernelRadius::adaptive);
+                            kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   TracedDesigns all;

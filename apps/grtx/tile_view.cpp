@@ -46,7 +46,7 @@ int render_tile_view(const std::string& scene_file, const frontend::Camera& came
   if (!optical_objects(cli.secondary, scene, camera).empty()) {
     throw Error("--tracing", "tiles", "traces camera rays only: glass and mirrors need --tracing multi");
   }
-  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::TileStructure structure(scene, gaussians, frontend::proxy_of(accel));
   const frontend::TileResult result =
       frontend::render_tiles(scene, gaussians, structure, camera, options, render_options(cli, quiet));

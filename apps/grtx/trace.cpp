@@ -89,7 +89,7 @@ int trace(const Options& options, bool quiet) {
     return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
                               options.statistics, quiet);
   }
-  frontend::ViewTracer view(frontend::load_scene(options.scene), camera, tracer.adaptive_radius);
+  frontend::ViewTracer view(frontend::load_scene(options.scene), camera, tracer.kernel);
   const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), camera);
   view.place(objects);

@@ -22,6 +22,16 @@ unsigned bvh_width(const TracerCli& cli) { return cli.bvh_width.value_or(traces:
 
 }  // namespace
 
+void add_kernel_degree(CLI::App* command, unsigned& degree) {
+  command
+      ->add_option("--kernel-degree", degree,
+                   "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT "
+                   "trains by default")
+      ->check(CLI::IsMember({2U, 4U}));
+}
+
+Kernel kernel_of(KernelRadius radius, unsigned degree) { return {radius == KernelRadius::adaptive, degree}; }
+
 void add_tracer_options(CLI::App* command, TracerCli& cli) {
   command->add_option("--k", cli.k, "k-buffer entries a ray")->check(CLI::Range(1U, kMaxK));
   command->add_option("--checkpoint-capacity", cli.checkpoint_capacity, "Entries of one checkpoint buffer of a ray")
@@ -30,6 +40,7 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_choice(command, "--sort-key", cli.sort_key, "Distance that orders a ray's hits");
   add_choice(command, "--resume", cli.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   add_choice(command, "--kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
+  add_kernel_degree(command, cli.kernel_degree);
   add_choice(command, "--child-order", cli.child_order, "Order in which hit children are visited");
   add_choice(command, "--pop-test", cli.pop_test,
              "Whether a node is compared with t_max when popped, for which its stack entry holds its t");
@@ -82,7 +93,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.child_order = cli.child_order;
   o.pop_test = cli.pop_test;
   o.sh_direction = cli.sh_dir;
-  o.adaptive_radius = cli.kernel_radius == KernelRadius::adaptive;
+  o.kernel = kernel_of(cli.kernel_radius, cli.kernel_degree);
   o.tracing = *from_name<Tracing>(cli.tracing);
   o.triangle_test = cli.triangle_test;
   o.response_precision = cli.response_precision;
@@ -141,6 +152,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
       {"box_bits", std::to_string(cli.box_bits)},
       {"response_precision", std::string(name_of(cli.response_precision))}};
   if (cli.pop_test != TracerOptions{}.pop_test) inputs["pop_test"] = name_of(cli.pop_test);
+  if (cli.kernel_degree != 2) inputs["kernel_degree"] = std::to_string(cli.kernel_degree);
   if (cli.layout != traces::NodeLayout::vulkan_sim) inputs["layout"] = name_of(cli.layout);
   inputs.merge(secondary_inputs(cli.secondary));
   return inputs;

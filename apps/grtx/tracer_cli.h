@@ -35,6 +35,7 @@ struct TracerCli {
   frontend::SortKey sort_key = frontend::SortKey::entry;
   frontend::Resume resume = frontend::Resume::exact;
   KernelRadius kernel_radius = KernelRadius::adaptive;
+  unsigned kernel_degree = 2;
   frontend::ChildOrder child_order = frontend::ChildOrder::near_first;
   frontend::PopTest pop_test = frontend::PopTest::on;
   frontend::TmaxUpdate tmax_update = frontend::TmaxUpdate::reported;
@@ -56,6 +57,8 @@ struct TracerCli {
   SecondaryCli secondary;
 };
 
+void add_kernel_degree(CLI::App* command, unsigned& degree);
+frontend::Kernel kernel_of(KernelRadius radius, unsigned degree);
 void add_tracer_options(CLI::App* command, TracerCli& cli);
 /// Throws Error for combinations that the named structure cannot do.
 frontend::TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);

@@ -45,14 +45,14 @@ TraceRay PlacedObject::to_object_ray(const TraceRay& ray) const {
 }
 
 MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<Placement>& placements,
-                                   const AccelOptions& options, bool adaptive_radius)
+                                   const AccelOptions& options, Kernel kernel)
     : options_(options), proxy_(proxy_of(options.kind)), patches_(proxy_), placements_(placements) {
   if (!is_two_level(options.kind)) {
     throw Error("--accel", accel_name(options.kind), "cannot hold several objects: use a tlas-* structure");
   }
   if (placements.empty()) throw Error("objects", "", "must be at least one");
   const auto start = std::chrono::steady_clock::now();
-  for (Scene& scene : scenes) objects_.push_back(std::make_unique<SharedObject>(std::move(scene), adaptive_radius));
+  for (Scene& scene : scenes) objects_.push_back(std::make_unique<SharedObject>(std::move(scene), kernel));
   std::uint64_t total = 0;
   for (const Placement& placement : placements) {
     if (placement.object >= objects_.size()) throw Error("objects", "", "placement of an object that is not there");

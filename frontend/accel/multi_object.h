@@ -24,7 +24,7 @@ struct SharedObject {
   std::uint64_t root = 0;
   Box bounds;  ///< of all its Gaussians' boxes, object space
 
-  SharedObject(Scene s, bool adaptive_radius) : scene(std::move(s)), gaussians(scene, adaptive_radius) {}
+  SharedObject(Scene s, Kernel kernel) : scene(std::move(s)), gaussians(scene, kernel) {}
 };
 
 /// A placement as rays meet it.
@@ -43,7 +43,7 @@ class MultiObjectWorld {
  public:
   /// options.kind must be two-level. Placements name scenes by index. Throws Error.
   MultiObjectWorld(std::vector<Scene> scenes, const std::vector<Placement>& placements, const AccelOptions& options,
-                   bool adaptive_radius);
+                   Kernel kernel);
   MultiObjectWorld(const MultiObjectWorld&) = delete;
   MultiObjectWorld& operator=(const MultiObjectWorld&) = delete;
 

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <glm/vec3.hpp>
 
+#include "grtx/frontend/gaussian/kernel.h"
+
 namespace grtx::frontend {
 
 inline constexpr float kAlphaMax = 0.99f;          // 3DGS, 3DGRT
@@ -17,11 +19,12 @@ inline constexpr double kMinResponse = 0.0113;     // 3DGRT particlePrimitives.c
 inline constexpr double kMaxResponse = 0.97;       // keeps the radius real for tiny opacities (3DGRT)
 
 /// Radius of the bounding ellipsoid in standard deviations: where opacity * response falls to 0.0113 (adaptive), or 3.
-/// opacity: 0..1. Result: 0.2468 .. 2.9943. Source: 3DGRT, kernel degree 2.
-inline double kernel_radius(double opacity, bool adaptive) {
-  if (!adaptive) return 3.0;
+/// opacity: 0..1. Result: 0.2468 .. 2.9943 for degree 2, 0.8605 .. 2.9972 for degree 4. Source: 3DGRT.
+inline double kernel_radius(double opacity, Kernel kernel) {
+  if (!kernel.adaptive) return 3.0;
   const double modulated = opacity > 0.0 ? kMinResponse / opacity : kMaxResponse;
-  return std::sqrt(-2.0 * std::log(std::min(modulated, kMaxResponse)));
+  const double exponent = std::log(std::min(modulated, kMaxResponse));
+  return kernel.degree == 4 ? std::sqrt(std::sqrt(-18.0 * exponent)) : std::sqrt(-2.0 * exponent);
 }
 
 /// e^x for x in [-80, 0] with a relative error below 1e-8, from plain arithmetic.
@@ -48,10 +51,12 @@ inline float exp_negative(float x) {
 }
 
 /// alpha of a hit. d2: squared distance of the ray from the centre in units of the kernel radius (<= 1 counts);
-/// kappa2: squared kernel radius in sigma; 0 when the hit does not count.
-inline float hit_alpha(float opacity, float kappa2, float d2) {
+/// kappa2: squared kernel radius in sigma; degree: of the kernel. 0 when the hit does not count.
+inline float hit_alpha(float opacity, float kappa2, float d2, unsigned degree = 2) {
   if (!(d2 <= 1.0f)) return 0.0f;
-  const float alpha = std::min(kAlphaMax, opacity * exp_negative(-0.5f * (kappa2 * d2)));
+  const float sigma2 = kappa2 * d2;  // squared distance
+  const float exponent = degree == 4 ? (sigma2 * sigma2) / -18.0f : -0.5f * sigma2;
+  const float alpha = std::min(kAlphaMax, opacity * exp_negative(exponent));
   return alpha >= kAlphaMin ? alpha : 0.0f;
 }
 

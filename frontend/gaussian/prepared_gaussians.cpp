@@ -28,12 +28,12 @@ glm::dmat3 rotation_matrix(const glm::quat& rotation) {
 
 }  // namespace
 
-PreparedGaussians::PreparedGaussians(const Scene& scene, bool adaptive_radius)
+PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel)
     : records_(scene.size()), to_world_(3 * scene.size()) {
   std::vector<float> distance(scene.size());
   for (std::size_t g = 0; g < scene.size(); ++g) {
     GaussianRecord& record = records_[g];
-    const double kappa = kernel_radius(static_cast<double>(scene.opacity[g]), adaptive_radius);
+    const double kappa = kernel_radius(static_cast<double>(scene.opacity[g]), kernel);
     const glm::dmat3 r = rotation_matrix(scene.rotation[g]);
     record.mean = scene.mean[g];
     record.kappa2 = static_cast<float>(kappa * kappa);

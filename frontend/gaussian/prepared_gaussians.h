@@ -8,6 +8,7 @@
 #include "grtx/base/huge_pages.h"
 #include "grtx/frontend/gaussian/face_patches.h"
 #include "grtx/frontend/gaussian/float4.h"
+#include "grtx/frontend/gaussian/kernel.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"
@@ -27,7 +28,7 @@ static_assert(sizeof(GaussianRecord) == 64);
 
 class PreparedGaussians {
  public:
-  PreparedGaussians(const Scene& scene, bool adaptive_radius);
+  PreparedGaussians(const Scene& scene, Kernel kernel);
 
   std::size_t size() const { return records_.size(); }
   const GaussianRecord& record(std::uint32_t g) const { return records_[g]; }

@@ -70,7 +70,9 @@ std::vector<Gaussian> prepare(const Scene& scene, const ReferenceOptions& option
       for (int k = 0; k < 3; ++k) g.to_local[k][axis] = r[axis][k] / scale[axis];  // row `axis` of S^-1 R^T
     }
     g.opacity = scene.opacity[i];
-    g.kappa = options.adaptive_radius ? std::sqrt(-2.0 * std::log(std::min(kMinResponse / g.opacity, kMaxRatio))) : 3.0;
+    g.kappa = options.adaptive_radius ? 3.0 * std::pow(std::log(std::min(kMinResponse / g.opacity, kMaxRatio)) / -4.5,
+                                                       1.0 / options.kernel_degree)
+                                      : 3.0;
     g.ball = g.kappa * circumradius * std::max({scale.x, scale.y, scale.z}) * std::sqrt(kNearRadius2) * (1.0 + 1e-9);
   }
   return gaussians;
@@ -120,7 +122,8 @@ ReferenceCandidate intersect(const Ray& ray, const Gaussian& g, const std::vecto
   const glm::dvec3 nearest = lo + dt * ld;
   const double d2 = glm::dot(nearest, nearest);
   if (!(d2 <= kNearRadius2 * g.kappa * g.kappa)) return miss;
-  const double alpha = std::min(kMaxAlpha, g.opacity * std::exp(-0.5 * d2));
+  const double alpha =
+      std::min(kMaxAlpha, g.opacity * std::exp(-4.5 * std::pow(d2 / 9.0, 0.5 * options.kernel_degree)));
   if (!(alpha >= kNearAlpha * kMinAlpha)) return miss;
   const Interval inside = proxy_interval(slabs, g.kappa, lo, ld, dt, d2, a);
   ReferenceCandidate result;

@@ -19,6 +19,7 @@ struct ReferenceOptions {
   ReferenceProxy proxy = ReferenceProxy::icosahedron20;
   bool sort_by_peak = false;    ///< false: t_hit of the proxy's entry; true: t_alpha
   bool adaptive_radius = true;  ///< false: fixed 3 sigma
+  unsigned kernel_degree = 2;   ///< n of the response exp(-4.5 (d / 3)^n), d in sigma
   double ert = 0.001;           ///< transmittance threshold
   bool count_inside = false;    ///< inside = count (sphere only)
   bool sh_from_centre = false;  ///< SH direction: ray (false) or normalize(mean - origin)

@@ -370,6 +370,9 @@ void check_tile_options(const TracerOptions& options) {
   if (options.triangle_test == TriangleTest::world) {
     throw Error("--tracing", "tiles", "knows no stored triangles: it needs --triangle-test canonical");
   }
+  if (options.kernel.degree != 2) {
+    throw Error("--tracing", "tiles", "knows the normal distribution only: it needs --kernel-degree 2");
+  }
   if (options.checkpoint) {
     throw Error("--tracing", "tiles", "has no rounds to resume: checkpointing needs --tracing multi");
   }

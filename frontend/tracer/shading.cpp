@@ -66,8 +66,8 @@ void Shading::prefetch_colours(const KBuffer& hits) const {
 
 float Shading::alpha_of(const KEntry& entry, const GaussianRecord& g) const {
   return options_.response_precision == ResponsePrecision::fp32
-             ? hit_alpha(g.opacity, g.kappa2, entry.d2)
-             : hit_alpha_16(g.opacity, g.kappa2, entry.d2, options_.response_precision);
+             ? hit_alpha(g.opacity, g.kappa2, entry.d2, options_.kernel.degree)
+             : hit_alpha_16(g.opacity, g.kappa2, entry.d2, options_.response_precision, options_.kernel.degree);
 }
 
 /// Entries behind the one that ended the ray.

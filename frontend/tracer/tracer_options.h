@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/kernel.h"
 #include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/frontend/gaussian/simd_path.h"
 #include "grtx/frontend/tracer/skips.h"
@@ -73,7 +74,7 @@ struct TracerOptions {
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   ShDirection sh_direction = ShDirection::ray;
-  bool adaptive_radius = true;
+  Kernel kernel;                     ///< that of the Gaussians that are traced
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;

@@ -7,11 +7,8 @@
 
 namespace grtx::frontend {
 
-ViewTracer::ViewTracer(Scene scene, Camera camera, bool adaptive_radius)
-    : scene_(std::move(scene)),
-      camera_(std::move(camera)),
-      adaptive_radius_(adaptive_radius),
-      gaussians_(scene_, adaptive_radius) {}
+ViewTracer::ViewTracer(Scene scene, Camera camera, Kernel kernel)
+    : scene_(std::move(scene)), camera_(std::move(camera)), kernel_(kernel), gaussians_(scene_, kernel) {}
 
 const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   if (accel_ != nullptr && accel_->options() == options) return *accel_;
@@ -23,7 +20,7 @@ const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
 TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file,
                              const std::map<std::string, std::string>& inputs) const {
   if (accel_ == nullptr) throw std::logic_error("a view is traced in a structure: build() comes first");
-  if (options.adaptive_radius != adaptive_radius_) throw std::logic_error("the Gaussians have another kernel radius");
+  if (options.kernel != kernel_) throw std::logic_error("the Gaussians have another kernel");
   TracedView view;
   view.plan = plan_secondary(scene_, gaussians_, *accel_, camera_, options, objects_, render.linear_mapping,
                              render.threads, render.warp_size);

@@ -33,8 +33,8 @@ struct TracedView {
 /// Owns scene and structure; one view of one scene, traced as often as one likes.
 class ViewTracer {
  public:
-  /// adaptive_radius: that of all options given to trace().
-  ViewTracer(Scene scene, Camera camera, bool adaptive_radius = true);
+  /// kernel: that of all options given to trace().
+  ViewTracer(Scene scene, Camera camera, Kernel kernel = {});
   ViewTracer(const ViewTracer&) = delete;
   ViewTracer& operator=(const ViewTracer&) = delete;
 
@@ -60,7 +60,7 @@ class ViewTracer {
  private:
   const Scene scene_;
   const Camera camera_;
-  const bool adaptive_radius_;
+  const Kernel kernel_;
   const PreparedGaussians gaussians_;
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;

@@ -19,7 +19,7 @@ inline void write_view(const std::string& path, const frontend::Scene& scene, co
   options.checkpoint = checkpoint;
   frontend::RenderOptions render;
   render.threads = 1;
-  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
   traces::Writer writer(path, frontend::trace_header(scene, camera, accel, options, render));
   frontend::render(scene, gaussians, accel, camera, options, render, &writer);

@@ -13,6 +13,11 @@ TEST(GaussianMath, KernelRadius) {
   EXPECT_NEAR(kernel_radius(0.005, true), 0.2468, 5e-5);
   EXPECT_NEAR(kernel_radius(0.0, true), 0.2468, 5e-5);
   EXPECT_EQ(kernel_radius(0.3, false), 3.0);
+  // 3DGRT's table for degree 4.
+  for (const auto& [opacity, radius] :
+       {std::pair(1.0, 2.9972), {0.5, 2.8739}, {0.1, 2.5029}, {0.02, 1.7905}, {0.005, 0.8605}}) {
+    EXPECT_NEAR(kernel_radius(opacity, {true, 4}), radius, 5e-5) << opacity;
+  }
 }
 
 TEST(GaussianMath, ExponentialIsWithinOneUlp) {
@@ -25,7 +30,12 @@ TEST(GaussianMath, ExponentialIsWithinOneUlp) {
 }
 
 TEST(GaussianMath, AlphaRules) {
-  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 0.0f), 0.99f);       // clamped
+  EXPECT_EQ(hit_alpha(1.0f, 9.0f, 0.0f), 0.99f);      // clamped
+  for (const double d : {0.0, 0.5, 1.0, 2.0, 2.9}) {  // standard deviations, of a radius of 3
+    EXPECT_NEAR(hit_alpha(0.5f, 9.0f, static_cast<float>(d * d / 9.0), 4), 0.5 * std::exp(-std::pow(d, 4.0) / 18.0),
+                1e-7)
+        << d;
+  }
   EXPECT_EQ(hit_alpha(1.0f, 9.0f, 1.0000001f), 0.0f);  // outside the kernel radius
   EXPECT_EQ(hit_alpha(0.0039f, 0.06f, 0.0f), 0.0f);    // below 1/255
   EXPECT_EQ(hit_alpha(0.5f, 9.0f, std::nanf("")), 0.0f);

@@ -20,7 +20,7 @@ constexpr AccelKind kAllKinds[] = {AccelKind::tri20,      AccelKind::tri80,     
 
 TileResult trace_tiles(const Scene& scene, const Camera& camera, AccelKind kind, const TracerOptions& options,
                        unsigned threads = 1) {
-  const PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const PreparedGaussians gaussians(scene, options.kernel);
   const TileStructure structure(scene, gaussians, proxy_of(kind));
   RenderOptions render;
   render.threads = threads;
@@ -59,7 +59,7 @@ TEST(TileTracer, GivesItForEveryOption) {
       {"ert 0", [](TracerOptions& o) { o.ert = 0.0f; }},
       {"ert 0.5", [](TracerOptions& o) { o.ert = 0.5f; }},
       {"peak", [](TracerOptions& o) { o.sort_key = SortKey::peak; }},
-      {"3 sigma", [](TracerOptions& o) { o.adaptive_radius = false; }},
+      {"3 sigma", [](TracerOptions& o) { o.kernel = {false}; }},
       {"centre", [](TracerOptions& o) { o.sh_direction = ShDirection::centre; }},
       {"fp16", [](TracerOptions& o) { o.response_precision = ResponsePrecision::fp16; }},
       {"bf16", [](TracerOptions& o) { o.response_precision = ResponsePrecision::bf16; }},

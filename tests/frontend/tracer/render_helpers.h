@@ -18,7 +18,7 @@ inline frontend::RenderResult trace_scene(const frontend::Scene& scene, const fr
 inline frontend::RenderResult trace_scene(const frontend::Scene& scene, const frontend::Camera& camera,
                                           frontend::AccelKind kind, const frontend::TracerOptions& options,
                                           unsigned width = 6, bool corners = false) {
-  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::AccelerationStructure accel(gaussians, {kind, width, corners});
   return trace_scene(scene, camera, accel, gaussians, options);
 }

@@ -47,7 +47,7 @@ Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camer
 
 Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camera& camera, AccelKind kind,
                   const TracerOptions& options, unsigned threads = 1, const std::string& trace_file = "") {
-  const PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const PreparedGaussians gaussians(scene, options.kernel);
   const AccelerationStructure accel(gaussians, {kind, 6, false});
   return trace_with(objects, scene, camera, gaussians, accel, options, threads, trace_file);
 }

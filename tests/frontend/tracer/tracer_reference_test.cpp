@@ -14,8 +14,10 @@ struct Case {
   AccelKind accel;
   ReferenceProxy proxy;
   bool peak;
+  unsigned degree = 2;  ///< of the kernel
   friend void PrintTo(const Case& c, std::ostream* out) {
     *out << accel_name(c.accel) << (c.peak ? " by peak" : " by entry");
+    if (c.degree != 2) *out << " degree " << c.degree;
   }
 };
 
@@ -27,10 +29,12 @@ TEST_P(TracerReference, PsnrAndSequences) {
   const Camera camera = test::front_camera(48, 48);
   TracerOptions options;
   options.sort_key = c.peak ? SortKey::peak : SortKey::entry;
+  options.kernel = {true, c.degree};
   const RenderResult traced = test::trace_scene(scene, camera, c.accel, options);
   ReferenceOptions reference;
   reference.proxy = c.proxy;
   reference.sort_by_peak = c.peak;
+  reference.kernel_degree = c.degree;
   reference.keep_sequences = true;
   const ReferenceResult exact = render_reference(scene, camera, reference);
   EXPECT_GE(compare(traced.image, exact.image).psnr, 90.0);
@@ -47,6 +51,8 @@ INSTANTIATE_TEST_SUITE_P(Proxies, TracerReference,
                          testing::Values(Case{AccelKind::tri20, ReferenceProxy::icosahedron20, false},
                                          Case{AccelKind::tri80, ReferenceProxy::icosphere80, false},
                                          Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false},
+                                         Case{AccelKind::tlas_sphere, ReferenceProxy::sphere, false, 4},
+                                         Case{AccelKind::tri20, ReferenceProxy::icosahedron20, true, 4},
                                          Case{AccelKind::tlas_tri20, ReferenceProxy::icosahedron20, true},
                                          Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}),
                          test::PrintedName{});

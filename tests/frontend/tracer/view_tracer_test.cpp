@@ -89,7 +89,7 @@ TEST(ViewTracer, RefusesToTraceWithoutStructureOrWithAnotherRadius) {
   EXPECT_THROW(view.trace({}, one_thread()), std::logic_error);
   view.build({});
   TracerOptions options;
-  options.adaptive_radius = false;
+  options.kernel = {false};
   EXPECT_THROW(view.trace(options, one_thread()), std::logic_error);
 }
 

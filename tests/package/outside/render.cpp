@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
     AccelOptions accel_options;
     accel_options.kind = AccelKind::tlas_tri20;
 
-    const PreparedGaussians gaussians(scene, options.adaptive_radius);
+    const PreparedGaussians gaussians(scene, options.kernel);
     const AccelerationStructure accel(gaussians, accel_options);
     const RenderOptions how;
     grtx::traces::Writer writer(argv[3], trace_header(scene, camera, accel, options, how));

@@ -159,7 +159,7 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
   camera = camera.resized(32, 16);
   frontend::RenderOptions render;
   render.threads = 1;
-  const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
   const traces::Header header = frontend::trace_header(scene, camera, accel, options, render);
   const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";

@@ -43,7 +43,7 @@ class WarpSize : public ::testing::Test {
     render.threads = 1;
     render.warp_size = warp_size;
     render.linear_mapping = linear;
-    const frontend::PreparedGaussians gaussians(scene, options.adaptive_radius);
+    const frontend::PreparedGaussians gaussians(scene, options.kernel);
     const frontend::AccelerationStructure accel(gaussians, {frontend::AccelKind::tlas_tri20, 6, false});
     Traced result;
     {
