@@ -30,6 +30,8 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     : gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
       k_(header.tracing == traces::Tracing::single ? 2 * header.k : header.k),
+      k_buffers_(config.k_buffers),
+      evictions_(config.evictions),
       warp_size_(header.warp_size),
       resident_warps_(config.resident_warps),
       checkpoint_entry_bytes_(config.checkpoint_entry_bytes) {
@@ -55,8 +57,9 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     checkpoint_ = place("checkpoint", rays * (config.checkpoint_log ? 1 : 2) * checkpoint_stride_);
     eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
                                                        : std::max(header.checkpoint_capacity, kMinimumEvictions);
-    eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes);
-    eviction_ = place("eviction", rays * eviction_stride_);
+    const unsigned together = config.evictions == RayArrayLayout::by_ray ? 1 : header.warp_size;
+    eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes * together);
+    eviction_ = place("eviction", rays / together * eviction_stride_);
   }
   pixel_ = place("pixel", static_cast<std::uint64_t>(header.width) * header.height * kPixelBytes);
   if (config.stack_sectors != 0) {

@@ -1,16 +1,26 @@
 // The flat GPU address space, compact from 0: node image, shader records, per-ray buffers. Addresses of all traffic.
 #pragma once
 
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "grtx/base/named_enum.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
+
+/// Arrays of which every ray of a warp has one. by_ray: a ray's entries follow each other. by_lane: entry i of all
+/// lanes of a warp lie side by side, so that lanes that are at the same entry share sectors.
+enum class RayArrayLayout : std::uint8_t { by_ray, by_lane };
+constexpr auto enum_names(RayArrayLayout) {
+  using enum RayArrayLayout;
+  return std::to_array<EnumName<RayArrayLayout>>({{by_ray, "by_ray"}, {by_lane, "by_lane"}});
+}
 
 /// Resources that decide how many per-ray buffers exist at a time.
 struct MemoryMapConfig {
@@ -23,6 +33,8 @@ struct MemoryMapConfig {
   std::uint64_t stack_sectors = 0;
   std::uint64_t checkpoint_entry_bytes = traces::kCheckpointEntryBytes;
   bool checkpoint_log = false;  ///< a ray's entries lie in a log of four buffers' size, in place of two buffers
+  RayArrayLayout k_buffers = RayArrayLayout::by_lane;
+  RayArrayLayout evictions = RayArrayLayout::by_ray;
 };
 
 /// A ray slot is (sm * resident_warps + warp slot) * warp_size + lane.
@@ -33,10 +45,13 @@ class MemoryMap {
   std::uint64_t node(std::uint64_t image_address) const { return image_address; }  ///< the node image lies at 0
   std::uint64_t gaussian_record(std::uint32_t gaussian) const { return gaussian_ + gaussian * gaussian_bytes_; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
-  /// k-buffers are structures of arrays over a warp: value `field` (0 = t, 1 = id, 4 B each) of entry `index`.
+  /// Value `field` (0 = t, 1 = id, 4 B each) of entry `index`. by_lane: k-buffers are structures of arrays over a warp.
   /// Single-round tracing sorts there and back: its buffers have 2 k entries.
   std::uint64_t k_buffer(std::uint64_t warp_slot, unsigned index, unsigned field, unsigned lane) const {
     assert(index < k_ && field < 2);
+    if (k_buffers_ == RayArrayLayout::by_ray) {
+      return k_buffer_ + (((warp_slot * warp_size_ + lane) * k_ + index) * 2 + field) * 4;
+    }
     return k_buffer_ + (((warp_slot * k_ + index) * 2 + field) * warp_size_ + lane) * 4;
   }
   /// First byte of entry `index` of buffer 0 or 1 of a ray slot; entries of a ray are contiguous.
@@ -56,7 +71,11 @@ class MemoryMap {
   std::uint64_t eviction_entry(std::uint64_t ray_slot, std::uint64_t index) const {
     assert(eviction_stride_ != 0);
     const std::uint64_t entry = index < eviction_capacity_ ? index : index % eviction_capacity_;
-    return eviction_ + ray_slot * eviction_stride_ + entry * traces::kEvictionEntryBytes;
+    if (evictions_ == RayArrayLayout::by_ray) {
+      return eviction_ + ray_slot * eviction_stride_ + entry * traces::kEvictionEntryBytes;
+    }
+    return eviction_ + ray_slot / warp_size_ * eviction_stride_ +
+           (entry * warp_size_ + ray_slot % warp_size_) * traces::kEvictionEntryBytes;
   }
   /// Sector `index` of a ray slot's stack area; beyond its size it starts over, as the eviction buffer does.
   std::uint64_t stack_sector(std::uint64_t ray_slot, std::uint64_t index) const {
@@ -86,6 +105,7 @@ class MemoryMap {
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
   unsigned k_;                               ///< entries of a k-buffer
+  RayArrayLayout k_buffers_, evictions_;
   unsigned warp_size_, resident_warps_;
   std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
   std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
@@ -93,7 +113,7 @@ class MemoryMap {
   std::uint64_t checkpoint_entry_bytes_;
   std::uint64_t checkpoint_log_entries_ = 0;
   std::uint64_t eviction_capacity_ = 0;  ///< entries a ray
-  std::uint64_t eviction_stride_ = 0;    ///< bytes from one ray's eviction buffer to the next
+  std::uint64_t eviction_stride_ = 0;    ///< bytes from one ray's, or warp's, eviction buffer to the next
   std::uint64_t stack_ = 0, stack_sectors_ = 0, stack_stride_ = 0;  ///< stack areas
   std::vector<Extent> extents_;
 };

@@ -31,6 +31,8 @@ struct SimtCoreConfig {
   std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
   std::uint64_t registers = 65536;
   unsigned sectors_per_cycle = 1;
+  RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both for the assembly's MemoryMap
+  RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
   /// But for the costs, which are a table of their own.
   void parameters(ParameterList& list) {
@@ -43,6 +45,10 @@ struct SimtCoreConfig {
              "the loop of an any-hit shader over the k-buffer waits for what it reads before it goes on; else all its "
              "loads go out at once",
              kOurs);
+    list.add("k_buffer_layout", k_buffer_layout,
+             "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
+             assumed("CUDA: local memory is interleaved over the threads of a warp"));
+    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
     list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
              kVulkanSim);
   }

@@ -55,6 +55,8 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
   }
   map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
   map.checkpoint_log = config.rt.checkpoint.forward == modules::CheckpointForward::reference;
+  map.k_buffers = config.simt.k_buffer_layout;
+  map.evictions = config.simt.eviction_layout;
   // As many as a checkpoint buffer holds, unless the trace needs more.
   const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
   if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);

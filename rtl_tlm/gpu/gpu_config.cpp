@@ -173,6 +173,8 @@ std::string config_hash(const GpuConfig& config) {
                                                "l1.held_misses",
                                                "rt.memory.sectors_per_cycle",
                                                "simt.sectors_per_cycle",
+                                               "simt.k_buffer_layout",
+                                               "simt.eviction_layout",
                                                "dram.scheduling",
                                                "dram.hit_cap",
                                                "rt.checkpoint.entry_bytes",

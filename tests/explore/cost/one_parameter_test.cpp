@@ -90,6 +90,8 @@ const std::vector<Mutation>& mutations() {
       {"simt.instruction_latency", "8", kTiming, kFixedTime},
       {"simt.sectors_per_cycle", "4", kBoth},
       {"simt.dependent_loads", "false", kTiming, kShader},
+      {"simt.k_buffer_layout", "by_ray", kTiming, kTraffic},
+      {"simt.eviction_layout", "by_lane", kTiming, kTraffic},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},

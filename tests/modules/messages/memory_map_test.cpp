@@ -76,9 +76,14 @@ TEST(MemoryMap, FirstAndLastItemsLieInsideTheirRegion) {
 }
 
 TEST(MemoryMap, NoTwoKBufferValuesShareAnAddress) {
-  for (const unsigned warp_size : {4u, 32u}) {
+  for (const auto& [warp_size, layout] : {std::pair(4u, RayArrayLayout::by_lane),
+                                          {32u, RayArrayLayout::by_lane},
+                                          {4u, RayArrayLayout::by_ray},
+                                          {32u, RayArrayLayout::by_ray}}) {
     for (const unsigned k : {1u, 4u, 16u}) {
-      const MemoryMap map(header_of(false, k, warp_size), {2, 3, 0});
+      MemoryMapConfig config{2, 3, 0};
+      config.k_buffers = layout;
+      const MemoryMap map(header_of(false, k, warp_size), config);
       std::set<std::uint64_t> seen;
       for (unsigned sm = 0; sm < 2; ++sm)
         for (unsigned slot = 0; slot < 3; ++slot)
@@ -87,6 +92,27 @@ TEST(MemoryMap, NoTwoKBufferValuesShareAnAddress) {
               for (unsigned lane = 0; lane < warp_size; ++lane)
                 EXPECT_TRUE(seen.insert(map.k_buffer(map.warp_slot(sm, slot), i, field, lane)).second);
       EXPECT_EQ(*seen.rbegin() - *seen.begin() + 4, extent(map, "k_buffer").bytes);
+    }
+  }
+}
+
+TEST(MemoryMap, ARaysArrayIsContiguousOrSpreadOverItsWarp) {
+  MemoryMapConfig config{2, 3, 0};
+  const MemoryMap usual(header_of(true, 8, 32), config);
+  EXPECT_EQ(usual.k_buffer(1, 3, 0, 5), usual.k_buffer(1, 3, 0, 4) + 4);
+  EXPECT_EQ(usual.eviction_entry(70, 3), usual.eviction_entry(70, 2) + 8);
+  config.k_buffers = RayArrayLayout::by_ray;
+  config.evictions = RayArrayLayout::by_lane;
+  const MemoryMap other(header_of(true, 8, 32), config);
+  EXPECT_EQ(other.k_buffer(1, 3, 1, 5), other.k_buffer(1, 3, 0, 5) + 4);
+  EXPECT_EQ(other.k_buffer(1, 3, 0, 5), other.k_buffer(1, 2, 0, 5) + 8);
+  EXPECT_EQ(other.eviction_entry(71, 2), other.eviction_entry(70, 2) + 8);
+  EXPECT_EQ(other.eviction_entry(70, 3), other.eviction_entry(70, 2) + 32 * 8);
+  std::set<std::uint64_t> seen;
+  for (std::uint64_t ray = 0; ray < 2 * 3 * 32; ++ray) {
+    for (std::uint64_t i = 0; i < other.eviction_capacity(); ++i) {
+      EXPECT_TRUE(seen.insert(other.eviction_entry(ray, i)).second);
+      expect_inside(other, "eviction", other.eviction_entry(ray, i), 8);
     }
   }
 }

@@ -13,8 +13,10 @@ namespace grtx::sim::plain {
 class AddressMap {
  public:
   /// most_evictions: of a ray, as the trace's totals have it.
-  AddressMap(const traces::Header& header, unsigned sms, unsigned slots, std::uint64_t most_evictions, bool spill)
-      : header_(header), slots_(slots) {
+  /// k_by_ray, evictions_by_lane: as simt.k_buffer_layout and simt.eviction_layout say.
+  AddressMap(const traces::Header& header, unsigned sms, unsigned slots, std::uint64_t most_evictions, bool spill,
+             bool k_by_ray, bool evictions_by_lane)
+      : header_(header), slots_(slots), k_by_ray_(k_by_ray), evictions_by_lane_(evictions_by_lane) {
     const std::uint64_t warps = std::uint64_t{sms} * slots, rays = warps * header.warp_size;
     k_ = header.tracing == traces::Tracing::single ? 2 * header.k : header.k;
     place(header.node_image_bytes);
@@ -25,8 +27,8 @@ class AddressMap {
       checkpoint_stride_ = odd_lines(header.checkpoint_capacity * 20);
       checkpoint_ = place(rays * 2 * checkpoint_stride_);
       evictions_ = std::max<std::uint64_t>({header.checkpoint_capacity, 256, most_evictions});
-      eviction_stride_ = odd_lines(evictions_ * 8);
-      eviction_ = place(rays * eviction_stride_);
+      eviction_stride_ = odd_lines(evictions_ * 8 * (evictions_by_lane_ ? header.warp_size : 1));
+      eviction_ = place((evictions_by_lane_ ? warps : rays) * eviction_stride_);
     }
     pixel_ = place(std::uint64_t{header.width} * header.height * 16);
     if (spill) {
@@ -38,9 +40,13 @@ class AddressMap {
   std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
   std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
   std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
+    if (k_by_ray_) return k_buffer_ + (ray(sm, slot, lane) * k_ + entry) * 8 + field * 4;
     return k_buffer_ + (((warp(sm, slot) * k_ + entry) * 2 + field) * header_.warp_size + lane) * 4;
   }
   std::uint64_t eviction(unsigned sm, unsigned slot, unsigned lane, std::uint64_t entry) const {
+    if (evictions_by_lane_) {
+      return eviction_ + warp(sm, slot) * eviction_stride_ + (entry % evictions_ * header_.warp_size + lane) * 8;
+    }
     return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * 8;
   }
   std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned buffer, std::uint64_t entry) const {
@@ -71,6 +77,7 @@ class AddressMap {
 
   traces::Header header_;
   unsigned slots_;
+  bool k_by_ray_, evictions_by_lane_;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
   std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, stack_ = 0;
   std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;

@@ -105,7 +105,9 @@ inline constexpr Cycle kDrainStep = 256;
 inline Statistics run(const GpuConfig& config, const traces::Header& header,
                       const std::vector<traces::RayGroup>& groups, std::uint64_t most_evictions) {
   const Clock core(config.core_mhz), memory(config.memory_mhz);
-  const AddressMap map(header, config.sms, config.resident_warps, most_evictions, config.rt.warp_buffer.spill);
+  const AddressMap map(header, config.sms, config.resident_warps, most_evictions, config.rt.warp_buffer.spill,
+                       config.simt.k_buffer_layout == modules::RayArrayLayout::by_ray,
+                       config.simt.eviction_layout == modules::RayArrayLayout::by_lane);
   const SliceMap slices(config.interleave);
 
   std::deque<Sm> sms;

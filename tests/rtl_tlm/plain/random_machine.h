@@ -93,6 +93,9 @@ inline GpuConfig random_machine(Random& random) {
   c.simt.schedulers = random.one_of({1U, 2U, 3U, 4U});
   c.simt.instruction_latency = random.one_of({0U, 1U, 4U, 20U});
   c.simt.sectors_per_cycle = random.one_of({1U, 1U, 2U, 4U});
+  using modules::RayArrayLayout;
+  c.simt.k_buffer_layout = random.upto(2) == 0 ? RayArrayLayout::by_ray : RayArrayLayout::by_lane;
+  c.simt.eviction_layout = random.upto(2) == 0 ? RayArrayLayout::by_lane : RayArrayLayout::by_ray;
   c.simt.costs.dependent_loads = random.upto(3) != 0;
   c.sm_links.message_latency = random.one_of({1U, 1U, 2U, 7U});
   modules::ShaderCosts& costs = c.simt.costs;
