@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """How far can our ignorance move the answer? Simulates the four designs with every parameter that the paper leaves
 open (confidence B or C in docs/model/configuration.md) halved and doubled, switches flipped and policies exchanged, one at a
-time, and records cycles and the speed-ups over the baseline.
+time, and records cycles and the speed-ups over the baseline. With --pairs 8 also the pairs of the eight strongest
+parameters, each at the value that moves most; with --confirm 4 the four strongest again in cycle mode.
 
-  scripts/sensitivity.py --scene F.ply --cameras C.json [--view 0] [--size 48] [--set gpu.sms=2 ...] -o FOLDER
+  scripts/sensitivity.py --scene F.ply --cameras C.json [--view 0] [--size 48] [--machine paper] [--set gpu.sms=2 ...] -o FOLDER
 
 Writes FOLDER/sensitivity.csv (one row a parameter value and design; a run that is interrupted goes on where it was),
 FOLDER/sensitivity.svg (the tornado) and FOLDER/sensitivity_table.md. Python's standard library only.
@@ -13,6 +14,7 @@ import argparse
 import concurrent.futures
 import csv
 import hashlib
+import itertools
 import json
 import os
 import subprocess
@@ -35,7 +37,13 @@ def parse_arguments():
     parser.add_argument("--cameras", required=True)
     parser.add_argument("--view", default="0")
     parser.add_argument("--size", type=int, default=48, help="width and height, pixels (default: %(default)s)")
-    parser.add_argument("--config", default="configs/paper.toml")
+    parser.add_argument("--fov-scale", default="1", help="as in grtx trace (default: %(default)s)")
+    parser.add_argument("--machine", default="paper", help="as in grtx run (default: %(default)s)")
+    parser.add_argument("--mode", default="cycle", choices=["cycle", "fast"])
+    parser.add_argument("--only", action="append", default=[], metavar="KEY", help="these parameters (default: all)")
+    parser.add_argument("--pairs", type=int, default=0, metavar="N", help="pairs of the N strongest (default: none)")
+    parser.add_argument("--confirm", type=int, default=0, metavar="N",
+                        help="with --mode fast: the N strongest again in cycle mode (default: none)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="for all runs, as in grtx sim")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--most", type=int, default=20, help="bars of the tornado (default: %(default)s)")
@@ -85,10 +93,10 @@ def is_unused(key):
     return key.startswith(unused)
 
 
-def simulate(grtx, config, settings, trace):
+def simulate(grtx, machine, mode, settings, trace):
     """Cycles, or None when the program refuses the combination."""
     with tempfile.NamedTemporaryFile(suffix=".json") as statistics:
-        command = [grtx, "sim", "--quiet", trace, "--config", config, "--stats", statistics.name]
+        command = [grtx, "sim", "--quiet", trace, "--machine", machine, "--mode", mode, "--stats", statistics.name]
         for setting in settings:
             command += ["--set", setting]
         done = subprocess.run(command, capture_output=True, text=True)
@@ -102,15 +110,16 @@ def simulate(grtx, config, settings, trace):
 
 def trace_designs(arguments, traces):
     for design, options in DESIGNS.items():
-        command = [arguments.grtx, "trace", "--quiet", "--scene", arguments.scene, "--cameras", arguments.cameras,
-                   "--view", arguments.view, "--width", str(arguments.size), "--height", str(arguments.size)]
+        command = [arguments.grtx, "trace", "--quiet", "--machine", arguments.machine, "--scene", arguments.scene,
+                   "--cameras", arguments.cameras, "--view", arguments.view, "--width", str(arguments.size),
+                   "--height", str(arguments.size), "--fov-scale", arguments.fov_scale]
         subprocess.run(command + options + ["-o", traces[design]], check=True)
 
 
 def identity(arguments, traces):
     """Changes with anything that the cycles depend on, so that rows of another run are not taken for ours."""
-    digest = hashlib.sha256("\n".join([arguments.config] + arguments.set).encode())
-    for path in [arguments.grtx, arguments.config] + list(traces.values()):
+    digest = hashlib.sha256("\n".join([arguments.machine, arguments.mode] + arguments.set).encode())
+    for path in [arguments.grtx] + list(traces.values()):
         with open(path, "rb") as file:
             digest.update(hashlib.sha256(file.read()).digest())
     return digest.hexdigest()[:12]
@@ -133,30 +142,55 @@ def write_rows(path, inputs, rows):
     os.replace(path + ".new", path)
 
 
-def run_all(arguments, parameters, traces, inputs):
+def one_at_a_time(parameters):
+    """Points (key, value, design) of the default and of every parameter value."""
+    points = [("default", "", design) for design in DESIGNS]
+    for key, default, allowed, _ in parameters:
+        points += [(key, value, design) for value in alternatives(default, allowed) for design in DESIGNS]
+    return points
+
+
+def in_pairs(strongest):
+    """The same of all pairs of results; keys and values joined by a blank."""
+    return [(f'{a["key"]} {b["key"]}', f'{a["value"]} {b["value"]}', design)
+            for a, b in itertools.combinations(strongest, 2) for design in DESIGNS]
+
+
+CYCLE = "cycle: "  # before the key of a point that is simulated in cycle mode whatever --mode says
+
+
+def confirmations(strongest):
+    points = [(CYCLE + "default", "", design) for design in DESIGNS]
+    return points + [(CYCLE + r["key"], r["value"], design) for r in strongest for design in DESIGNS]
+
+
+def settings_of(key, value):
+    if key == "default":
+        return []
+    return [f"{k}={v}" for k, v in zip(key.split(), value.split())]
+
+
+def run_all(arguments, wanted, traces, inputs):
+    """Cycles of the points, as text; "" where the program refuses. Keeps what is in the file."""
     path = os.path.join(arguments.output, "sensitivity.csv")
     done = read_rows(path, inputs)
-    wanted = [("default", "", design) for design in DESIGNS]
-    for key, default, allowed, _ in parameters:
-        wanted += [(key, value, design) for value in alternatives(default, allowed) for design in DESIGNS]
     missing = [] if arguments.report_only else [point for point in wanted if point not in done]
     print(f"{len(wanted)} points, {len(missing)} to simulate", flush=True)
 
     def one(point):
         key, value, design = point
-        settings = arguments.set + ([] if key == "default" else [f"{key}={value}"])
-        cycles = simulate(arguments.grtx, arguments.config, settings, traces[design])
+        mode = "cycle" if key.startswith(CYCLE) else arguments.mode
+        settings = arguments.set + settings_of(key.removeprefix(CYCLE), value)
+        cycles = simulate(arguments.grtx, arguments.machine, mode, settings, traces[design])
         return point, "" if cycles is None else str(cycles)
 
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         for number, (point, cycles) in enumerate(pool.map(one, missing), 1):
             done[point] = cycles
             if number % 20 == 0 or number == len(missing):
-                write_rows(path, inputs, {p: done[p] for p in wanted if p in done})
+                write_rows(path, inputs, done)
                 print(f"{number} of {len(missing)}", flush=True)
-    rows = {point: done[point] for point in wanted if point in done}
-    write_rows(path, inputs, rows)
-    return rows
+    return done
 
 
 def evaluate(rows, parameters):
@@ -182,6 +216,37 @@ def by_parameter(results, effect):
     for result in results:
         grouped.setdefault(result["key"], []).append(result)
     return sorted(grouped.values(), key=lambda group: -max(abs(effect(result) - 1) for result in group))
+
+
+def speedups(rows, key="default", value=""):
+    cycles = {design: rows.get((key, value, design), "") for design in DESIGNS}
+    if "" in cycles.values():
+        return None
+    return {design: int(cycles["baseline"]) / int(cycles[design]) for design in DESIGNS if design != "baseline"}
+
+
+def pairs_table(rows, strongest):
+    """Speed-ups of each pair beside the product of what its two parameters do alone."""
+    usual = speedups(rows)
+    lines = ["| first | second | " + " | ".join(f"{d}, alone × alone, together" for d in usual) + " |", "|---|---|" + "---|" * len(usual)]
+    for a, b in itertools.combinations(strongest, 2):
+        both = speedups(rows, f'{a["key"]} {b["key"]}', f'{a["value"]} {b["value"]}')
+        if both is None:
+            continue
+        cells = [f'{a["speedup"][d] * b["speedup"][d] / usual[d]:.2f}, {both[d]:.2f}' for d in usual]
+        lines.append(f'| `{a["key"]}={a["value"]}` | `{b["key"]}={b["value"]}` | ' + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def confirmed_table(rows, strongest):
+    lines = ["| parameter | mode | " + " | ".join(d for d in DESIGNS if d != "baseline") + " |", "|---|---|---|---|---|"]
+    for key, value in [("default", "")] + [(r["key"], r["value"]) for r in strongest]:
+        for mode, prefix in (("fast", ""), ("cycle", CYCLE)):
+            found = speedups(rows, prefix + key, value)
+            if found is not None:
+                name = f"`{key}={value}`" if value else key
+                lines.append(f"| {name} | {mode} | " + " | ".join(f"{x:.3f}" for x in found.values()) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def escape(text):
@@ -262,13 +327,18 @@ def main():
     usual = dict(setting.split("=", 1) for setting in arguments.set)
     parameters = [(key, usual.get(key, default), allowed, confidence)
                   for key, default, allowed, confidence in open_parameters(arguments.grtx)
-                  if not is_limit_study(key) and not is_unused(key)]
+                  if not is_limit_study(key) and not is_unused(key) and (not arguments.only or key in arguments.only)]
     traces = {design: os.path.join(arguments.output, design + ".grtx") for design in DESIGNS}
     if not arguments.report_only:
         trace_designs(arguments, traces)
-    rows = run_all(arguments, parameters, traces, identity(arguments, traces))
+    inputs = identity(arguments, traces)
+    rows = run_all(arguments, one_at_a_time(parameters), traces, inputs)
     default, results = evaluate(rows, parameters)
     speedup = {design: default["baseline"] / default[design] for design in DESIGNS}
+    effect = lambda r: r["speedup"]["grtx"] / speedup["grtx"]
+    ranked = [max(group, key=lambda r: abs(effect(r) - 1)) for group in by_parameter(results, effect)]
+    rows = run_all(arguments, in_pairs(ranked[:arguments.pairs]) if arguments.pairs else [], traces, inputs)
+    rows = run_all(arguments, confirmations(ranked[:arguments.confirm]) if arguments.confirm else [], traces, inputs)
     panels = []
     for design in ("sw", "hw", "grtx"):
         effect = lambda r, d=design: r["speedup"][d] / speedup[d]
@@ -280,6 +350,10 @@ def main():
         file.write(tornado(f"One parameter at a time, halved and doubled: {name}", panels, arguments.most))
     with open(os.path.join(arguments.output, "sensitivity_table.md"), "w") as file:
         file.write(table(default, results, arguments.most))
+        if arguments.pairs:
+            file.write("\n" + pairs_table(rows, ranked[:arguments.pairs]))
+        if arguments.confirm:
+            file.write("\n" + confirmed_table(rows, ranked[:arguments.confirm]))
     moved = {d: [min(r["speedup"][d] for r in results), max(r["speedup"][d] for r in results)]
              for d in DESIGNS if d != "baseline"}
     for design, (low, high) in moved.items():
