@@ -92,18 +92,20 @@ GpuConfig load_machine_config(const std::string& machine, const std::string& con
   return load_config(std::move(resolved), machine, config, settings);
 }
 
-void apply_machine_tracer(CLI::App& command, const std::string& machine) {
-  if (machine.empty()) return;
+std::map<std::string, std::string> machine_tracer(const std::string& machine) {
   GpuConfig unused;
-  const std::string path = path_of(machine);
-  for (const auto& [key, value] : read_machine(path, unused)) {
+  return machine.empty() ? std::map<std::string, std::string>() : read_machine(path_of(machine), unused);
+}
+
+void apply_machine_tracer(CLI::App& command, const std::string& machine) {
+  for (const auto& [key, value] : machine_tracer(machine)) {
     CLI::Option* option = command.get_option(flag_of(key));
     if (option->count() > 0) continue;  // named on the command line
     try {
       option->add_result(value);
       option->run_callback();
     } catch (const CLI::Error& error) {
-      throw Error(path, "tracer." + key, error.what());
+      throw Error(path_of(machine), "tracer." + key, error.what());
     }
   }
 }

@@ -23,4 +23,7 @@ GpuConfig load_machine_config(const std::string& machine, const std::string& con
 /// Error{file, key, rule}.
 void apply_machine_tracer(CLI::App& command, const std::string& machine);
 
+/// The tracer options of a machine, by name with _ for -; none for "". Throws as above.
+std::map<std::string, std::string> machine_tracer(const std::string& machine);
+
 }  // namespace grtx::sim

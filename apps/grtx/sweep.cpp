@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/base/atomic_file.h"
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::string plan;
   std::string output;
+  std::string machine;
   std::string mode, confirm;
   std::string scene, cameras;
   std::string launcher = "local";
@@ -55,6 +57,12 @@ SweepPlan plan_of(const Options& options, const TracerRules& tracer) {
   SweepPlan plan = load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
+  if (!options.machine.empty()) {  // below whatever the plan says
+    plan.machine = load_machine_config(options.machine, plan.base, {});
+    Coordinates settings;
+    for (const auto& [name, value] : machine_tracer(options.machine)) settings.emplace_back("tracer." + name, value);
+    plan.settings.insert(plan.settings.begin(), settings.begin(), settings.end());
+  }
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -186,6 +194,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   command->add_option("-o,--output", options->output,
                       "Database to fill; points that it holds are not run again; traces go to the folder traces beside "
                       "it (no default)");
+  add_machine_option(command, options->machine);
   command->add_option("--mode", options->mode, "Mode of grtx sim (default: the plan's, else cycle)");
   command->add_option(
       "--confirm", options->confirm,

@@ -355,7 +355,7 @@ class PlanReader {
     } else if (name == "base") {
       plan_.base = path_text(node, name);
       try {
-        load_config(plan_.base, {});
+        plan_.machine = load_config(plan_.base, {});
       } catch (const Error& error) {
         if (error.file() == plan_.base && error.place().empty()) fail(node, "base: " + std::string(error.what()));
         throw;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/explore/sweep/axis.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
 
@@ -38,6 +39,7 @@ struct SweepPlan {
   std::string mode = "cycle";
   std::string confirm;   ///< mode in which the front is simulated again; "" for none
   std::string base;      ///< configuration file; "" for the defaults
+  GpuConfig machine;     ///< what `base` says
   Coordinates settings;  ///< [set] and [tracer]: what every point has; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;

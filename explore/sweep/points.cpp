@@ -157,7 +157,6 @@ std::string content_hash(const std::string& path) {
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program) {
   SweepPoints all;
   std::set<std::string> traces, points;
-  const GpuConfig base = load_config(plan.base, {});
   const std::vector<std::string> designs = plan.designs.empty() ? std::vector<std::string>{""} : plan.designs;
   for (const PlanScene& plan_scene : plan.scenes) {
     const Scene scene = scene_of(plan_scene, program);
@@ -187,7 +186,7 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
           point.coordinates = ordered_json::object();
           if (plan_scene.views.size() > 1) point.coordinates["view"] = view;
           for (const auto& [name, value] : varied) point.coordinates[name] = value;
-          point.config = config_of(base, values, point.broken);
+          point.config = config_of(plan.machine, values, point.broken);
           point.cost_arguments = cost_arguments(structure, trace.options.at("tracer"));
           point.key = point_key(point, program);
           if (traces.insert(trace.key).second) all.traces.push_back(std::move(trace));

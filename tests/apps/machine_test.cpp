@@ -1,6 +1,7 @@
 // --machine: hardware keys and tracer options in one word; what the command line names overrides it; a wrong name or
 // key is one line and exit code 2.
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,33 @@ TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
     EXPECT_EQ(results.at("machine"), machine);
     EXPECT_TRUE(results.at("images_identical").get<bool>());
   }
+}
+
+TEST_F(MachineTest, SweepPutsItBelowThePlan) {
+  folder_.write("own.toml",
+                "[tracer]\nchild_order = \"slot\"\nsort_key = \"peak\"\n[l1]\nbytes = 65536\nlatency = 25\n");
+  folder_.write("base.toml", "[l1]\nlatency = 30\n");
+  folder_.write("plan.toml",
+                "base = \"base.toml\"\nmode = \"fast\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\n"
+                "width = 16\nheight = 8\n[tracer]\nchild_order = \"near_first\"\n");
+  must("sweep plan.toml --machine own.toml -o db.sqlite --jobs 1 --quiet");
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(folder_.path("db.sqlite").c_str(), &database), SQLITE_OK);
+  const auto text = [&](const char* query) {
+    sqlite3_stmt* statement = nullptr;
+    EXPECT_EQ(sqlite3_prepare_v2(database, query, -1, &statement, nullptr), SQLITE_OK);
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW);
+    const std::string value = reinterpret_cast<const char*>(sqlite3_column_text(statement, 0));
+    sqlite3_finalize(statement);
+    return nlohmann::json::parse(value);
+  };
+  const nlohmann::json config = text("SELECT config FROM point WHERE status = 'done'");
+  const nlohmann::json tracer = text("SELECT options FROM trace WHERE status = 'done'").at("tracer");
+  sqlite3_close(database);
+  EXPECT_EQ(config.at("l1.bytes"), 65536);
+  EXPECT_EQ(config.at("l1.latency"), 30);
+  EXPECT_EQ(tracer.at("sort_key"), "peak");
+  EXPECT_EQ(tracer.at("child_order"), "near_first");
 }
 
 TEST_F(MachineTest, BadInputIsOneLine) {
