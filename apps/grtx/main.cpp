@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/selftest.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
@@ -64,6 +65,7 @@ int run(int argc, char** argv) {
   grtx::sim::add_stalls(app, common);
   grtx::sim::add_report(app, common);
   grtx::sim::add_sweep(app, common);
+  grtx::sim::add_selftest(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

@@ -1,0 +1,184 @@
+// grtx selftest: is this program, on this host, the one it should be? Makes a scene, traces and simulates it with the
+// program's own commands, and compares hashes and numbers with those on record. None depends on the host.
+#include "grtx/apps/grtx/selftest.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/explore/sweep/program_run.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+/// A step and what it must give: lines of "name value".
+struct Step {
+  const char* name;
+  const char* golden;
+};
+
+// Written by `grtx selftest --print`. A change that is meant to alter results prints them anew.
+constexpr std::array<Step, 5> kSteps = {{
+    {"synth", R"(scene 0ddfe42bbbbc02ad
+cameras 05354103d10ab118
+)"},
+    {"trace", R"(image 33c7b71027610312
+)"},
+    {"check", ""},
+    {"cycle", R"(baseline 5145536 4121 1351982 23008 1456673 1082162 29425 0 3576538 950537 6187968 613444
+sw 451840 4121 1581226 23008 1606917 1021324 32538 0 4255226 457484 321568 709414
+hw 5145536 4121 630425 23008 968650 476444 15754 132496 1994966 733817 9318848 338966
+grtx 451840 4121 715414 23008 818511 469459 15433 119069 2322119 505667 4939264 365263
+)"},
+    {"fast", R"(baseline 5145536 4121 1351982 23008 1460476 1097320 30024 0 3653728 998376 6562304 623212
+sw 451840 4121 1581226 23008 1617676 1031228 33352 0 4340096 470648 321280 725296
+hw 5145536 4121 630425 23008 963306 486338 16122 132496 2031732 741946 9387456 343928
+grtx 451840 4121 715414 23008 823584 476068 15960 119069 2356942 506610 4952448 372760
+)"},
+}};
+
+/// Of each design of `grtx run`.
+constexpr std::array<const char*, 12> kStatistics = {
+    "accel.bytes",     "tracer.rounds",       "tracer.visits.total",    "tracer.blended",
+    "gpu.cycles",      "gpu.rt.node_fetches", "gpu.rt.any_hit.batches", "gpu.rt.checkpoint.entries_written",
+    "gpu.l1.accesses", "gpu.l2.accesses",     "gpu.dram.bytes",         "gpu.simt.instructions.total"};
+
+/// The program's own commands in a folder of their own, removed at the end.
+class Selftest {
+ public:
+  /// Throws Error when there is no temporary folder to work in.
+  Selftest() {
+    std::error_code failed;
+    folder_ = fs::temp_directory_path(failed) / fmt::format("grtx_selftest_{}", ::getpid());
+    if (!failed) fs::create_directories(folder_, failed);
+    if (failed) throw Error("selftest", "", "no temporary folder (TMPDIR): " + failed.message());
+  }
+  ~Selftest() {
+    std::error_code failed;
+    fs::remove_all(folder_, failed);
+  }
+  Selftest(const Selftest&) = delete;
+  Selftest& operator=(const Selftest&) = delete;
+
+  /// What a step gives: lines of "name value", or one line that begins with "error".
+  std::string result(const std::string& step) {
+    if (step == "synth") {
+      const std::string error =
+          call({"synth", "--preset", "indoor", "--count", "3000", "--seed", "5", "-o", file("scene.ply")});
+      return error.empty() ? hash_line("scene", "scene.ply") + hash_line("cameras", "scene.cameras.json") : error;
+    }
+    if (step == "trace") {
+      const std::string error =
+          traced({"--accel", "tlas-tri20", "--checkpoint", "on", "-o", file("t.grtx"), "--image", file("image.pfm")});
+      return error.empty() ? hash_line("image", "image.pfm") : error;
+    }
+    if (step == "check") return call({"trace-check", file("t.grtx")});
+    std::vector<std::string> run = {"run", "--machine", "paper", "--mode", step, "-o", file(step)};
+    for (const char* setting : {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1"}) {
+      run.insert(run.end(), {"--set", setting});
+    }
+    const std::string error = with_view(run);
+    return error.empty() ? statistics_lines(step + "/results.json") : error;
+  }
+
+ private:
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string hash_line(const std::string& what, const std::string& name) const {
+    return fmt::format("{} {}\n", what, hex(xxh3(read_file(file(name)))));
+  }
+
+  std::string statistics_lines(const std::string& name) const {
+    const ordered_json results = ordered_json::parse(read_file(file(name)));
+    std::string lines;
+    for (const auto& [design, statistics] : results.at("designs").items()) {
+      lines += design;
+      for (const char* statistic : kStatistics) {
+        lines += fmt::format(" {}", statistics.at(statistic).at("value").get<std::uint64_t>());
+      }
+      lines += '\n';
+    }
+    return lines;
+  }
+
+  std::string traced(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"trace"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return with_view(arguments);
+  }
+
+  std::string with_view(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--scene", file("scene.ply"), "--cameras", file("scene.cameras.json"), "--width",
+                                       "32", "--height", "32"});
+    return call(arguments);
+  }
+
+  /// "" when the command ended well, else its last line.
+  std::string call(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all = {fs::read_symlink("/proc/self/exe").string()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    all.emplace_back("--quiet");
+    const ProgramEnd end = ProgramRun(all, file("out"), file("errors"), ProgramLimits{300.0, 0}).wait();
+    if (end.code == 0 && end.signal == 0) return "";
+    const std::string why = end.timeout       ? "longer than 300 s"
+                            : end.signal != 0 ? "ended by " + signal_name(end.signal)
+                                              : read_file(file("errors"));
+    return fmt::format("error {}: {}\n", arguments.front(), why.substr(0, why.find('\n')));
+  }
+
+  fs::path folder_;
+};
+
+/// Lines of `golden` and `found` that differ, as one text.
+std::string first_difference(std::string golden, std::string found) {
+  const auto next = [](std::string& text) {
+    const std::string line = text.substr(0, text.find('\n'));
+    text.erase(0, line.size() + 1);
+    return line;
+  };
+  while (!golden.empty() || !found.empty()) {
+    const std::string a = next(golden), b = next(found);
+    if (a != b) return fmt::format("expected '{}', found '{}'", a, b);
+  }
+  return "";
+}
+
+int selftest(bool print) {
+  Selftest test;
+  bool ok = true;
+  for (const Step& step : kSteps) {
+    const std::string found = test.result(step.name);
+    if (print) {
+      fmt::print("{}:\n{}", step.name, found);
+      continue;
+    }
+    const std::string difference = first_difference(step.golden, found);
+    fmt::print("{:<6} {}\n", step.name, difference.empty() ? "OK" : difference);
+    ok = ok && difference.empty();
+  }
+  if (!print) fmt::print("{}\n", ok ? "OK" : "FAILED");
+  return ok ? 0 : 1;
+}
+
+}  // namespace
+
+void add_selftest(CLI::App& app, CommonOptions& common) {
+  const auto print = std::make_shared<bool>(false);
+  CLI::App* command =
+      make_command(app, common, "selftest", "Small runs against hashes and numbers on record; OK in under a minute",
+                   [print] { return selftest(*print); });
+  command->add_flag("--print", *print, "Print what this program gives in place of comparing it (default: off)");
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,13 @@
+// grtx selftest: small runs of this very program against hashes and numbers on record.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "grtx/apps/grtx/commands.h"
+
+namespace grtx::sim {
+
+/// Registers the command, as the functions of commands.h do.
+void add_selftest(CLI::App& app, CommonOptions& common);
+
+}  // namespace grtx::sim
