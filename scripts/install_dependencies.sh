@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
 # As root, or with sudo. Debian 12 (bookworm).
+# Usage: scripts/install_dependencies.sh [build]   (build: only what the build, grtx and scripts/reproduce.sh need)
 set -euo pipefail
 
 packages=(
@@ -8,12 +9,17 @@ packages=(
   libsystemc-dev libembree-dev libglm-dev libtbb-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   libfmt-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev
   libgtest-dev libgmock-dev
-  slurmctld slurmd slurm-client munge
-  python3 clang-format-14 clang-tidy-14
-  xz-utils gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
+  python3 xz-utils
 )
-# The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
-command -v npm >/dev/null || packages+=(nodejs npm)
+if [ "${1:-}" != build ]; then
+  packages+=(
+    slurmctld slurmd slurm-client munge
+    clang-format-14 clang-tidy-14
+    gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
+  )
+  # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
+  command -v npm >/dev/null || packages+=(nodejs npm)
+fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,0 +1,61 @@
+"""Claims: what the paper says, what is expected of the model, and by how much it may differ."""
+import os
+import tomllib
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TARGETS = os.path.join(HERE, "..", "..", "explore", "report", "paper_targets.toml")
+
+
+class Claim:
+    def __init__(self, entry, targets):
+        self.id, self.item, self.what, self.why = entry["id"], entry["item"], entry["what"], entry["why"]
+        target = targets[entry["target"]] if "target" in entry else entry
+        self.paper, self.source = target.get("paper"), target["source"]
+        self.bound = target.get("at_least", False)  # the paper gives a lower bound
+        self.tolerance = entry.get("tolerance", 0.03)
+        self.above, self.below = entry.get("above"), entry.get("below")  # the paper's direction
+
+    def direction(self, value):
+        """Whether the paper's direction holds; None when it has none."""
+        if self.above is None and self.below is None:
+            return None
+        return (self.above is None or value > self.above) and (self.below is None or value < self.below)
+
+
+def read(path):
+    with open(path, "rb") as file:
+        return tomllib.load(file)
+
+
+def load(path=os.path.join(HERE, "claims.toml")):
+    targets = {t["name"]: t for kind in read(TARGETS).values() for t in kind}
+    return {entry["id"]: Claim(entry, targets) for entry in read(path)["claim"]}
+
+
+class Expected:
+    """Values recorded from a run, a set and machine each: [SET.MACHINE] id = value."""
+
+    def __init__(self, path):
+        self.path = path
+        self.values = read(path) if os.path.exists(path) else {}
+
+    def of(self, which, machine, claim):
+        return self.values.get(which, {}).get(machine, {}).get(claim)
+
+    def faults(self, which, found, claims):
+        """One line for each value of found, {(claim, machine): value}, that left its tolerance."""
+        for (name, machine), value in sorted(found.items()):
+            expected, tolerance = self.of(which, machine, name), claims[name].tolerance
+            if expected is not None and abs(value - expected) > tolerance * abs(expected):
+                yield (f"claim {name}, machine {machine}: {value:.4g} is outside {expected:.4g} ± {100 * tolerance:g} % "
+                       f"(item {claims[name].item}: {claims[name].what})")
+
+    def record(self, which, found):
+        for (name, machine), value in found.items():
+            self.values.setdefault(which, {}).setdefault(machine, {})[name] = value
+        lines = ["# What the model is expected to give: written by scripts/reproduce.sh --record, tolerances in claims.toml."]
+        for a, machines in sorted(self.values.items()):
+            for machine, entries in sorted(machines.items()):
+                lines += ["", f"[{a}.{machine}]"] + [f"{name} = {value:.6g}" for name, value in sorted(entries.items())]
+        with open(self.path, "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")

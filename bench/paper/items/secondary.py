@@ -1,0 +1,28 @@
+"""Secondary rays: a glass sphere and a mirror; primary and secondary rays apart."""
+from .. import figures
+
+TITLE = "Secondary rays"
+DESIGNS = ("sw", "hw", "grtx")
+
+
+def build(study, page):
+    page.text("One glass sphere and one mirror, placed by the seed ([secondary-rays.md](../../model/secondary-rays.md)). Primary rays run first, secondary "
+              "rays are a launch of their own; each is compared with its own part of the baseline.")
+    for machine in study.values["side_machines"]:
+        groups, rows, ratio, own = [], [], {}, {}
+        for scene in study.scenes:
+            found = {d: study.point(scene, d, machine, t_secondary="both") for d in ("baseline", *DESIGNS)}
+            speed = {(kind, d): found["baseline"][f"gpu.rays.{kind}_cycles"] / found[d][f"gpu.rays.{kind}_cycles"]
+                     for kind in ("primary", "secondary") for d in DESIGNS}
+            for kind in ("primary", "secondary"):
+                groups.append((f"{scene.name}, {kind}", {d: speed[kind, d] for d in DESIGNS}))
+                rows.append([scene.name, kind, *[speed[kind, d] for d in DESIGNS],
+                             *[found[d][f"gpu.rays.{kind}_cycles"] / 1e6 for d in ("baseline", "hw")]])
+            if scene in study.evaluation:
+                ratio[scene.name] = speed["secondary", "hw"] / speed["primary", "hw"]
+                own[scene.name] = speed["secondary", "hw"]
+        page.claim("hw-secondary", machine, own)
+        page.claim("hw-secondary-over-primary", machine, ratio)
+        page.picture(f"speed-{machine}", figures.bars(f"Speed-up on primary and secondary rays, machine {machine}", groups, list(DESIGNS),
+                                                      base=1.0), "Speed-up on primary and on secondary rays, by scene")
+        page.table(["scene", "rays", *DESIGNS, "M cycles, baseline", "M cycles, hw"], rows)

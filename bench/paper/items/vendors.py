@@ -1,0 +1,28 @@
+"""RT units of other vendors, and scenes of several objects."""
+from .. import figures
+
+TITLE = "Other vendors, and scenes of several objects"
+DESIGNS = ("sw", "hw", "grtx")
+
+
+def build(study, page):
+    page.text("## Node fetch by the shader cores",
+              "RT units that only intersect, as AMD's: the shader cores walk the tree and read its nodes (`rt.memory.by_shader`, "
+              "`configs/intersection_only.toml`). Cycle mode, because fast mode does not model it, on a smaller frame.")
+    for machine in study.values["side_machines"]:
+        groups, rows, own = [], [], {}
+        for scene in study.scenes:
+            for name, keys in (("RT unit fetches", {}), ("shader fetches", {"rt__memory__by_shader": True})):
+                cycles = {d: study.point(scene, d, machine, "cycle", "cycle", **keys)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
+                speed = {d: cycles["baseline"] / cycles[d] for d in DESIGNS}
+                groups.append((f"{scene.name}, {name}", speed))
+                rows.append([scene.name, name, *[speed[d] for d in DESIGNS], cycles["baseline"] / 1e6])
+                if keys and scene in study.evaluation:
+                    own[scene.name] = speed
+        for d in DESIGNS:
+            page.claim(f"by-shader-{d}", machine, {name: speed[d] for name, speed in own.items()})
+        page.picture(f"by-shader-{machine}", figures.bars(f"Speed-up by who fetches nodes, machine {machine}", groups, list(DESIGNS), base=1.0),
+                     "Speed-up with nodes fetched by RT unit or shader, by scene")
+        page.table(["scene", "who fetches", *DESIGNS, "M cycles, baseline"], rows)
+    page.text("## Scenes of several objects",
+              "Three levels, a scene TLAS over objects that move: [multi-object.md](../../model/multi-object.md).")

@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""scripts/reproduce.sh on scenes of a few hundred Gaussians: pages that do not depend on how often it was killed, a broken
+parameter that is caught by name, and claims that all have a figure.
+
+    reproduce_test.py GRTX
+"""
+import fcntl
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.join(TOP, "bench"))
+from paper import __main__ as reproduce, claims, figures, items, study  # noqa: E402
+
+SETS = """
+[quick]
+machines = ["paper"]
+side_machines = ["paper"]
+confirm = []
+dense_k = 64
+fov_scales = [0.5]
+resolutions = []
+resolution_scenes = []
+limits = { seconds = 600, memory_mb = 4000 }
+scenes = [{ name = "object", preset = "object", count = 300, seed = 3, sh_degree = 0, role = "evaluation" }]
+[quick.frames]
+main = { width = 8, height = 8, fov_scale = 0.5, set = { "gpu.sms" = 1, "l2.slices" = 1 } }
+side = { width = 8, height = 8, fov_scale = 0.5, set = { "gpu.sms" = 1, "l2.slices" = 1 } }
+cycle = { width = 8, height = 8, fov_scale = 0.5, set = { "gpu.sms" = 1, "l2.slices" = 1 } }
+"""
+PROGRAM = ""
+
+
+class Reproduce(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = self.temporary.name
+        self.addCleanup(self.temporary.cleanup)
+        with open(self.path("sets.toml"), "w", encoding="utf-8") as file:
+            file.write(SETS)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def command(self, pages, work, *more):
+        return [os.path.join(TOP, "scripts", "reproduce.sh"), "--quick", "--only", "speedup", "--jobs", "1", "--program", PROGRAM,
+                "--sets", self.path("sets.toml"), "--expected", self.path("expected.toml"), "-o", self.path(pages), "--work",
+                self.path(work), *more]
+
+    def run_it(self, pages, work, *more):
+        return subprocess.run(self.command(pages, work, *more), capture_output=True, text=True,
+                              env={k: v for k, v in os.environ.items() if k != "GRTX_SCENES"})
+
+    def bytes_of(self, pages):
+        found = {}
+        for name in sorted(os.listdir(self.path(pages))):
+            with open(os.path.join(self.path(pages), name), "rb") as file:
+                found[name] = file.read()
+        return found
+
+    def done(self, work):
+        """Points that the database of a run holds."""
+        for folder, _, files in os.walk(self.path(work)):
+            if "runs.sqlite" in files:
+                connection = sqlite3.connect(f"file:{os.path.join(folder, 'runs.sqlite')}?mode=ro", uri=True)
+                try:
+                    return connection.execute("SELECT count(*) FROM point WHERE status = 'done'").fetchone()[0]
+                except sqlite3.OperationalError:  # just being made
+                    return 0
+                finally:
+                    connection.close()
+        return 0
+
+    def kill_after(self, points, work):
+        run = subprocess.Popen(self.command("killed", work), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while self.done(work) < points:
+            self.assertIsNone(run.poll(), "it ended before it could be killed")
+            time.sleep(0.02)
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+        self.assertFalse(os.path.exists(self.path("killed")))
+        for folder, _, files in os.walk(self.path(work)):  # its sweep dies with it: then the lock is free
+            for name in files:
+                if name.endswith(".lock"):
+                    with open(os.path.join(folder, name), "rb+") as lock:
+                        fcntl.lockf(lock, fcntl.LOCK_EX)
+
+    def test_pages_tolerances_and_resuming(self):
+        recorded = self.run_it("first", "work", "--record")
+        self.assertEqual(recorded.returncode, 0, recorded.stderr)
+        expected = claims.read(self.path("expected.toml"))["quick"]["paper"]
+        self.assertGreater(expected["speedup-grtx"], 0.2)
+
+        again = self.run_it("second", "work")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("0 outside their tolerance", again.stderr)
+        self.assertEqual(self.bytes_of("first"), self.bytes_of("second"))
+
+        self.kill_after(3, "other")
+        self.kill_after(9, "other")
+        resumed = self.run_it("killed", "other")
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertEqual(self.bytes_of("first"), self.bytes_of("killed"))
+
+        broken = self.run_it("broken", "work", "--set", "rt.transform.latency=200")
+        self.assertEqual(broken.returncode, 1, broken.stderr)
+        self.assertIn("reproduce: claim speedup-sw, machine paper: ", broken.stderr)
+        self.assertIn("reproduce: claim speedup-grtx, machine paper: ", broken.stderr)
+        self.assertNotIn("reproduce: claim speedup-hw,", broken.stderr)  # has no transform unit
+
+    def test_bad_input_is_one_line_and_code_2(self):
+        for more, text in [(["--only", "speedups"], "is none of"), (["--set", "rt.box.count"], "KEY=VALUE"),
+                           (["--program", "/none"], "no program"), (["--scenes", "/none"], "no such folder"),
+                           (["--set", "rt.boxx.count=2"], "the nearest is 'rt.box.count'")]:
+            run = self.run_it("pages", "work", *more)
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertIn(text, run.stderr.splitlines()[-1])
+            self.assertFalse(os.path.exists(self.path("pages")))
+
+
+class Claims(unittest.TestCase):
+    def planned(self, which):
+        options = reproduce.options_of(["--program", sys.executable] + (["--quick"] if which == "quick" else []))
+        options.scenes = ""
+        return reproduce.study_of(options, lambda text: None)
+
+    def test_every_claim_has_a_figure_and_every_expected_value_a_claim(self):
+        known = claims.load()
+        found = {}
+        for which in ("quick", "full"):
+            pages = reproduce.build(self.planned(which), list(items.ITEMS), known)
+            found[which] = {pair for page in pages for pair in page.found}
+            self.assertEqual({p.item for p in pages}, {c.item for c in known.values()})
+        self.assertEqual({name for name, _ in found["full"]}, set(known))
+        for which, machines in claims.Expected(os.path.join(TOP, "bench", "paper", "expected.toml")).values.items():
+            for machine, values in machines.items():
+                self.assertEqual({(name, machine) for name in values} - found[which], set())
+
+    def test_scenes_of_the_evaluation_were_not_used_in_fitting(self):
+        fitted = claims.read(os.path.join(TOP, "configs", "sweeps", "readings.toml"))["scene"]
+        used = {(s["preset"], s["seed"]) for s in fitted if "preset" in s}
+        for which in ("quick", "full"):
+            planned = self.planned(which)
+            self.assertTrue(planned.evaluation)
+            for scene in planned.evaluation:
+                self.assertTrue(scene.preset)
+                self.assertNotIn((scene.preset, scene.seed), used)
+                self.assertNotIn(scene.preset, {preset for preset, _ in used})
+
+    def test_a_value_is_outside_beyond_its_tolerance_alone(self):
+        with tempfile.TemporaryDirectory() as folder:
+            expected = claims.Expected(os.path.join(folder, "e.toml"))
+            expected.record("quick", {("speedup-sw", "paper"): 2.0})
+            again = claims.Expected(expected.path)
+            known = claims.load()
+            for value, faults in [(2.0, 0), (2.05, 0), (1.95, 0), (2.07, 1), (1.93, 1)]:
+                self.assertEqual(len(list(again.faults("quick", {("speedup-sw", "paper"): value}, known))), faults, value)
+            self.assertEqual(list(again.faults("quick", {("speedup-sw", "modern"): 9.0}, known)), [])
+
+    def test_numbers_have_three_digits(self):
+        for value, text in [(0, "0"), (0.01234, "0.0123"), (1.0, "1.00"), (43.21, "43.2"), (1234567.0, "1,234,567")]:
+            self.assertEqual(figures.number(value), text)
+        self.assertAlmostEqual(study.geometric_mean([1.0, 4.0]), 2.0)
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
