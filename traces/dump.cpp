@@ -7,6 +7,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/instance_levels.h"
 
 namespace grtx::traces {
 namespace {
@@ -47,7 +48,8 @@ const char* name_of(RayKind kind) {
 
 class Dumper {
  public:
-  Dumper(const RayGroup& group, const NodeSizes& sizes) : group_(group), sizes_(sizes) {}
+  Dumper(const RayGroup& group, const NodeSizes& sizes, const InstanceLevels& levels)
+      : group_(group), sizes_(sizes), levels_(levels) {}
 
   void group_line() {
     line("group {}: {} rays, {} lanes, {} distinct internal nodes\n", group_.index, name_of(group_.kind),
@@ -92,7 +94,8 @@ class Dumper {
         children("checkpointed", e.checkpoints, group_.nodes[e.node]);
         break;
       case EventKind::visit_instance:
-        line("      {:>5} instance  {:#012x}{}", index, address, e.detail != 0 ? " transform only" : "");
+        line("      {:>5} instance  {:#012x}{}{}", index, address, levels_.is_scene(e.node) ? " of the scene" : "",
+             e.detail != 0 ? " transform only" : "");
         break;
       case EventKind::visit_leaf:
         line("      {:>5} leaf      {:#012x} {}", index, address, name_of(e.outcome()));
@@ -133,6 +136,7 @@ class Dumper {
 
   const RayGroup& group_;
   NodeSizes sizes_;
+  const InstanceLevels& levels_;
   std::string text_;
 };
 
@@ -149,12 +153,13 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
   }
   out << "header " << header_to_json(reader.header()) << "\ntotals " << totals_to_json(reader.totals()) << "\ncontent "
       << reader.content_hash() << "\n";
+  const InstanceLevels levels(reader.header());
   RayGroup decoded;
   const std::uint64_t first = group.value_or(0);
   const std::uint64_t end = group ? first + 1 : reader.group_count();
   for (std::uint64_t index = first; index < end; ++index) {
     reader.read(index, decoded);
-    Dumper dumper(decoded, reader.header().node_sizes());
+    Dumper dumper(decoded, reader.header().node_sizes(), levels);
     dumper.group_line();
     for (unsigned i = 0; i < decoded.rays.size(); ++i) {
       if (!lane || *lane == i) dumper.lane(i);

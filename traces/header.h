@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "grtx/traces/modes.h"
 #include "grtx/traces/node_layout.h"
@@ -13,7 +14,14 @@ namespace grtx::traces {
 
 /// Versions that a reader knows. A writer takes the oldest that can say what the header says.
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 5;
+inline constexpr std::uint32_t kFormatVersion = 6;
+
+/// An instance leaf of a scene TLAS: an object's place.
+struct SceneLeaf {
+  std::uint64_t address = 0;  ///< bytes
+  std::uint32_t object = 0;   ///< index into Header::object_roots
+  friend bool operator==(const SceneLeaf&, const SceneLeaf&) = default;
+};
 
 struct Header {
   // What was traced.
@@ -39,6 +47,9 @@ struct Header {
   std::uint64_t blas_root = 0;  ///< byte address of the BLAS root; 0 when monolithic
   std::uint64_t blas_bytes = 0;
   bool blas_root_is_leaf = false;
+  // With three levels: a scene TLAS at the image's start, whose leaves lead to the TLAS of an object. Else empty.
+  std::vector<std::uint64_t> object_roots;  ///< byte addresses, ascending; a header lies right before each
+  std::vector<SceneLeaf> scene_leaves;      ///< ascending addresses
   // Shader-side records.
   std::uint64_t gaussians = 0;
   unsigned sh_degree = 0;
@@ -50,10 +61,15 @@ struct Header {
   std::map<std::string, std::string> inputs;
 
   NodeSizes node_sizes() const { return {layout, bvh_width}; }
+  bool three_level() const { return !object_roots.empty(); }
+  /// Byte address of the first object's TLAS, where the scene TLAS ends; 0 unless three_level().
+  std::uint64_t objects_base() const { return three_level() ? object_roots.front() - node_sizes().header_bytes() : 0; }
 };
 
-/// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim.
-constexpr std::uint32_t format_version(const Header& header) {
+/// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
+/// TLAS.
+inline std::uint32_t format_version(const Header& header) {
+  if (header.three_level()) return 6;
   return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;
 }
 

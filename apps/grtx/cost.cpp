@@ -41,6 +41,7 @@ MachineUse machine_of(const std::string& statistics) {
   const bool two_level = accel.starts_with("tlas-");
   MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  use.objects = inputs.value("levels", "") == "3";
   use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
   // Left out where they have their default (tracer_cli.h).
   const std::string pop_test = inputs.value("pop_test", std::string(name_of(use.pop_test)));
@@ -113,6 +114,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--design", options->use.design, "Which units the machine has")
       ->check(one_of({"baseline", "sw", "hw", "grtx"}));
   add_choice(command, "--pop-test", options->use.pop_test, "Whether stack entries hold their t");
+  command->add_flag("--objects", options->use.objects,
+                    "Designs sw and grtx for scenes of several objects (default: off)");
   command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
   add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");

@@ -1,14 +1,15 @@
 // Object lists (--scene objects.json) on the command line.
 #pragma once
 
+#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/view_tracer.h"
 
 namespace grtx::sim {
 
@@ -19,12 +20,13 @@ struct LoadedObjects {
 };
 LoadedObjects load_objects(const std::string& path);
 
-/// Throws Error when `path` is an object list: `command` works on scenes of one object.
-void refuse_objects(const std::string& path, const std::string& command);
+/// The scene in this file; of an object list its Gaussians in one scene.
+frontend::Scene load_flat_scene(const std::string& path);
 
-/// `grtx trace --no-trace` of an object list: image and counters.
-int render_object_list(const std::string& scene, const frontend::Camera& camera, frontend::AccelKind accel,
-                       const TracerCli& cli, bool checkpoint, const std::string& image, const std::string& statistics,
-                       bool quiet);
+void add_flatten_option(CLI::App* command, bool& flatten);
+
+/// Of the object list at `path`. Throws Error for options that need a scene of one object.
+std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, const frontend::Camera& camera,
+                                                        const TracerCli& cli, frontend::AccelKind accel);
 
 }  // namespace grtx::sim

@@ -6,10 +6,8 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/secondary_cli.h"
 #include "grtx/base/error.h"
-#include "grtx/frontend/accel/multi_object.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
-#include "grtx/frontend/scene/scene_io.h"
 
 namespace grtx::sim {
 namespace {
@@ -45,15 +43,6 @@ frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& a
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
 }
 
-/// A scene, or the objects of a list in one scene.
-frontend::Scene load(const std::string& path) {
-  if (!frontend::is_object_list(path)) return frontend::load_scene(path);
-  LoadedObjects loaded = load_objects(path);
-  const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
-                                         {frontend::AccelKind::tlas_sphere, 6, false}, true);
-  return frontend::flatten(world, loaded.placements);
-}
-
 int render(Options options, bool quiet) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
@@ -67,7 +56,7 @@ int render(Options options, bool quiet) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
   const frontend::Camera camera = select_camera(options.view);
-  const frontend::Scene scene = load(options.scene);
+  const frontend::Scene scene = load_flat_scene(options.scene);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   return 0;

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <span>
+#include <string_view>
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
@@ -24,7 +26,6 @@
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/report/report.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
@@ -48,6 +49,29 @@ constexpr std::array<Design, 4> kDesigns = {{{"baseline", frontend::AccelKind::t
                                              {"grtx", frontend::AccelKind::tlas_tri20, true}}};
 constexpr std::array<const char*, 4> kTableOrder = {"baseline", "sw", "hw", "grtx"};
 
+/// The designs that a scene has: several objects need a two-level structure, so theirs are sw and grtx.
+class Comparison {
+ public:
+  explicit Comparison(bool several_objects) {
+    for (const Design& design : kDesigns) {
+      if (!several_objects || traces::is_two_level(design.accel)) designs_.push_back(design);
+    }
+    for (const char* name : kTableOrder) {
+      const auto has_name = [&](const Design& design) { return name == std::string_view(design.name); };
+      if (std::any_of(designs_.begin(), designs_.end(), has_name)) names_.emplace_back(name);
+    }
+  }
+  const std::vector<Design>& designs() const { return designs_; }   ///< in the order of tracing
+  const std::vector<std::string>& names() const { return names_; }  ///< in the order of the table
+  /// Over which speed-ups are.
+  const std::string& reference() const { return names_.front(); }
+  std::span<const std::string> others() const { return std::span(names_).subspan(1); }
+
+ private:
+  std::vector<Design> designs_;
+  std::vector<std::string> names_;
+};
+
 struct Options {
   std::string scene;
   ViewOptions view;
@@ -58,6 +82,7 @@ struct Options {
   std::vector<std::string> settings;
   std::string output;
   unsigned jobs = 0;
+  bool flatten = false;
   SimulationMode mode = SimulationMode::cycle;
   SampledCli sampled;
 };
@@ -75,28 +100,23 @@ struct TracedDesigns {
   RaysEnd rays_end;       ///< of each design
 };
 
-TracedDesigns trace_designs(const Options& options, bool quiet) {
-  frontend::ViewTracer view(frontend::load_scene(options.scene), select_camera(options.view),
-                            kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
-  view.place(objects);
+/// trace(design, render options, trace file) gives a view; statistics(view) and host(view) what is said of it.
+template <typename Trace, typename Statistics, typename Host>
+TracedDesigns trace_each(const Options& options, const Comparison& comparison, bool quiet, Trace&& trace,
+                         Statistics&& statistics, Host&& host) {
   TracedDesigns all;
-  for (const Design& design : kDesigns) {
-    view.build(accel_options(options.tracer, design.accel));
+  for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
     render.count_hits = !all.rays_end.hits;  // the same rays meet the same proxies in each design
-    std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
-    inputs.merge(object_inputs(objects));
     Traced& result = all.designs[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
-    frontend::TracedView traced_view =
-        view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, result.path, inputs);
-    frontend::RenderResult& rendered = traced_view.result;
+    frontend::TracedView view = trace(design, render, result.path);
+    frontend::RenderResult& rendered = view.result;
     if (!rendered.hits) rendered.hits = all.rays_end.hits;
     all.rays_end = rays_end(rendered);
-    result.statistics = statistics_object(tracer_statistics(view, traced_view));
-    result.statistics.update(statistics_object(tracer_host_statistics(view.accel(), rendered)));
+    result.statistics = statistics_object(statistics(view));
+    result.statistics.update(statistics_object(host(view)));
     if (all.image.pixels.empty()) {
       all.image = rendered.image;
     } else {
@@ -104,6 +124,36 @@ TracedDesigns trace_designs(const Options& options, bool quiet) {
     }
   }
   return all;
+}
+
+TracedDesigns trace_scene(const Options& options, const Comparison& comparison, bool quiet) {
+  frontend::ViewTracer view(load_flat_scene(options.scene), select_camera(options.view),
+                            kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
+  view.place(objects);
+  return trace_each(
+      options, comparison, quiet,
+      [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
+        view.build(accel_options(options.tracer, design.accel));
+        std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
+        inputs.merge(object_inputs(objects));
+        return view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, path, inputs);
+      },
+      [&](const frontend::TracedView& traced) { return tracer_statistics(view, traced); },
+      [&](const frontend::TracedView& traced) { return tracer_host_statistics(view.accel(), traced.result); });
+}
+
+TracedDesigns trace_objects(const Options& options, const Comparison& comparison, bool quiet) {
+  const frontend::AccelKind kind = comparison.designs().front().accel;  // that of all
+  const auto view = object_view(options.scene, select_camera(options.view), options.tracer, kind);
+  return trace_each(
+      options, comparison, quiet,
+      [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
+        return view->trace(tracer_options(options.tracer, design.checkpoint, kind), render, path,
+                           option_inputs(options.tracer, design.checkpoint, kind));
+      },
+      [&](const frontend::TracedView& traced) { return tracer_statistics(view->world(), traced); },
+      [&](const frontend::TracedView& traced) { return tracer_host_statistics(view->world(), traced.result); });
 }
 
 constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
@@ -125,8 +175,9 @@ unsigned default_jobs() {
 
 /// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
-                                                     const GpuConfig& config, const Options& options,
-                                                     const SampledOptions& sampled, bool quiet) {
+                                                     const Comparison& comparison, const GpuConfig& config,
+                                                     const Options& options, const SampledOptions& sampled,
+                                                     bool quiet) {
   const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
   std::map<std::string, ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
@@ -134,7 +185,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
     documents[running.front().first] = ordered_json::parse(running.front().second->result());
     running.erase(running.begin());
   };
-  for (const Design& design : kDesigns) {
+  for (const Design& design : comparison.designs()) {
     if (running.size() >= jobs) collect_first();
     if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
     running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
@@ -158,14 +209,14 @@ double value(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-void print_table(const ordered_json& designs) {
+void print_table(const ordered_json& designs, const Comparison& comparison) {
   fmt::print("{:<9} {:>12} {:>8} {:>12} {:>12} {:>10} {:>7} {:>12} {:>10}\n", "design", "cycles", "speed-up",
              "node visits", "node fetches", "latency", "L1 hit", "L2 accesses", "DRAM MB");
-  const double baseline = value(designs.at("baseline"), "gpu.cycles");
-  for (const char* name : kTableOrder) {
+  const double reference = value(designs.at(comparison.reference()), "gpu.cycles");
+  for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
     fmt::print("{:<9} {:>12.0f} {:>8.2f} {:>12.0f} {:>12.0f} {:>10.1f} {:>6.1f}% {:>12.0f} {:>10.1f}\n", name,
-               value(s, "gpu.cycles"), baseline / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits"),
+               value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits"),
                value(s, "gpu.rt.node_fetches"), value(s, "gpu.rt.node_fetch_latency"),
                100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses"),
                value(s, "gpu.dram.bytes") * 1e-6);
@@ -173,27 +224,28 @@ void print_table(const ordered_json& designs) {
 }
 
 /// Speed-ups of primary and of secondary rays alone, as in the paper's figure on secondary rays.
-void add_speedups_by_kind(ordered_json& results) {
+void add_speedups_by_kind(ordered_json& results, const Comparison& comparison) {
   for (const char* kind : {"primary", "secondary"}) {
     const std::string cycles = fmt::format("gpu.rays.{}_cycles", kind);
-    const double baseline = value(results["designs"]["baseline"], cycles);
-    for (const char* name : {"sw", "hw", "grtx"}) {
+    const double reference = value(results["designs"][comparison.reference()], cycles);
+    for (const std::string& name : comparison.others()) {
       const double own = value(results["designs"][name], cycles);
-      if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = baseline / own;
+      if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = reference / own;
     }
   }
 }
 
 /// Of cycles and of speed-ups, whose designs simulated the same groups.
-void add_intervals(const std::map<std::string, ordered_json>& documents, ordered_json& results) {
+void add_intervals(const std::map<std::string, ordered_json>& documents, const Comparison& comparison,
+                   ordered_json& results) {
   const auto json = [](const ConfidenceInterval& interval) {
     return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", kConfidence}};
   };
-  const SampledEstimate baseline = estimate_from_json(documents.at("baseline").at("sampled"));
-  for (const char* name : kTableOrder) {
+  const SampledEstimate reference = estimate_from_json(documents.at(comparison.reference()).at("sampled"));
+  for (const std::string& name : comparison.names()) {
     const SampledEstimate estimate = estimate_from_json(documents.at(name).at("sampled"));
     results["cycles_interval"][name] = json(cycles_interval(estimate));
-    if (name != kTableOrder.front()) results["speedup_interval"][name] = json(ratio_interval(baseline, estimate));
+    if (name != comparison.reference()) results["speedup_interval"][name] = json(ratio_interval(reference, estimate));
   }
 }
 
@@ -206,12 +258,13 @@ void print_intervals(const ordered_json& results) {
 }
 
 int run(const Options& options, bool quiet) {
-  refuse_objects(options.scene, "run");
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
   warn_of_ignored_keys(config, options.mode, sampled);
-  for (const Design& design : kDesigns) tracer_options(options.tracer, design.checkpoint, design.accel);
+  const bool objects = frontend::is_object_list(options.scene) && !options.flatten;
+  const Comparison comparison(objects);
+  for (const Design& design : comparison.designs()) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
@@ -219,18 +272,20 @@ int run(const Options& options, bool quiet) {
   std::filesystem::create_directories(options.output, failed);
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
 
-  const TracedDesigns traced = trace_designs(options, quiet);
+  const TracedDesigns traced =
+      objects ? trace_objects(options, comparison, quiet) : trace_scene(options, comparison, quiet);
   frontend::write_image(options.output + "/image.png", traced.image);
   const std::map<std::string, ordered_json> documents =
-      simulate_designs(traced.designs, config, options, sampled, quiet);
+      simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
 
   ordered_json results;
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
   results["machine"] = options.machine;
   results["config"] = config_json(config);
+  if (objects) results["speedup_over"] = comparison.reference();  // else over the baseline
   std::vector<std::string> violations;
-  for (const char* name : kTableOrder) {
+  for (const std::string& name : comparison.names()) {
     ordered_json& design = results["designs"][name];
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
@@ -240,14 +295,14 @@ int run(const Options& options, bool quiet) {
       violations.push_back(fmt::format("{}: {}", name, violation.get<std::string>()));
     }
   }
-  const double baseline = value(results["designs"]["baseline"], "gpu.cycles");
-  for (const char* name : {"sw", "hw", "grtx"}) {
-    results["speedup"][name] = baseline / value(results["designs"][name], "gpu.cycles");
+  const double reference = value(results["designs"][comparison.reference()], "gpu.cycles");
+  for (const std::string& name : comparison.others()) {
+    results["speedup"][name] = reference / value(results["designs"][name], "gpu.cycles");
   }
   if (options.mode == SimulationMode::sampled) {
-    add_intervals(documents, results);
+    add_intervals(documents, comparison, results);
   } else if (options.tracer.secondary.what != "none") {
-    add_speedups_by_kind(results);
+    add_speedups_by_kind(results, comparison);
   }
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
@@ -258,7 +313,7 @@ int run(const Options& options, bool quiet) {
 
   fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
              options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
-  print_table(results["designs"]);
+  print_table(results["designs"], comparison);
   if (options.mode == SimulationMode::sampled) print_intervals(results);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
@@ -268,7 +323,9 @@ int run(const Options& options, bool quiet) {
     fmt::print("\n");
   }
   fmt::print("{}\n", describe(traced.rays_end));
-  fmt::print("images of the four designs: {}\n", traced.identical ? "bit-identical" : "DIFFERENT");
+  if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
+  fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
+             traced.identical ? "bit-identical" : "DIFFERENT");
   for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
   return traced.identical && violations.empty() ? 0 : 1;
 }
@@ -279,7 +336,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
                                    [options, &common] { return run(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  command->add_option("--scene", options->scene, "Scene file, or object list .json: sw and grtx alone (no default)")
+      ->required();
+  add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
   add_tracer_options(command, options->tracer);
   options->command = command;

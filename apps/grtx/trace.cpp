@@ -15,7 +15,6 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
@@ -35,6 +34,7 @@ struct Options {
   std::string statistics;
   std::vector<std::string> heatmaps;
   bool no_trace = false;
+  bool flatten = false;
 };
 
 const std::vector<std::string>& heatmap_names() {
@@ -65,6 +65,52 @@ int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
                           options.statistics, quiet);
 }
 
+/// A traced view, and what is said of it.
+struct Traced {
+  frontend::TracedView view;
+  modules::StatisticList statistics, host;
+  double bytes_per_gaussian = 0.0;
+  std::string remark;  ///< for people; "": none
+};
+
+Traced trace_scene(const Options& options, const frontend::Camera& camera, frontend::AccelKind kind,
+                   const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
+                   std::map<std::string, std::string> inputs) {
+  frontend::ViewTracer view(load_flat_scene(options.scene), camera, tracer.kernel);
+  const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), camera);
+  view.place(objects);
+  inputs.merge(object_inputs(objects));
+  Traced traced;
+  traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
+  traced.statistics = tracer_statistics(view, traced.view);
+  traced.host = tracer_host_statistics(accel, traced.view.result);
+  traced.bytes_per_gaussian =
+      static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, view.scene().size()));
+  if (!objects.empty()) {
+    const frontend::TracerCounters& c = traced.view.result.secondary;
+    traced.remark = fmt::format("secondary: {} rays in {} groups, {} rounds, {} visits; {}", c.rays,
+                                traced.view.plan.groups.size(), c.rounds, c.visits(), describe(objects));
+  }
+  return traced;
+}
+
+Traced trace_objects(const Options& options, const frontend::Camera& camera, frontend::AccelKind kind,
+                     const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
+                     const std::map<std::string, std::string>& inputs) {
+  const auto view = object_view(options.scene, camera, options.tracer, kind);
+  const frontend::MultiObjectWorld& world = view->world();
+  Traced traced;
+  traced.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs);
+  traced.statistics = tracer_statistics(world, traced.view);
+  traced.host = tracer_host_statistics(world, traced.view.result);
+  traced.bytes_per_gaussian =
+      static_cast<double>(world.image().size()) / static_cast<double>(std::max<std::uint64_t>(1, world.gaussians()));
+  traced.remark = fmt::format("{} objects of {} files; moving them writes {} of {} B of nodes", world.placed().size(),
+                              world.objects().size(), world.update_bytes(), world.image().size());
+  return traced;
+}
+
 int trace(const Options& options, bool quiet) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
@@ -83,21 +129,11 @@ int trace(const Options& options, bool quiet) {
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
   const frontend::Camera camera = select_camera(options.view);
-  if (frontend::is_object_list(options.scene)) {
-    if (!options.no_trace) refuse_objects(options.scene, "trace -o");
-    if (!heatmaps.empty()) refuse_objects(options.scene, "trace --heatmap");
-    return render_object_list(options.scene, camera, kind, options.tracer, checkpoint, options.image,
-                              options.statistics, quiet);
-  }
-  frontend::ViewTracer view(frontend::load_scene(options.scene), camera, tracer.kernel);
-  const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), camera);
-  view.place(objects);
   const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
-  std::map<std::string, std::string> inputs = chosen;
-  inputs.merge(object_inputs(objects));
-  const frontend::TracedView traced = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
-  const frontend::RenderResult& result = traced.result;
+  const Traced traced = frontend::is_object_list(options.scene) && !options.flatten
+                            ? trace_objects(options, camera, kind, tracer, render, chosen)
+                            : trace_scene(options, camera, kind, tracer, render, chosen);
+  const frontend::RenderResult& result = traced.view.result;
   if (!options.image.empty()) frontend::write_image(options.image, result.image);
   write_heatmaps(heatmaps, camera, result.pixel_costs);
 
@@ -105,23 +141,19 @@ int trace(const Options& options, bool quiet) {
     nlohmann::ordered_json config;
     for (const auto& [name, value] : chosen) config[name] = value;
     write_file(options.statistics,
-               statistics_text(statistics_document(config, traced.inputs, tracer_statistics(view, traced),
-                                                   tracer_host_statistics(accel, result))));
+               statistics_text(statistics_document(config, traced.view.inputs, traced.statistics, traced.host)));
   }
   if (!quiet) {
     const auto& c = result.counters;
-    fmt::print(
-        "{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
-        options.accel, c.rays, c.rounds,
-        static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
-        static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, view.scene().size())),
-        static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
-        traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
+    fmt::print("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
+               options.accel, c.rays, c.rounds,
+               static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
+               traced.bytes_per_gaussian, static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+               traced.view.trace
+                   ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.view.trace->bytes) * 1e-6)
+                   : "");
     fmt::print("{}\n", describe(rays_end(result)));
-    if (!objects.empty()) {
-      fmt::print("secondary: {} rays in {} groups, {} rounds, {} visits; {}\n", result.secondary.rays,
-                 traced.plan.groups.size(), result.secondary.rounds, result.secondary.visits(), describe(objects));
-    }
+    if (!traced.remark.empty()) fmt::print("{}\n", traced.remark);
   }
   return 0;
 }
@@ -132,8 +164,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common] { return trace(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file, or with --no-trace an object list .json (no default)")
-      ->required();
+  command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")->required();
+  add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
   command->add_option("--accel", options->accel, "Acceleration structure")
       ->check(one_of(names_of<frontend::AccelKind>()));

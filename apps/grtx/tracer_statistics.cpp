@@ -80,6 +80,20 @@ void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTrac
   list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
 }
 
+void add_object_statistics(modules::StatisticList& list, const frontend::MultiObjectWorld& world,
+                           const frontend::RenderResult& result) {
+  list.add("accel.bytes", world.image().size(), "B", "node image: scene TLAS, TLAS of each file, shared BLAS");
+  list.add("accel.bytes_per_gaussian", ratio(world.image().size(), world.gaussians()), "B",
+           "accel.bytes / Gaussians of all placements");
+  list.add("accel.scene_tlas_bytes", world.scene_tlas_bytes(), "B", "set aside for the scene TLAS");
+  list.add("accel.update.bytes", world.update_bytes(), "B",
+           "written when objects move: the scene TLAS as it was built last");
+  list.add("accel.objects", std::uint64_t{world.placed().size()}, "objects", "placements");
+  list.add("accel.files", std::uint64_t{world.objects().size()}, "files", "TLASes of objects");
+  list.add("accel.gaussians", world.gaussians(), "Gaussians", "of all placements");
+  list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
+}
+
 void add_secondary_statistics(modules::StatisticList& list, const frontend::SecondaryPlan& plan,
                               const frontend::RenderResult& result) {
   const frontend::TracerCounters& c = result.secondary;
@@ -113,6 +127,16 @@ void add_trace_statistics(modules::StatisticList& list, const frontend::TraceFil
   list.add("trace.bytes_per_visit", ratio(trace.bytes, trace.visits), "B", "trace.bytes / node visits");
 }
 
+modules::StatisticList host_statistics(const frontend::RenderResult& result) {
+  modules::StatisticList list;
+  const double seconds = std::max(result.seconds, 1e-9);
+  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
+  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
+           "node visits / wall_seconds");
+  return list;
+}
+
 }  // namespace
 
 double RaysEnd::ert_share() const { return ratio(terminated, rays); }
@@ -138,16 +162,28 @@ modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const
   return list;
 }
 
+modules::StatisticList tracer_statistics(const frontend::MultiObjectWorld& world, const frontend::TracedView& traced) {
+  modules::StatisticList list;
+  add_tracer_statistics(list, traced.result);
+  add_object_statistics(list, world, traced.result);
+  if (traced.trace) add_trace_statistics(list, *traced.trace);
+  return list;
+}
+
 modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
                                               const frontend::RenderResult& result) {
-  modules::StatisticList list;
-  const double seconds = std::max(result.seconds, 1e-9);
-  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
-  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
-  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
-           "node visits / wall_seconds");
+  modules::StatisticList list = host_statistics(result);
   list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
   list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
+  return list;
+}
+
+modules::StatisticList tracer_host_statistics(const frontend::MultiObjectWorld& world,
+                                              const frontend::RenderResult& result) {
+  modules::StatisticList list = host_statistics(result);
+  list.add("accel.build_seconds", world.build_seconds(), "s", "host time of building all structures");
+  list.add("accel.update.seconds", world.update_seconds(), "s",
+           "host time of building the scene TLAS alone, as when objects move");
   return list;
 }
 

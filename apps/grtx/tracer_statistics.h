@@ -28,8 +28,13 @@ std::string describe(const RaysEnd& end);
 /// tracer.*, accel.*, tracer.secondary.* (the share of the secondary rays; all zero without objects) and, when a trace
 /// was written, trace.* (deterministic).
 modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced);
+/// Of several objects: accel.update.bytes is what a move writes; no tracer.secondary.*.
+modules::StatisticList tracer_statistics(const frontend::MultiObjectWorld& world, const frontend::TracedView& traced);
 /// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host.
 modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
+                                              const frontend::RenderResult& result);
+/// With accel.update.seconds beside accel.build_seconds.
+modules::StatisticList tracer_host_statistics(const frontend::MultiObjectWorld& world,
                                               const frontend::RenderResult& result);
 
 }  // namespace grtx::sim

@@ -44,13 +44,15 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 }  // namespace
 
 MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
-                               const std::string& pop_test, const std::string& layout, const ordered_json& statistics) {
+                               const std::string& pop_test, const std::string& layout, const std::string& levels,
+                               const ordered_json& statistics) {
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
     const GpuConfig machine = load_config("", settings_of(config));
     MachineUse use;
     if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
+    use.objects = levels == "3";
     use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
     if (!pop_test.empty()) use.pop_test = value_of<traces::PopTest>(pop_test, "inputs", "pop_test");
     if (!layout.empty()) use.layout = value_of<traces::NodeLayout>(layout, "inputs", "layout");

@@ -17,11 +17,11 @@ struct MachineFigures {
   std::string problem;  ///< why there are none
 };
 
-/// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel, pop_test, layout: of the trace, decide on
-/// sphere units, on what a stack entry holds and on what reads nodes; "": as by default. statistics: of the run; empty:
-/// no energy.
+/// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel, pop_test, layout, levels: of the trace,
+/// decide on sphere units, on what a stack entry holds, on what reads nodes and on rays in the space of objects; "": as
+/// by default. statistics: of the run; empty: no energy.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
                                const std::string& accel, const std::string& pop_test, const std::string& layout,
-                               const nlohmann::ordered_json& statistics);
+                               const std::string& levels, const nlohmann::ordered_json& statistics);
 
 }  // namespace grtx::sim

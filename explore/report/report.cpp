@@ -57,7 +57,7 @@ void price_machines(ReportSweep& sweep) {
       if (known.point == at) return;
     }
     const ReportedPoint& point = sweep.results.points[at];
-    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", "", ordered_json())});
+    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
   };
   add(extreme("gpu.time_us"), "fastest of the front");
   add(extreme("cost.mm2"), "smallest of the front");
@@ -95,7 +95,8 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
       run.machines.push_back(machine_figures(run.results.config, design.name, input(design, "accel"),
-                                             input(design, "pop_test"), input(design, "layout"), design.statistics));
+                                             input(design, "pop_test"), input(design, "layout"),
+                                             input(design, "levels"), design.statistics));
     }
   }
   return inputs;

@@ -18,7 +18,8 @@ using nlohmann::ordered_json;
 // Wall time and speed of the host: a report of the same simulation is the same everywhere.
 bool of_the_host(const std::string& name) {
   return name.starts_with("host.") || name == "tracer.wall_seconds" || name == "tracer.rays_per_second" ||
-         name == "tracer.visits_per_second" || name == "accel.build_seconds" || name == "accel.pack_seconds";
+         name == "tracer.visits_per_second" || name == "accel.build_seconds" || name == "accel.pack_seconds" ||
+         name == "accel.update.seconds";
 }
 
 const ordered_json& object(const ordered_json& parent, const char* name, const std::string& path) {
@@ -60,6 +61,7 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.designs.push_back(design_result(name, statistics, inputs, path));
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
   }
+  if (document.contains("speedup_over")) run.speedup_over = text(document, "speedup_over");
   run.has_verdict = document.contains("images_identical") && document.at("images_identical").is_boolean();
   if (run.has_verdict) run.images_identical = document.at("images_identical").get<bool>();
   for (const ordered_json& violation : document.value("violations", ordered_json::array())) {

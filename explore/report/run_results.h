@@ -27,9 +27,10 @@ struct RunResults {
   std::string program;
   nlohmann::ordered_json config;
   std::vector<DesignResult> designs;
-  nlohmann::ordered_json over_time;  ///< of a single simulation, when recorded
-  std::string picture;               ///< image.png beside results.json; "" when there is none
-  bool has_verdict = false;          ///< of grtx run: the next two
+  nlohmann::ordered_json over_time;       ///< of a single simulation, when recorded
+  std::string picture;                    ///< image.png beside results.json; "" when there is none
+  std::string speedup_over = "baseline";  ///< name of the design that speed-ups are over
+  bool has_verdict = false;               ///< of grtx run: the next two
   bool images_identical = false;
   std::vector<std::string> violations;
 

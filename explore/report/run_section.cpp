@@ -170,12 +170,12 @@ std::string designs_table(const ReportRun& run) {
                                                     {"DRAM MB"},
                                                     {"energy, µJ"},
                                                     {"largest bound", false}});
-  const DesignResult* baseline = run.results.design("baseline");
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
   for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
     const DesignResult& d = run.results.designs[i];
     const double bound = d.value("gpu.bound.fraction");
     table.row({escape(d.name), number(d.value("gpu.cycles")),
-               baseline == nullptr ? "" : times(baseline->value("gpu.cycles") / d.value("gpu.cycles")),
+               reference == nullptr ? "" : times(reference->value("gpu.cycles") / d.value("gpu.cycles")),
                number(d.value("gpu.rt.node_visits")), number(d.value("gpu.rt.node_fetches")),
                number(d.value("gpu.rt.node_fetch_latency")),
                fmt::format("{:.1f} %", 100.0 * d.value("gpu.l1.node.hit_rate")), number(d.value("gpu.l2.accesses")),

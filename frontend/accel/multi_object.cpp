@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
+#include <sstream>
 
 #include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
 #include "grtx/frontend/accel/shared_blas.h"
@@ -52,7 +54,13 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   if (placements.empty()) throw Error("objects", "", "must be at least one");
   const auto start = std::chrono::steady_clock::now();
-  for (Scene& scene : scenes) objects_.push_back(std::make_unique<SharedObject>(std::move(scene), kernel));
+  for (Scene& scene : scenes) {
+    objects_.push_back(std::make_unique<SharedObject>(std::move(scene), kernel));
+    const Scene& own = objects_.back()->scene;
+    objects_.back()->first_record = static_cast<std::uint32_t>(records_);
+    records_ += own.size();
+    sh_degree_ = std::max(sh_degree_, own.sh_degree);
+  }
   std::uint64_t total = 0;
   for (const Placement& placement : placements) {
     if (placement.object >= objects_.size()) throw Error("objects", "", "placement of an object that is not there");
@@ -60,7 +68,7 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
     total += scene.size();
     offset_ += world_position(placement, scene) / static_cast<double>(placements.size());
   }
-  if (total > (std::uint64_t{1} << 31)) throw Error("objects", "", "hold more than 2^31 Gaussians");
+  if (std::max(total, records_) > (std::uint64_t{1} << 31)) throw Error("objects", "", "hold more than 2^31 Gaussians");
   gaussians_ = total;
 
   const unsigned width = options.width;
@@ -83,7 +91,7 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   const std::uint64_t blas_header = end;
   blas_root_ = blas_header + sizes.header_bytes();
-  image_ = std::make_unique<NodeImage>(width, end + blas.bytes(), 8, options.layout);
+  image_ = std::make_unique<NodeImage>(width, end + blas.bytes(), options.box_bits, options.layout);
   image_->allocate(scene_tlas_bytes_);
   for (std::size_t i = 0; i < tlases.size(); ++i) {
     SharedObject& object = *objects_[i];
@@ -96,26 +104,29 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   blas.pack(*image_);
   assert(image_->allocated() == image_->size());
-  place(placements);
-  write_scene_tlas();
+  update();
   build_seconds_ = seconds_since(start);
 }
 
 void MultiObjectWorld::move(const std::vector<Placement>& placements) {
-  const auto start = std::chrono::steady_clock::now();
   const bool same = std::equal(placements.begin(), placements.end(), placements_.begin(), placements_.end(),
                                [](const Placement& a, const Placement& b) { return a.object == b.object; });
   if (!same) throw Error("objects", "", "only move: their number and files stay");
   placements_ = placements;
-  place(placements);
-  write_scene_tlas();
-  move_seconds_ = seconds_since(start);
+  update();
 }
 
-void MultiObjectWorld::place(const std::vector<Placement>& placements) {
+void MultiObjectWorld::update() {
+  const auto start = std::chrono::steady_clock::now();
+  place();
+  write_scene_tlas();
+  update_seconds_ = seconds_since(start);
+}
+
+void MultiObjectWorld::place() {
   placed_.clear();
   std::uint32_t next = 0;
-  for (const Placement& placement : placements) {
+  for (const Placement& placement : placements_) {
     PlacedObject placed;
     placed.object = objects_[placement.object].get();
     placed.first_gaussian = next;
@@ -138,9 +149,12 @@ void MultiObjectWorld::place(const std::vector<Placement>& placements) {
 void MultiObjectWorld::write_scene_tlas() {
   const Tree tree = build_tree(
       placed_.size(), [&](std::size_t i) { return placed_[i].box; }, options_.width);
-  assert(packed_bytes(tree, NodeKind::instance, image_->sizes()) <= scene_tlas_bytes_);
+  update_bytes_ = packed_bytes(tree, NodeKind::instance, image_->sizes());
+  assert(update_bytes_ <= scene_tlas_bytes_);
+  scene_leaves_.resize(placed_.size());
   TreePacker(*image_, tree, NodeKind::instance, [&](NodeImage& image, std::uint64_t address, std::uint32_t index) {
     const PlacedObject& placed = placed_[index];
+    scene_leaves_[index] = {address, placements_[index].object};
     const glm::dmat3 rows = glm::transpose(placed.to_object);
     const glm::dmat3 out = object_to_world(placements_[index]);
     const glm::vec3 to_object[3] = {glm::vec3(rows[0]), glm::vec3(rows[1]), glm::vec3(rows[2])};
@@ -148,6 +162,8 @@ void MultiObjectWorld::write_scene_tlas() {
     image.write_instance(address, index, placed.object->header, placed.object->root, to_object, to_world,
                          glm::vec3(placed.position));
   }).pack_at(0);
+  std::sort(scene_leaves_.begin(), scene_leaves_.end(),
+            [](const traces::SceneLeaf& a, const traces::SceneLeaf& b) { return a.address < b.address; });
 }
 
 const PlacedObject& MultiObjectWorld::owner(std::uint32_t id) const {
@@ -156,9 +172,24 @@ const PlacedObject& MultiObjectWorld::owner(std::uint32_t id) const {
   return *(after - 1);
 }
 
+std::string MultiObjectWorld::hash() const {
+  std::ostringstream text;
+  text << std::hexfloat;  // to the bit
+  for (const Placement& p : placements_) {
+    text << objects_[p.object]->scene.hash;
+    for (const double value :
+         {p.translate.x, p.translate.y, p.translate.z, p.rotate.w, p.rotate.x, p.rotate.y, p.rotate.z, p.scale}) {
+      text << ' ' << value;
+    }
+    text << '\n';
+  }
+  return hex(xxh3(text.str()));
+}
+
 Scene flatten(const MultiObjectWorld& world, const std::vector<Placement>& placements) {
   Scene flat;
   flat.name = "flattened";
+  flat.hash = world.hash();
   flat.offset = world.offset();
   for (const auto& object : world.objects()) flat.sh_degree = std::max(flat.sh_degree, object->scene.sh_degree);
   for (std::size_t i = 0; i < placements.size(); ++i) {

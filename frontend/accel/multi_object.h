@@ -13,6 +13,7 @@
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/traces/header.h"
 
 namespace grtx::frontend {
 
@@ -22,7 +23,8 @@ struct SharedObject {
   PreparedGaussians gaussians;
   std::uint64_t header = 0;  ///< byte address of its TLAS's header
   std::uint64_t root = 0;
-  Box bounds;  ///< of all its Gaussians' boxes, object space
+  std::uint32_t first_record = 0;  ///< records of its Gaussians begin here: placements share them
+  Box bounds;                      ///< of all its Gaussians' boxes, object space
 
   SharedObject(Scene s, Kernel kernel) : scene(std::move(s)), gaussians(scene, kernel) {}
 };
@@ -47,8 +49,8 @@ class MultiObjectWorld {
   MultiObjectWorld(const MultiObjectWorld&) = delete;
   MultiObjectWorld& operator=(const MultiObjectWorld&) = delete;
 
-  /// Moves the objects: as many placements of the same objects. Rebuilds the scene TLAS alone; every other byte of the
-  /// node image stays as it is.
+  /// Moves the objects: as many placements of the same objects. Rebuilds the scene TLAS alone (a frame's update); every
+  /// other byte of the node image stays as it is.
   void move(const std::vector<Placement>& placements);
 
   const AccelOptions& options() const { return options_; }
@@ -56,23 +58,36 @@ class MultiObjectWorld {
   const FacePatches& patches() const { return patches_; }
   const NodeImage& image() const { return *image_; }
   std::uint64_t root() const { return image_->sizes().header_bytes(); }  ///< of the scene TLAS
+  std::uint64_t blas_header() const { return blas_root_ - image_->sizes().header_bytes(); }
   std::uint64_t blas_root() const { return blas_root_; }
   std::uint64_t scene_tlas_bytes() const { return scene_tlas_bytes_; }  ///< set aside for it at the image's start
   const std::vector<std::unique_ptr<SharedObject>>& objects() const { return objects_; }
   const std::vector<PlacedObject>& placed() const { return placed_; }
   std::uint64_t gaussians() const { return gaussians_; }  ///< of all placements
   const glm::dvec3& offset() const { return offset_; }    ///< scene coordinates + offset = world coordinates
+  std::string hash() const;                               ///< of the files' contents and where they stand
   /// The placement that holds the Gaussian with this id.
   const PlacedObject& owner(std::uint32_t id) const;
   const GaussianRecord& record(std::uint32_t id) const {
     const PlacedObject& placed = owner(id);
     return placed.object->gaussians.record(id - placed.first_gaussian);
   }
-  double build_seconds() const { return build_seconds_; }  ///< object TLASes, BLAS and their packing
-  double move_seconds() const { return move_seconds_; }    ///< the last move()
+  /// Of the Gaussian with this id, counted through the files: 0 to records() - 1.
+  std::uint32_t record_number(std::uint32_t id) const {
+    const PlacedObject& placed = owner(id);
+    return placed.object->first_record + (id - placed.first_gaussian);
+  }
+  std::uint64_t records() const { return records_; }                                    ///< Gaussians of all files
+  unsigned sh_degree() const { return sh_degree_; }                                     ///< the largest of the files'
+  const std::vector<traces::SceneLeaf>& scene_leaves() const { return scene_leaves_; }  ///< ascending addresses
+  double build_seconds() const { return build_seconds_; }                               ///< all, the first update too
+  double update_seconds() const { return update_seconds_; }  ///< of the scene TLAS, the last time
+  /// Written by an update: header and nodes of the scene TLAS as it was built last.
+  std::uint64_t update_bytes() const { return update_bytes_; }
 
  private:
-  void place(const std::vector<Placement>& placements);
+  void update();
+  void place();
   void write_scene_tlas();
 
   AccelOptions options_;
@@ -86,12 +101,16 @@ class MultiObjectWorld {
   std::uint64_t scene_tlas_bytes_ = 0;
   std::uint64_t blas_root_ = 0;
   std::uint64_t gaussians_ = 0;
+  std::uint64_t records_ = 0;
+  unsigned sh_degree_ = 0;
+  std::vector<traces::SceneLeaf> scene_leaves_;
+  std::uint64_t update_bytes_ = 0;
   double build_seconds_ = 0.0;
-  double move_seconds_ = 0.0;
+  double update_seconds_ = 0.0;
 };
 
-/// The same Gaussians in one scene, in the order of their ids. SH of degree > 0 is not rotated, so only placements
-/// without rotation may have it: throws Error otherwise.
+/// The same Gaussians in one scene, in the order of their ids, with the world's hash. SH of degree > 0 is not rotated,
+/// so only placements without rotation may have it: throws Error otherwise.
 Scene flatten(const MultiObjectWorld& world, const std::vector<Placement>& placements);
 
 }  // namespace grtx::frontend

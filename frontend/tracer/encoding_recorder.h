@@ -81,7 +81,7 @@ class EncodingRecorder {
       destination_.emplace_back(children.node_, static_cast<unsigned>(std::countr_zero(checkpoints)));
     }
   }
-  [[gnu::always_inline]] void event(traces::EventKind kind, std::uint32_t /*address*/, unsigned detail,
+  [[gnu::always_inline]] void event(traces::EventKind kind, std::uint32_t address, unsigned detail,
                                     unsigned checkpoints, unsigned shifts = 0) {
     using traces::EventKind;
     switch (kind) {
@@ -96,7 +96,7 @@ class EncodingRecorder {
       case EventKind::visit_instance:
         if (detail != 0) return out_.instance_of_taken();
         out_.instance(at_);
-        push({traces::GroupModel::kBlasRootParent, 0});
+        push({out_.model().levels().root_below(address), 0});
         break;
       case EventKind::replay_take:
         read_source();

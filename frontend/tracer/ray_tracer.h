@@ -28,9 +28,8 @@ class RayTracer {
   RayTracer(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
             const TracerOptions& options)
       : RayTracer(TracedStructure(scene, gaussians, accel), options) {}
-  /// Several objects by three-level instancing; Gaussian ids are those of the whole scene. For the NullRecorder only:
-  /// the trace format knows one level of instances.
-  RayTracer(const MultiObjectWorld& world, const TracerOptions& options) : RayTracer(TracedStructure(world), options) {}
+  /// Of several objects: Gaussian ids are those of the whole scene, a recorder is given numbers of records.
+  RayTracer(const TracedStructure& structure, const TracerOptions& options);
 
   const TracerCounters& counters() const { return state_.counters; }
   void track_visits(VisitTracker* tracker) { traversal_.track_visits(tracker); }
@@ -45,8 +44,6 @@ class RayTracer {
                   float t_limit = std::numeric_limits<float>::infinity());
 
  private:
-  RayTracer(const TracedStructure& structure, const TracerOptions& options);
-
   template <typename Recorder>
   traces::Round begin_round(Recorder& recorder);
   template <typename Recorder>

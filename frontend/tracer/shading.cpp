@@ -29,7 +29,7 @@ void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, 
   for (const KEntry& entry : state.k_buffer.entries()) {
     const GaussianRecord& g = record(entry.id);
     const float alpha = alpha_of(entry, g);
-    recorder.processed(entry.id, alpha > 0.0f);
+    if (Recorder::kEnabled) recorder.processed(record_number(entry.id), alpha > 0.0f);
     ++round.processed_count;
     ++state.counters.processed;
     if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id, state);

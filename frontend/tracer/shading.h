@@ -33,6 +33,8 @@ class Shading {
   const GaussianRecord& record(std::uint32_t id) const {
     return world_ != nullptr ? world_->record(id) : gaussians_.record(id);
   }
+  /// What a trace calls the Gaussian: the number of its record, which placements of one file share.
+  std::uint32_t record_number(std::uint32_t id) const { return world_ != nullptr ? world_->record_number(id) : id; }
   float alpha_of(const KEntry& entry, const GaussianRecord& g) const;
   glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray, TracerCounters& counters);
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;

@@ -20,14 +20,12 @@ namespace {
 
 /// What one thread needs; made on its first group.
 struct Worker {
-  Worker(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
-         const TracerOptions& options, Footprint* footprint, const traces::Header* header)
-      : tracer(scene, gaussians, accel, options),
-        secondary_tracer(scene, gaussians, accel, options),
-        recorder(accel.image(), header) {
-    if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(accel.image(), *header);
+  Worker(const TracedStructure& structure, const TracerOptions& options, Footprint* footprint,
+         const traces::Header* header)
+      : tracer(structure, options), secondary_tracer(structure, options), recorder(structure.image, header) {
+    if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(structure.image, *header);
     if (footprint != nullptr) {
-      tracker.emplace(accel.image(), *footprint);
+      tracker.emplace(structure.image, *footprint);
       tracer.track_visits(&*tracker);
       secondary_tracer.track_visits(&*tracker);
     }
@@ -72,6 +70,38 @@ void measure(const RayTracer& tracer, PixelCost* cost, F&& trace) {
             after.checkpoints - before.checkpoints};
 }
 
+/// What a header says of structure, camera and options. Structure: AccelerationStructure or MultiObjectWorld.
+template <typename Structure>
+traces::Header header_of(const Structure& accel, const Camera& camera, const TracerOptions& options,
+                         const RenderOptions& render) {
+  traces::Header header;
+  header.accel = accel.options().kind;
+  header.tracing = options.tracing;
+  header.k = options.k;
+  header.checkpoint = options.checkpoint;
+  header.checkpoint_order = options.checkpoint_order;
+  header.child_order = options.child_order;
+  header.pop_test = options.pop_test;
+  header.width = camera.width;
+  header.height = camera.height;
+  header.warp_size = render.warp_size;
+  // The tile of the usual warp; a smaller warp takes the part of it that map_pixels() gives.
+  header.warp_mapping = render.linear_mapping ? traces::WarpMapping::linear : traces::WarpMapping::tile8x4;
+  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
+  if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
+  header.layout = accel.options().layout;
+  header.bvh_width = accel.options().width;
+  header.node_image_bytes = accel.image().size();
+  header.root = accel.root();
+  header.two_level = is_two_level(header.accel);
+  header.blas_base = accel.blas_header();
+  header.blas_root = accel.blas_root();
+  header.blas_bytes = header.two_level ? header.node_image_bytes - header.blas_base : 0;
+  header.checkpoint_capacity = options.checkpoint ? options.checkpoint_capacity : 0;
+  header.inputs["camera"] = camera.name;
+  return header;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
@@ -102,53 +132,48 @@ std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned heig
 
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render) {
-  traces::Header header;
-  header.accel = accel.options().kind;
-  header.tracing = options.tracing;
-  header.k = options.k;
-  header.checkpoint = options.checkpoint;
-  header.checkpoint_order = options.checkpoint_order;
-  header.child_order = options.child_order;
-  header.pop_test = options.pop_test;
-  header.width = camera.width;
-  header.height = camera.height;
-  header.warp_size = render.warp_size;
-  // The tile of the usual warp; a smaller warp takes the part of it that map_pixels() gives.
-  header.warp_mapping = render.linear_mapping ? traces::WarpMapping::linear : traces::WarpMapping::tile8x4;
-  header.groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size).size();
-  if (render.secondary != nullptr) header.groups += render.secondary->groups.size();
-  header.layout = accel.options().layout;
-  header.bvh_width = accel.options().width;
-  header.node_image_bytes = accel.image().size();
-  header.root = accel.root();
-  header.two_level = accel.two_level();
-  header.blas_base = accel.blas_header();
-  header.blas_root = accel.blas_root();
-  header.blas_bytes = accel.two_level() ? accel.image().size() - accel.blas_header() : 0;
+  traces::Header header = header_of(accel, camera, options, render);
   header.gaussians = scene.size();
   header.sh_degree = scene.sh_degree;
   header.sh_record_bytes = 12ull * scene.sh_coefficients();
-  header.checkpoint_capacity = options.checkpoint ? options.checkpoint_capacity : 0;
   header.inputs["scene"] = scene.name;
   header.inputs["scene_hash"] = scene.hash;
-  header.inputs["camera"] = camera.name;
+  return header;
+}
+
+traces::Header trace_header(const MultiObjectWorld& world, const Camera& camera, const TracerOptions& options,
+                            const RenderOptions& render) {
+  traces::Header header = header_of(world, camera, options, render);
+  header.gaussians = world.records();
+  header.sh_degree = world.sh_degree();
+  header.sh_record_bytes = 12ull * (header.sh_degree + 1) * (header.sh_degree + 1);
+  header.scene_leaves = world.scene_leaves();
+  for (const auto& object : world.objects()) {
+    header.inputs["object_hash." + std::to_string(header.object_roots.size())] = object->scene.hash;
+    header.object_roots.push_back(object->root);
+  }
   return header;
 }
 
 RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
                     const Camera& camera, const TracerOptions& options, const RenderOptions& render,
                     traces::Writer* writer) {
+  return frontend::render(TracedStructure(scene, gaussians, accel), camera, options, render, writer);
+}
+
+RenderResult render(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+                    const RenderOptions& render, traces::Writer* writer) {
   if (writer != nullptr && !options.skips.faithful()) throw std::logic_error("a trace holds the hardware's visits");
   RenderResult result;
   result.image = Image(camera.width, camera.height);
   if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
   const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
-  const glm::vec3 origin(camera.position - scene.offset);
+  const glm::vec3 origin(camera.position - structure.offset);
 
   std::optional<Footprint> footprint;
-  if (render.count_unique) footprint.emplace(accel.image());
+  if (render.count_unique) footprint.emplace(structure.image);
   tbb::enumerable_thread_specific<Worker> workers([&] {
-    return Worker(scene, gaussians, accel, options, footprint ? &*footprint : nullptr,
+    return Worker(structure, options, footprint ? &*footprint : nullptr,
                   writer != nullptr ? &writer->header() : nullptr);
   });
   const SecondaryPlan* plan =
@@ -157,7 +182,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
   if (render.pixel_costs) result.pixel_costs.resize(result.image.pixels.size());
   std::vector<PixelCost> secondary_costs(render.pixel_costs ? secondary_colours.size() : 0);
   std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
-  Progress progress("tracing " + accel_name(accel.options().kind),
+  Progress progress("tracing " + accel_name(structure.options.kind),
                     result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
 
   const auto trace_group = [&](std::size_t index) {
@@ -247,12 +272,12 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
     if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
   }
   if (footprint) result.footprint_bytes = footprint->bytes();
-  if (render.count_hits) result.hits = count_hits(scene, gaussians, accel, camera, options, render);
+  if (render.count_hits) result.hits = count_hits(structure, camera, options, render);
   return result;
 }
 
-std::uint64_t count_hits(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
-                         const Camera& camera, const TracerOptions& options, const RenderOptions& render) {
+std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+                         const RenderOptions& render) {
   TracerOptions all = options;
   all.ert = 0.0f;
   all.tracing = Tracing::single;  // a round for as many hits as its buffer takes
@@ -266,7 +291,7 @@ std::uint64_t count_hits(const Scene& scene, const PreparedGaussians& gaussians,
   rays.linear_mapping = render.linear_mapping;
   rays.warp_size = render.warp_size;
   rays.secondary = render.secondary;
-  return frontend::render(scene, gaussians, accel, camera, all, rays, nullptr).counters.processed;
+  return frontend::render(structure, camera, all, rays, nullptr).counters.processed;
 }
 
 }  // namespace grtx::frontend

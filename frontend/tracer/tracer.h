@@ -11,6 +11,7 @@
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/traced_structure.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/traces/writer.h"
@@ -69,14 +70,19 @@ std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned heig
 /// Header of the trace that render() will write for these inputs. Secondary groups follow the primary ones.
 traces::Header trace_header(const Scene& scene, const Camera& camera, const AccelerationStructure& accel,
                             const TracerOptions& options, const RenderOptions& render);
+traces::Header trace_header(const MultiObjectWorld& world, const Camera& camera, const TracerOptions& options,
+                            const RenderOptions& render);
 
 /// Proxy hits of all rays of a view, those of render.secondary included, each up to the end that an object sets it,
 /// but beyond early ray termination: what the rays would process without it. It depends on the rays and on the proxy
 /// alone, not on how either is traced. Traces the view without early termination, skipping all that it may.
-std::uint64_t count_hits(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
-                         const Camera& camera, const TracerOptions& options, const RenderOptions& render);
+std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+                         const RenderOptions& render);
 
-/// writer: nullptr renders only. The image, counters and trace are the same for any number of threads.
+/// writer: nullptr renders only. The image, counters and trace are the same for any number of threads. Several objects
+/// have no secondary rays.
+RenderResult render(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+                    const RenderOptions& render, traces::Writer* writer);
 RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
                     const Camera& camera, const TracerOptions& options, const RenderOptions& render,
                     traces::Writer* writer);

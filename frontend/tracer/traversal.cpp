@@ -79,12 +79,13 @@ void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder)
       continue;
     }
     recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
+    // The ray must be transformed again before a node inside an instance can be tested.
     if (entry.object != 0) {
       ++state.counters.visits_instance;
       visited(units_of(entry.object), 2);
+      recorder.event(traces::EventKind::visit_instance, units_of(entry.object), 1, 0);
     }
     if (entry.in_blas()) {
-      // The ray must be transformed again before a BLAS node can be tested.
       ++state.counters.visits_instance;
       visited(units_of(entry.instance), 2);
       recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);

@@ -6,6 +6,24 @@
 #include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
+namespace {
+
+/// Renders, and writes a trace unless trace_file is "".
+void trace_into(TracedView& view, const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+                const RenderOptions& render, traces::Header header, const std::string& trace_file,
+                const std::map<std::string, std::string>& inputs) {
+  header.inputs.insert(inputs.begin(), inputs.end());
+  view.inputs = header.inputs;
+  std::optional<traces::Writer> writer;
+  if (!trace_file.empty()) writer.emplace(trace_file, header);
+  view.result = frontend::render(structure, camera, options, render, writer ? &*writer : nullptr);
+  if (writer) {
+    writer->finish();
+    view.trace = TraceFile{writer->bytes(), writer->totals().visits()};
+  }
+}
+
+}  // namespace
 
 ViewTracer::ViewTracer(Scene scene, Camera camera, Kernel kernel)
     : scene_(std::move(scene)), camera_(std::move(camera)), kernel_(kernel), gaussians_(scene_, kernel) {}
@@ -26,16 +44,30 @@ TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& 
                              render.threads, render.warp_size);
   RenderOptions all_rays = render;
   all_rays.secondary = &view.plan;
-  traces::Header header = trace_header(scene_, camera_, *accel_, options, all_rays);
-  header.inputs.insert(inputs.begin(), inputs.end());
-  view.inputs = header.inputs;
-  std::optional<traces::Writer> writer;
-  if (!trace_file.empty()) writer.emplace(trace_file, header);
-  view.result = frontend::render(scene_, gaussians_, *accel_, camera_, options, all_rays, writer ? &*writer : nullptr);
-  if (writer) {
-    writer->finish();
-    view.trace = TraceFile{writer->bytes(), writer->totals().visits()};
-  }
+  trace_into(view, TracedStructure(scene_, gaussians_, *accel_), camera_, options, all_rays,
+             trace_header(scene_, camera_, *accel_, options, all_rays), trace_file, inputs);
+  return view;
+}
+
+ObjectViewTracer::ObjectViewTracer(std::string name, std::vector<Scene> scenes,
+                                   const std::vector<Placement>& placements, Camera camera, const AccelOptions& options,
+                                   Kernel kernel)
+    : name_(std::move(name)),
+      camera_(std::move(camera)),
+      kernel_(kernel),
+      world_(std::move(scenes), placements, options, kernel) {}
+
+TracedView ObjectViewTracer::trace(const TracerOptions& options, const RenderOptions& render,
+                                   const std::string& trace_file,
+                                   const std::map<std::string, std::string>& inputs) const {
+  if (options.kernel != kernel_) throw std::logic_error("the Gaussians have another kernel");
+  TracedView view;
+  RenderOptions primary_rays = render;
+  primary_rays.secondary = nullptr;
+  traces::Header header = trace_header(world_, camera_, options, primary_rays);
+  header.inputs["scene"] = name_;
+  header.inputs["scene_hash"] = world_.hash();
+  trace_into(view, TracedStructure(world_), camera_, options, primary_rays, std::move(header), trace_file, inputs);
   return view;
 }
 

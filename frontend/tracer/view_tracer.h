@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/accel/multi_object.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/scene/scene.h"
@@ -64,6 +66,26 @@ class ViewTracer {
   const PreparedGaussians gaussians_;
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;
+};
+
+/// One view of several objects, traced as often as one likes; they may be moved in between.
+class ObjectViewTracer {
+ public:
+  /// As MultiObjectWorld. name: of the list, for the inputs of results.
+  ObjectViewTracer(std::string name, std::vector<Scene> scenes, const std::vector<Placement>& placements, Camera camera,
+                   const AccelOptions& options, Kernel kernel = {});
+
+  const MultiObjectWorld& world() const { return world_; }
+  void move(const std::vector<Placement>& placements) { world_.move(placements); }
+  /// As ViewTracer::trace(), but for secondary rays, of which there are none.
+  TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
+                   const std::map<std::string, std::string>& inputs = {}) const;
+
+ private:
+  const std::string name_;
+  const Camera camera_;
+  const Kernel kernel_;
+  MultiObjectWorld world_;
 };
 
 }  // namespace grtx::frontend

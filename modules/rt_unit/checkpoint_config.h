@@ -23,7 +23,7 @@ struct CheckpointConfig {
   unsigned write_queue = 16;
   bool write_combine = false;  ///< else each entry writes every sector it touches
   bool read_buffer = false;    ///< else each entry reads every sector it touches
-  unsigned entry_bytes = 20;   ///< 8, 16 or 20
+  unsigned entry_bytes = 20;   ///< 8, 16, 20 or 28
   CheckpointForward forward = CheckpointForward::rewrite;
   unsigned read_ahead = 0;      ///< sectors; 0: off
   bool prefetch_nodes = false;  ///< of entries that have come and will be taken
@@ -34,7 +34,8 @@ struct CheckpointConfig {
     list.add("write_combine", write_combine, "a lane's entries gather in its open sector before they are written",
              kOurs);
     list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
-    list.add("entry_bytes", entry_bytes, {8, 20}, "B", "checkpoint entry in memory, 8, 16 or 20 (checkpoint_unit.md)",
+    list.add("entry_bytes", entry_bytes, {8, 28}, "B",
+             "checkpoint entry in memory, 8, 16, 20 or 28 (checkpoint_unit.md)",
              from_paper("GRTX, Section IV-B: 8 + 8 + 4"));
     list.add("forward", forward, "a source entry that is not taken is written again, or named by a run entry",
              from_paper("GRTX, Section IV-B: written to the destination"));
@@ -43,7 +44,8 @@ struct CheckpointConfig {
     list.add("prefetch_nodes", prefetch_nodes,
              "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
   }
-  static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20; }
+  static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
+  static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
 };
 
 }  // namespace grtx::modules

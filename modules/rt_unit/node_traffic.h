@@ -6,6 +6,7 @@
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/instance_levels.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
@@ -17,7 +18,7 @@ struct NodeTrafficConfig {
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
              from_public("Vulkan-Sim reads all 128; of layout compact always the 80 B that suffice"));
-    list.add("blas_header_read", blas_header_read, "entering a BLAS also reads its 64 B header",
+    list.add("blas_header_read", blas_header_read, "entering a BLAS, or an object's TLAS, also reads its 64 B header",
              from_public("Vulkan-Sim; never in layout compact, whose instance leaf names the root"));
     list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
@@ -39,6 +40,8 @@ class NodeTraffic {
         sizes_(header.node_sizes()),
         two_level_(header.two_level),
         blas_base_(header.blas_base),
+        objects_base_(header.objects_base()),
+        levels_(header),
         procedural_(traces::has_procedural_leaves(header.accel)) {}
 
   /// Kind of every primitive leaf of the trace: one structure holds one kind only.
@@ -47,6 +50,13 @@ class NodeTraffic {
   bool header_read() const { return config_.blas_header_read && !compact(); }
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
   std::uint64_t blas_header() const { return blas_base_; }
+  const traces::InstanceLevels& levels() const { return levels_; }
+  /// Of the tree below the instance leaf at byte address `leaf`, which is one of the trace's.
+  std::uint64_t header_below(std::uint64_t leaf) const {
+    if (leaf >= objects_base_) return blas_base_;
+    return levels_.object_root(levels_.root_below(static_cast<std::uint32_t>(leaf / sizes_.unit()))) * sizes_.unit() -
+           sizes_.header_bytes();
+  }
   /// Byte address of the node that an event names by its address in units.
   std::uint64_t address(std::uint32_t units) const { return units * sizes_.unit(); }
   /// Units a node occupies in the image: the step from one child to the next.
@@ -74,6 +84,8 @@ class NodeTraffic {
   traces::NodeSizes sizes_;
   bool two_level_;
   std::uint64_t blas_base_;
+  std::uint64_t objects_base_;  ///< 0: there is no scene TLAS
+  traces::InstanceLevels levels_;
   bool procedural_;
 };
 

@@ -62,7 +62,8 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
   const StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
-    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry);
+    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry,
+                                        header.three_level());
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
     return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);

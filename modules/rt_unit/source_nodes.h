@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "grtx/modules/rt_unit/event_effect.h"
@@ -23,14 +22,16 @@ class SourceNodes {
 
   /// f(kind, address in bytes) for those of the entries `first` to `first + count` - 1, in the order in which they are
   /// read, that will be taken. Entries before those of an earlier call are passed over. Of a node inside the BLAS it is
-  /// the instance leaf: every L1 holds the shared BLAS.
+  /// the instance leaf: every L1 holds the shared BLAS, and the leaves of a scene TLAS.
   template <typename F>
   void for_each_taken(std::uint32_t first, std::uint32_t count, const traces::RayGroup& group,
                       const NodeTraffic& traffic, F&& f) {
     for (; next_ != end_ && entry_ < first + count; ++next_) {
       if (!EventEffect(*next_).replays()) continue;
-      if (entry_++ < first || next_->kind() != traces::EventKind::replay_take || next_ + 1 == end_) continue;
-      if (const std::optional<NodeVisit> node = node_visit(next_[1], group, traffic)) f(node->kind, node->address);
+      if (entry_++ < first || next_->kind() != traces::EventKind::replay_take) continue;
+      const unsigned first_own = traffic.levels().is_object(next_->node) ? 2 : 1;  // behind the scene leaf's visit
+      if (end_ - next_ <= first_own) continue;
+      if (const auto node = node_visit(next_[first_own], group, traffic)) f(node->kind, node->address);
     }
   }
 

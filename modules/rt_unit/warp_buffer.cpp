@@ -8,11 +8,12 @@
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-                       const StackEntryLayout& stack_entry)
+                       const StackEntryLayout& stack_entry, bool objects)
     : WarpBufferModule(name),
       config_(config),
       checkpoint_(checkpoint),
       stack_entry_(stack_entry),
+      objects_(objects),
       table_(config.entries) {
   require_allowed("rt.warp_buffer", config);
 }
@@ -59,6 +60,12 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"stack", StorageKind::ram, lanes * config_.on_chip_entries() * stack_entry_.bits});
   storage.push_back({"status", StorageKind::flip_flop, lanes * 4});  // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});
+  if (objects_) {
+    // To return from the BLAS to the object's TLAS without another transform: which level a node is of, its address
+    // says.
+    storage.push_back({"scene_instance", StorageKind::ram, lanes * 64});  // address of the leaf of the scene TLAS
+    storage.push_back({"object_ray", StorageKind::ram, lanes * 6 * 32});  // origin, direction in the object's space
+  }
   if (checkpoint_) {
     // Paper, "Hardware cost": (1 bit + 2 B + 2 B) a lane, two base addresses and the maximum size of a buffer a unit.
     storage.push_back({"replay_flag", StorageKind::ram, lanes * 1, 1, 1, true});

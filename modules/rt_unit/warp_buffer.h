@@ -38,9 +38,9 @@ class WarpBuffer final : public WarpBufferModule {
   using Counters = WarpBufferCounters;
 
   /// checkpoint: the trace was made with checkpointing, so replay flags and offsets exist. stack_entry: what the stack
-  /// holds.
+  /// holds. objects: the trace has three levels, so a ray is kept in its object's space, too.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-             const StackEntryLayout& stack_entry);
+             const StackEntryLayout& stack_entry, bool objects = false);
 
   WarpTable& warps() override { return table_; }
   const WarpTable& warps() const { return table_; }
@@ -61,6 +61,7 @@ class WarpBuffer final : public WarpBufferModule {
   Config config_;
   bool checkpoint_;
   StackEntryLayout stack_entry_;
+  bool objects_;
   WarpTable table_;
   warp_admission_if* admission_ = nullptr;
   LinkReader<TraceCall> calls_;

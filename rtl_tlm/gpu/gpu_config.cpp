@@ -117,7 +117,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   require(!config.rt.warp_buffer.spill || config.rt.warp_buffer.stack_entries >= 2, "rt.warp_buffer.stack_entries",
           "must be at least 2 with rt.warp_buffer.spill");
   require(modules::CheckpointConfig::allows_entry_bytes(config.rt.checkpoint.entry_bytes), "rt.checkpoint.entry_bytes",
-          "must be 8, 16 or 20");
+          modules::CheckpointConfig::kEntryBytesRule);
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();

@@ -34,6 +34,10 @@ traces::Header header_of(const MachineUse& use) {
     header.blas_base = 32 * unit;
     header.blas_root = 33 * unit;
     header.blas_bytes = 32 * unit;
+    if (use.objects) {
+      header.scene_leaves = {{2 * unit, 0}};
+      header.object_roots = {17 * unit};
+    }
   }
   header.gaussians = 1;
   return header;

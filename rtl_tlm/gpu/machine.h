@@ -19,6 +19,7 @@ struct MachineUse {
   bool spheres = false;                            ///< sphere units in place of triangle units
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
+  bool objects = false;  ///< of sw and grtx: a scene TLAS above, three levels
 };
 
 /// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.

@@ -9,6 +9,7 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   inputs["accel"] = name_of(header.accel);
   inputs["k"] = std::to_string(header.k);
   inputs["checkpoint"] = header.checkpoint ? "on" : "off";
+  if (header.three_level()) inputs["levels"] = "3";
   if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);
   inputs["trace_hash"] = trace.content_hash();
   inputs["config_hash"] = config_hash(config);

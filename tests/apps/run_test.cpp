@@ -102,7 +102,7 @@ TEST_F(RunTest, SecondaryRaysEndToEnd) {
   }
 }
 
-TEST_F(RunTest, SeveralObjectsAreRenderedAndNotTraced) {
+TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {
   must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
   write_file(folder + "/objects.json",
              R"([{"file": "s.ply"}, {"file": "s.ply", "translate": [0.8, 0.1, 0.3], "scale": 0.5}])");
@@ -113,15 +113,43 @@ TEST_F(RunTest, SeveralObjectsAreRenderedAndNotTraced) {
   EXPECT_EQ(json("s.json").at("stats").at("accel.gaussians").at("value"), 3000);
   must("reference " + scene + "-o " + folder + "/r.pfm");
   must("compare " + folder + "/i.pfm " + folder + "/r.pfm --min-psnr 60");
-  for (const std::string& refused :
-       {"trace " + scene + "--accel tlas-tri20 -o " + folder + "/t.grtx", "trace " + scene + "--accel tri20 --no-trace",
-        "trace " + scene + "--accel tlas-tri20 --no-trace --secondary both",
-        "run " + scene + "-o " + folder + "/out"}) {
+  for (const std::string& refused : {"trace " + scene + "--accel tri20 -o " + folder + "/t.grtx",
+                                     "trace " + scene + "--accel tlas-tri20 -o " + folder + "/t.grtx --secondary both",
+                                     "run " + scene + "--secondary both -o " + folder + "/out"}) {
     const Outcome outcome = grtx(refused);
     EXPECT_EQ(outcome.code, 2) << refused;
     EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
   }
   EXPECT_FALSE(std::filesystem::exists(folder + "/t.grtx"));
+
+  must("run " + scene + config() + "-o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_EQ(results.at("speedup_over"), "sw");
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  EXPECT_TRUE(results.at("violations").empty());
+  ASSERT_EQ(results.at("designs").size(), 2u);
+  const auto stat = [&](const char* design, const char* name) {
+    return results.at("designs").at(design).at(name).at("value").get<double>();
+  };
+  for (const char* design : {"sw", "grtx"}) {
+    EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
+    EXPECT_EQ(stat(design, "accel.update.bytes"), 64 + 64 + 2 * 128) << design;
+    must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+  }
+  EXPECT_LT(stat("grtx", "tracer.visits.total"), stat("sw", "tracer.visits.total"));
+  EXPECT_EQ(results.at("speedup").at("grtx").get<double>(), stat("sw", "gpu.cycles") / stat("grtx", "gpu.cycles"));
+  const std::string report = read_file(folder + "/out/report.html");
+  EXPECT_NE(report.find("speed-up"), std::string::npos);
+  // Flattened it is a scene like any other, of nearly the same image.
+  must("run " + scene + config() + "--flatten -o " + folder + "/flat");
+  EXPECT_EQ(json("flat/results.json").at("designs").size(), 4u);
+  must("compare " + folder + "/flat/image.png " + folder + "/out/image.png --min-psnr 45");
+  // Any size of an entry names both leaves.
+  for (const char* bytes : {"8", "16", "28"}) {
+    must("sim " + folder + "/out/grtx.grtx " + config() + "--quiet --set rt.checkpoint.entry_bytes=" + bytes);
+  }
+  const Outcome dump = grtx("trace-dump " + folder + "/out/grtx.grtx");
+  EXPECT_NE(dump.output.find(" of the scene transform only"), std::string::npos);
 }
 
 TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {

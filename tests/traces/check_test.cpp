@@ -29,6 +29,19 @@ RandomTrace replaying() {
   options.k = 3;
   return testing::random_trace(options);
 }
+/// Three levels: every seed's rays replay nodes of the scene TLAS, of objects and of the BLAS.
+RandomTrace placed() {
+  RandomOptions options;
+  options.seed = 5;
+  options.groups = 12;
+  options.two_level = true;
+  options.objects = 2;
+  options.k = 3;
+  return testing::random_trace(options);
+}
+bool in_scene(const Header& header, std::uint32_t address) {
+  return address * header.node_sizes().unit() < header.objects_base();
+}
 RandomTrace overflowing() {
   RandomOptions options;
   options.seed = 6;
@@ -314,7 +327,7 @@ std::vector<Case> cases() {
        })},
       {"SourceEntryOutOfOrder", replaying, "must be the next source entry",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::replay_take && ++p.event.node; })},
-      {"TransformMissing", replaying, "must follow the take of a BLAS node", on_event([](EventPlace p) {
+      {"TransformMissing", replaying, "must follow the take of a node inside an instance", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1) return false;
          p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
          --p.round.event_count;
@@ -326,6 +339,30 @@ std::vector<Case> cases() {
       {"TransformWithoutTake", replaying, "transformed for alone", on_event([](EventPlace p) {
          return p.event.kind() == EventKind::visit_instance && p.event.detail == 0 && (p.event.detail = 1);
        })},
+      {"SceneTransformMissing", placed, "the instance must be the one", on_event([](EventPlace p) {
+         if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1 || p.last_in_round) return false;
+         const Event& next = p.ray.events[p.index + 1];
+         if (next.kind() != EventKind::visit_instance || next.detail != 1) return false;
+         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
+         --p.round.event_count;
+         return true;
+       })},
+      {"ObjectTransformMissing", placed, "must follow the take of a node inside an instance",
+       on_event([](EventPlace p) {
+         if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1) return false;
+         if (in_scene(p.header, p.event.node)) return false;
+         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
+         --p.round.event_count;
+         return true;
+       })},
+      {"TransformToAnotherObject", placed, "through which the node was checkpointed", on_event([](EventPlace p) {
+         return p.event.kind() == EventKind::visit_instance && p.event.detail == 1 &&
+                in_scene(p.header, p.event.node) && ++p.event.node;
+       })},
+      {"SceneLeafThatTheHeaderDoesNotName", placed, "must be one of the header's scene_leaves",
+       [](RandomTrace& trace) {
+         return trace.header.scene_leaves.assign(1, {trace.header.root, 0}), true;
+       }},
       // Stack
       {"StackNotEmptyAtRoundEnd", restarting, "the stack must be empty", on_event([](EventPlace p) {
          if (!p.last_in_round) return false;
@@ -478,7 +515,7 @@ std::string fault_in_file(const RandomTrace& trace, std::string& place) {
 }
 
 TEST(Check, SoundTracesPass) {
-  for (auto* base : {replaying, overflowing, restarting, single_round, closest_hit}) {
+  for (auto* base : {replaying, placed, overflowing, restarting, single_round, closest_hit}) {
     const RandomTrace trace = base();
     std::string place;
     EXPECT_EQ(fault_in_memory(trace, place), "") << place;

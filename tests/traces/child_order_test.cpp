@@ -115,7 +115,7 @@ TEST(PopOrder, NamesTheNextChildByTheSlots) {
     EXPECT_TRUE(order.by_slots());
     for_each_set_of_children([&](const std::vector<Child>& children) {
       if (children.empty()) return;
-      StackFrame frame{7, 9, 0}, rest;
+      StackFrame frame{7, {3, 9}, 0}, rest;
       unsigned internal = 0;
       for (const Child& child : children) {
         frame.remaining |= 1u << child.slot;
@@ -128,7 +128,7 @@ TEST(PopOrder, NamesTheNextChildByTheSlots) {
       std::vector<unsigned> popped, expected;
       for (; !frames.empty(); frames.pop_back()) {
         EXPECT_EQ(frames.back().parent, 7u);
-        EXPECT_EQ(frames.back().context, 9u);
+        EXPECT_EQ(frames.back().path, (InstancePath{3, 9}));
         ASSERT_NE(frames.back().remaining, 0u);
         for (unsigned& left = frames.back().remaining; left != 0; left &= ~(1u << popped.back())) {
           popped.push_back(order.next(left));

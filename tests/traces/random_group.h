@@ -31,6 +31,7 @@ struct RandomOptions {
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   bool two_level = false;
+  unsigned objects = 0;  ///< with two_level: TLASes below a scene TLAS; 0: there is none
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
   Tracing tracing = Tracing::multi;  ///< single and closest need checkpoint = false; closest k = 1
@@ -41,7 +42,7 @@ struct RandomTrace {
   std::vector<RayGroup> groups;
 };
 
-/// The node image: a TLAS or monolithic tree, then the BLAS.
+/// The node image: a TLAS or monolithic tree, or a scene TLAS and those of the objects, then the BLAS.
 class RandomTree {
  public:
   RandomTree(const RandomOptions& options, std::mt19937& random) : options_(options), random_(random) {
@@ -55,6 +56,17 @@ class RandomTree {
       grow(root_, options.depth, leaf);
     }
     if (!options.two_level) return;
+    const std::uint32_t scene_end = next_;
+    for (unsigned object = 0; object < options.objects; ++object) {
+      object_roots_.push_back(++next_);  // behind a header
+      next_ += units(NodeKind::internal);
+      grow(object_roots_.back(), std::max(1U, options.depth - 1), leaf);
+    }
+    if (options.objects != 0) {
+      for (const auto& [address, kind] : leaf_kinds_) {
+        if (address < scene_end) scene_leaves_[address] = static_cast<std::uint32_t>(random_() % options.objects);
+      }
+    }
     blas_base_ = next_++;
     blas_root_ = next_;
     if (options.blas_root_is_leaf) {
@@ -77,6 +89,8 @@ class RandomTree {
   std::uint32_t blas_base() const { return blas_base_; }
   std::uint32_t blas_root() const { return blas_root_; }
   std::uint32_t end() const { return next_; }
+  const std::vector<std::uint32_t>& object_roots() const { return object_roots_; }
+  const std::map<std::uint32_t, std::uint32_t>& scene_leaves() const { return scene_leaves_; }  ///< object by address
   std::uint32_t units(NodeKind kind) const { return NodeSizes(options_.layout, options_.bvh_width).units(kind); }
 
  private:
@@ -106,6 +120,8 @@ class RandomTree {
   std::mt19937& random_;
   std::map<std::uint32_t, NodeDefinition> internals_;
   std::map<std::uint32_t, NodeKind> leaf_kinds_;
+  std::vector<std::uint32_t> object_roots_;
+  std::map<std::uint32_t, std::uint32_t> scene_leaves_;
   std::uint32_t next_ = 1;  ///< the file header takes the first unit
   std::uint32_t root_ = 0;
   std::uint32_t blas_base_ = 0;
@@ -130,8 +146,10 @@ class RandomRay {
  private:
   struct Entry {
     std::uint32_t address;
-    std::uint32_t context;
     std::uint64_t t;
+    std::uint32_t scene;     ///< leaf of the scene TLAS above; 0: none
+    std::uint32_t instance;  ///< leaf above the BLAS; 0: none
+    std::uint64_t context() const { return std::uint64_t{scene} << 32 | instance; }
   };
   struct Hit {
     std::uint64_t t;
@@ -171,7 +189,7 @@ class RandomRay {
     round.preloaded = static_cast<std::uint16_t>(preload);
 
     stack_.clear();
-    if (!replay) stack_.push_back({tree_.root(), 0, 0});
+    if (!replay) stack_.push_back({tree_.root(), 0, 0, 0});
     while (true) {
       if (!stack_.empty()) {
         const Entry top = stack_.back();
@@ -231,9 +249,8 @@ class RandomRay {
       return;
     }
     push_event(EventKind::replay_take, entry.address, 0, 0);
-    if (options_.two_level && entry.address >= tree_.blas_base()) {
-      push_event(EventKind::visit_instance, entry.context, 1, 0);
-    }
+    if (entry.scene != 0) push_event(EventKind::visit_instance, entry.scene, 1, 0);
+    if (entry.instance != 0) push_event(EventKind::visit_instance, entry.instance, 1, 0);
     stack_.push_back(entry);
   }
 
@@ -247,7 +264,11 @@ class RandomRay {
         return handle_internal(top);
       case NodeKind::instance:
         push_event(EventKind::visit_instance, top.address, 0, 0);
-        stack_.push_back({tree_.blas_root(), top.address, top.t});
+        if (const auto leaf = tree_.scene_leaves().find(top.address); leaf != tree_.scene_leaves().end()) {
+          stack_.push_back({tree_.object_roots()[leaf->second], top.t, top.address, 0});
+        } else {
+          stack_.push_back({tree_.blas_root(), top.t, top.scene, top.address});
+        }
         return;
       default:
         return handle_leaf(top);
@@ -261,9 +282,9 @@ class RandomRay {
     unsigned checkpoint_mask = 0;
     std::uint32_t address = node.child_base;
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
-      const Entry child{address, top.context, top.t + hash(address, top.context, 1) % 1000};
+      const Entry child{address, top.t + hash(address, top.context(), 1) % 1000, top.scene, top.instance};
       address += tree_.units(node.child_kinds[slot]);
-      if (hash(child.address, top.context, 2) % 10 >= 8) continue;  // box missed
+      if (hash(child.address, top.context(), 2) % 10 >= 8) continue;  // box missed
       if (child.t > t_max_) {
         if (write(child)) checkpoint_mask |= 1U << slot;
       } else {
@@ -286,9 +307,9 @@ class RandomRay {
   }
 
   void handle_leaf(const Entry& top) {
-    const std::uint64_t t_hit = top.t + hash(top.address, top.context, 3) % 1000;
-    const std::uint32_t gaussian = top.context != 0 ? top.context : top.address / 2;  // a shared one now and then
-    if (hash(top.address, top.context, 4) % 10 >= 8) return leaf(top, LeafOutcome::miss);
+    const std::uint64_t t_hit = top.t + hash(top.address, top.context(), 3) % 1000;
+    const std::uint32_t gaussian = top.instance != 0 ? top.instance : top.address / 2;  // a shared one now and then
+    if (hash(top.address, top.context(), 4) % 10 >= 8) return leaf(top, LeafOutcome::miss);
     if (t_hit > t_max_) {
       push_event(EventKind::visit_leaf, top.address, static_cast<unsigned>(LeafOutcome::beyond), write(top) ? 1 : 0);
       return;
@@ -327,7 +348,7 @@ class RandomRay {
 
   // How many entries a heap moves depends on its layout; here any legal number will do.
   void collect_unsorted(const Entry& top, const Hit& hit) {
-    const std::uint64_t moves = hash(top.address, top.context, 5);
+    const std::uint64_t moves = hash(top.address, top.context(), 5);
     if (k_buffer_.size() < options_.k) {
       k_buffer_.push_back(hit);
       const bool filled = k_buffer_.size() == options_.k;
@@ -406,6 +427,8 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.blas_root = tree.blas_root() * unit;
   header.blas_bytes = options.two_level ? (tree.end() - tree.blas_base()) * unit : 0;
   header.blas_root_is_leaf = options.blas_root_is_leaf;
+  for (const std::uint32_t root : tree.object_roots()) header.object_roots.push_back(root * unit);
+  for (const auto& [address, object] : tree.scene_leaves()) header.scene_leaves.push_back({address * unit, object});
   header.gaussians = tree.end();
   header.sh_degree = 3;
   header.sh_record_bytes = 192;
@@ -429,6 +452,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
 /// One line for test names and failure messages.
 inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
+         (o.objects != 0 ? " of " + std::to_string(o.objects) + " objects" : "") +
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
          std::to_string(o.bvh_width) + " " + std::string(name_of(o.layout)) + " k " + std::to_string(o.k) +
          (o.checkpoint ? " checkpoint " : " restart ") + std::string(name_of(o.checkpoint_order)) + " capacity " +
@@ -484,6 +508,15 @@ inline std::vector<RandomOptions> all_random_options() {
     o.seed = ++seed;
     if (i % 3 != 0) o.child_order = ChildOrder::vulkan_sim;
     o.pop_test = i % 3 != 1 ? PopTest::off : PopTest::on;
+    all.push_back(o);
+  }
+  // Each two-level one once more below a scene TLAS.
+  for (std::size_t i = 0, count = all.size(); i < count; ++i) {
+    RandomOptions o = all[i];
+    if (!o.two_level) continue;
+    o.seed = ++seed;
+    o.objects = 1 + seed % 3;
+    o.depth = o.bvh_width == 2 ? 4 : o.bvh_width == 6 ? 2 : 1;  // three trees deep, a ray visits many nodes
     all.push_back(o);
   }
   return all;

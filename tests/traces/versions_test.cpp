@@ -52,6 +52,49 @@ std::string fault_of(const std::string& json, std::uint32_t version) {
   }
 }
 
+TEST(Versions, ASceneTlasNeedsTheSixth) {
+  testing::RandomOptions options;
+  options.two_level = true;
+  for (const unsigned objects : {0U, 2U}) {
+    options.objects = objects;
+    const auto trace = testing::random_trace(options);
+    const testing::TemporaryFile file;
+    testing::write_trace(file.path(), trace.header, trace.groups);
+    const std::string bytes = read_file(file.path());
+    EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), objects == 0 ? 4 : 6);
+    const Reader reader(file.path());
+    EXPECT_EQ(reader.header().object_roots, trace.header.object_roots);
+    EXPECT_EQ(reader.header().scene_leaves, trace.header.scene_leaves);
+    const std::string json = header_to_json(trace.header);
+    const std::string unknown = objects == 0 ? "key 'pop_test' is missing" : "key 'object_roots' is unknown";
+    EXPECT_THAT(fault_of(json, 5), HasSubstr(unknown));
+  }
+}
+
+TEST(Versions, RefuseASceneTlasThatLeadsNowhere) {
+  testing::RandomOptions options;
+  options.two_level = true;
+  options.objects = 2;
+  const Header sound = testing::random_trace(options).header;
+  const auto refusal = [&](auto&& damage) {
+    Header header = sound;
+    damage(header);
+    return fault_of(header_to_json(header), 6);
+  };
+  EXPECT_EQ(refusal([](Header&) {}), "");
+  EXPECT_THAT(refusal([](Header& h) { h.object_roots[0] += 1; }), HasSubstr("object_roots must be multiples of 64"));
+  EXPECT_THAT(refusal([](Header& h) { h.object_roots[1] = h.object_roots[0]; }), HasSubstr("object_roots must ascend"));
+  EXPECT_THAT(refusal([](Header& h) { h.object_roots[1] = h.blas_base; }), HasSubstr("object_roots must ascend"));
+  EXPECT_THAT(refusal([](Header& h) { h.scene_leaves.clear(); }), HasSubstr("scene_leaves must be one or more"));
+  EXPECT_THAT(refusal([](Header& h) { h.scene_leaves[0].object = 2; }), HasSubstr("must name one of object_roots"));
+  EXPECT_THAT(refusal([](Header& h) { h.scene_leaves[0].address += 32; }), HasSubstr("scene_leaves must be multiples"));
+  EXPECT_THAT(refusal([](Header& h) { h.scene_leaves.back().address = h.object_roots[0]; }),
+              HasSubstr("scene_leaves must ascend"));
+  std::string pairs = header_to_json(sound);
+  pairs.replace(pairs.find("[["), 2, "[[7,");
+  EXPECT_THAT(fault_of(pairs, 6), HasSubstr("key 'scene_leaves' must hold pairs"));
+}
+
 TEST(Versions, HaveTheirOwnKeys) {
   Header header;
   const std::string four = header_to_json(header);

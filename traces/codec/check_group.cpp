@@ -40,8 +40,6 @@ class GroupChecker {
  private:
   static constexpr std::size_t kNowhere = ~std::size_t{0};
   static constexpr std::uint32_t kRootParent = GroupModel::kRootParent;
-  static constexpr std::uint32_t kBlasRootParent = GroupModel::kBlasRootParent;
-  static constexpr std::uint32_t kFirstNode = GroupModel::kFirstNode;
 
   [[noreturn, gnu::cold, gnu::noinline]] void fail(const char* rule) const {
     std::string place = "group " + std::to_string(group_->index);
@@ -141,12 +139,13 @@ class GroupChecker {
       for (const NodeReference& entry : source_) {
         addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
       }
-      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.blas_begin());
+      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.levels());
     }
     lossless_ = header_->checkpoint && !round.overflow;
-    StackFrame top{kRootParent, 0, round.replay ? 0U : 1U};
+    StackFrame top{kRootParent, {}, round.replay ? 0U : 1U};
     std::size_t depth = 0;  // of the frames below
     CheckedNode* const nodes = nodes_.begin();
+    const std::uint32_t first_node = nodes_.first_node();
     const std::uint32_t node_count = nodes_.dictionary_size();
     const bool by_slots = pop_order_.by_slots();
     std::uint64_t visits_internal = 0;
@@ -156,10 +155,9 @@ class GroupChecker {
       if (top.remaining == 0) {
         if (depth == 0) {
           top = check_read(event);
-          if (top.remaining == 0 || !nodes_.is_blas(event.node)) continue;
-          ++event_;
-          require(event_ < events.size(), "visit_instance must follow the take of a BLAS node");
-          check_transform(events[event_], top.context);
+          if (top.remaining == 0) continue;
+          if (nodes_.levels().is_object(event.node)) check_transform(events, top.path.scene);
+          if (nodes_.levels().is_blas(event.node)) check_transform(events, top.path.instance);
           continue;
         }
         top = frames_[--depth];
@@ -171,7 +169,7 @@ class GroupChecker {
       std::uint32_t address = event.node;
       if (kind == EventKind::visit_internal) {
         require(event.node < node_count, "the node index exceeds the dictionary");
-        address = nodes[kFirstNode + event.node].address;
+        address = nodes[first_node + event.node].address;
       }
       const unsigned slot = parent.slot_of(top.remaining, address);
       require(slot < kMaxWidth, "the node must be on top of the stack");
@@ -185,32 +183,31 @@ class GroupChecker {
         if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
           ++misses;
         } else {
-          check_leaf(event, {top.parent, slot, top.context});
+          check_leaf(event, {top.parent, slot, top.path});
         }
         continue;
       }
       if (kind == EventKind::visit_internal) {
         require((parent.internal_mask >> slot & 1) != 0, "the node on top of the stack is not internal");
-        CheckedNode& node = nodes[kFirstNode + event.node];
+        CheckedNode& node = nodes[first_node + event.node];
         require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
         require((event.pushed() | event.checkpoints) >> node.child_count == 0,
                 "the child masks exceed the child count");
         require(event.shifts() == 0, "only an insertion shifts");
         node.visited = true;
         ++visits_internal;
-        pushed = {kFirstNode + event.node, top.context, event.pushed()};
+        pushed = {first_node + event.node, top.path, event.pushed()};
         for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
-          write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.context});
+          write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.path});
         }
       } else if (kind == EventKind::cull) {
         require(header_->pop_test == PopTest::on, "without pop_test no stack entry holds a t to be culled by");
         require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
         ++totals_.culls;
-        check_dropped_or_written(event, {top.parent, slot, top.context});
+        check_dropped_or_written(event, {top.parent, slot, top.path});
       } else {
         require(kind == EventKind::visit_instance, "the stack is not empty: its top must be visited or culled");
-        check_instance(event, {top.parent, slot, top.context});
-        pushed = {kBlasRootParent, address, 1};
+        pushed = check_instance(event, {top.parent, slot, top.path});
       }
       if (pushed.remaining == 0) continue;
       if (depth == frames_.size()) [[unlikely]]
@@ -239,9 +236,13 @@ class GroupChecker {
     parent.instance_mask = kind == EventKind::visit_instance ? 1 : 0;
   }
 
-  void check_transform(const Event& event, std::uint32_t instance) {
+  // The next event, for a node taken from the source buffer that lies below `instance`.
+  void check_transform(std::span<const Event> events, std::uint32_t instance) {
+    ++event_;
+    require(event_ < events.size(), "visit_instance must follow the take of a node inside an instance");
+    const Event& event = events[event_];
     require(event.kind() == EventKind::visit_instance && event.detail == 1,
-            "visit_instance with detail 1 must follow the take of a BLAS node");
+            "visit_instance with detail 1 must follow the take of a node inside an instance");
     require(event.node == instance, "the instance must be the one through which the node was checkpointed");
     require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
     ++totals_.visits_instance;
@@ -264,21 +265,28 @@ class GroupChecker {
     require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
     if (take) {
       require(event.checkpoints == 0, "a taken entry is not checkpointed again");
-      return {entry.parent, entry.context, 1U << entry.slot};
+      return {entry.parent, entry.path, 1U << entry.slot};
     }
     check_dropped_or_written(event, entry);
     return {};
   }
 
-  void check_instance(const Event& event, const NodeReference& popped) {
+  // Returns what is pushed.
+  StackFrame check_instance(const Event& event, const NodeReference& popped) {
     require(header_->two_level, "an instance leaf needs a two-level structure");
     require((nodes_[popped.parent].instance_mask >> popped.slot & 1) != 0,
             "the node on top of the stack is not an instance leaf");
-    require(event.detail == 0, "only a BLAS node taken from the source buffer is transformed for alone (detail 1)");
+    require(event.detail == 0, "only a node taken from the source buffer is transformed for alone (detail 1)");
     require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
-    require(popped.context == 0, "an instance leaf cannot lie inside the BLAS");
+    require(popped.path.instance == 0, "an instance leaf cannot lie inside the BLAS");
+    const InstanceLevels& levels = nodes_.levels();
+    require(levels.is_scene(event.node) == (header_->three_level() && popped.path.scene == 0),
+            "a leaf of the scene TLAS leads to an object, whose leaves lead to the BLAS");
+    const std::uint32_t root = levels.root_below(event.node);
+    require(root != InstanceLevels::kNoRoot, "the leaf of a scene TLAS must be one of the header's scene_leaves");
     require_in_image(event.node, NodeKind::instance);
     ++totals_.visits_instance;
+    return {root, levels.below(popped.path, event.node), 1};
   }
 
   void check_leaf(const Event& event, const NodeReference& popped) {

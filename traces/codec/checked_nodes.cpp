@@ -19,13 +19,18 @@ const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefin
   const std::uint64_t image_units = header.node_image_bytes / sizes.unit();
   const std::uint64_t node_units = sizes.units(NodeKind::internal);
   shapes_.set_sizes(sizes);
-  nodes_.resize(GroupModel::kFirstNode + dictionary.size());
+  levels_ = InstanceLevels(header);
+  nodes_.resize(first_node() + dictionary.size());
   nodes_[GroupModel::kRootParent] = pseudo_parent(header.root / sizes.unit());
   nodes_[GroupModel::kBlasRootParent] = pseudo_parent(header.blas_root / sizes.unit());
   nodes_[GroupModel::kBlasRootParent].internal_mask = header.blas_root_is_leaf ? 0 : 1;
-  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / sizes.unit()) : 0xFFFFFFFF;
+  for (std::size_t object = 0; object < header.object_roots.size(); ++object) {
+    CheckedNode& parent = nodes_[InstanceLevels::kFirstObjectRoot + object];
+    parent = pseudo_parent(header.object_roots[object] / sizes.unit());
+    parent.internal_mask = 1;
+  }
   std::int64_t last_address = -1;
-  CheckedNode* next = nodes_.data() + GroupModel::kFirstNode;
+  CheckedNode* next = nodes_.data() + first_node();
   for (const NodeDefinition& definition : dictionary) {
     if (definition.address <= last_address) return "nodes must ascend by address";
     last_address = definition.address;
@@ -48,8 +53,7 @@ const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefin
 }
 
 bool CheckedNodes::all_visited() const {
-  return std::all_of(nodes_.begin() + GroupModel::kFirstNode, nodes_.end(),
-                     [](const CheckedNode& node) { return node.visited; });
+  return std::all_of(nodes_.begin() + first_node(), nodes_.end(), [](const CheckedNode& node) { return node.visited; });
 }
 
 }  // namespace grtx::traces

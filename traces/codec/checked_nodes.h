@@ -33,7 +33,7 @@ struct alignas(16) CheckedNode {
   }
 };
 
-/// Two pseudo parents, then the dictionary: indices as in GroupModel. Keeps its memory.
+/// Pseudo parents, then the dictionary: indices as in GroupModel. Keeps its memory.
 class CheckedNodes {
  public:
   /// Replaces all nodes. Returns the rule that they break, or null.
@@ -42,17 +42,16 @@ class CheckedNodes {
   CheckedNode* begin() { return nodes_.data(); }
   CheckedNode& operator[](std::uint32_t index) { return nodes_[index]; }
   const CheckedNode& operator[](std::uint32_t index) const { return nodes_[index]; }
-  std::uint32_t dictionary_size() const { return static_cast<std::uint32_t>(nodes_.size()) - GroupModel::kFirstNode; }
+  std::uint32_t dictionary_size() const { return static_cast<std::uint32_t>(nodes_.size()) - first_node(); }
+  std::uint32_t first_node() const { return levels_.roots(); }
   /// Every node of the dictionary.
   bool all_visited() const;
-  /// First address inside the BLAS in units.
-  std::uint32_t blas_begin() const { return blas_begin_; }
-  bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
+  const InstanceLevels& levels() const { return levels_; }
 
  private:
   ShapeTable shapes_;
   std::vector<CheckedNode> nodes_;
-  std::uint32_t blas_begin_ = 0xFFFFFFFF;
+  InstanceLevels levels_;
 };
 
 }  // namespace grtx::traces

@@ -39,8 +39,8 @@ void DictionaryDecoder::ascend(std::int64_t address) {
 /// `tree_mask`: mask of its children in a tree, else 0.
 void DictionaryDecoder::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape,
                             unsigned tree_mask) {
-  model_.set(GroupModel::kFirstNode + index, node, shape);
-  NodeModel& model = model_[GroupModel::kFirstNode + index];
+  model_.set(model_.first_node() + index, node, shape);
+  NodeModel& model = model_[model_.first_node() + index];
   ByteReader& hits = readers_[Column::node_hits];
   model.last_hits = static_cast<std::uint8_t>(hits.u8() ^ tree_mask);
   if (model.last_hits >> model.child_count != 0) hits.fail("names a child that is not there");
@@ -76,7 +76,7 @@ void DictionaryDecoder::take_tree(const Header& header, unsigned flags, std::vec
     const auto at = static_cast<std::int64_t>((first ? header.root : header.blas_root) / header.node_sizes().unit());
     nodes[next].address = checked_u32(masks, at);
     ascend(at);
-    model_[first ? GroupModel::kRootParent : GroupModel::kBlasRootParent].links[0] = GroupModel::kFirstNode + next;
+    model_[first ? GroupModel::kRootParent : GroupModel::kBlasRootParent].links[0] = model_.first_node() + next;
     walk_[0] = next++ | kSkipped;
     std::size_t depth = 1;
     while (depth != 0) {
@@ -95,7 +95,7 @@ void DictionaryDecoder::take_tree(const Header& header, unsigned flags, std::vec
       // The lowest slot comes first, so it goes on top.
       unsigned skipped = shape.internal_mask & ~linked;
       if (depth != 0 && skipped > linked) walk_[depth - 1] |= kSkipped;
-      NodeModel& model = model_[GroupModel::kFirstNode + index];
+      NodeModel& model = model_[model_.first_node() + index];
       depth += count;
       std::size_t place = depth;
       for (unsigned left = linked; left != 0; left &= left - 1) {
@@ -103,7 +103,7 @@ void DictionaryDecoder::take_tree(const Header& header, unsigned flags, std::vec
         const std::int64_t address = static_cast<std::int64_t>(node.child_base) + (shape.offsets >> (4 * slot) & 0xF);
         nodes[next].address = checked_u32(masks, address);
         ascend(address);
-        model.links[slot] = GroupModel::kFirstNode + next;
+        model.links[slot] = model_.first_node() + next;
         const unsigned before = (1U << slot) - 1;
         walk_[--place] = next++ | ((skipped & before) != 0 ? kSkipped : 0);
         skipped &= ~before;

@@ -18,7 +18,7 @@ class DictionaryDecoder {
   /// Reads from `readers` and adds nodes to `model`, which GroupDecoder begins. Both must outlive this.
   DictionaryDecoder(ColumnReaders& readers, GroupModel& model) : readers_(readers), model_(model) {}
 
-  /// Fills `nodes`, whose size is their number, ascending by address: node i is GroupModel::kFirstNode + i of the
+  /// Fills `nodes`, whose size is their number, ascending by address: node i is model_.first_node() + i of the
   /// model. `flags` tell how they are stored (kNodesInTree and others).
   void take(const Header& header, unsigned flags, std::vector<NodeDefinition>& nodes);
 

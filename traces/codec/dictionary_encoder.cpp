@@ -50,7 +50,7 @@ std::uint32_t DictionaryEncoder::reach(std::uint32_t parent, unsigned slot, std:
     const auto found = std::lower_bound(records_.begin(), end, address,
                                         [](const NodeRecord& r, std::uint32_t a) { return r.address < a; });
     place_.require(found != end && found->address == address, "the visited node is missing in the dictionary");
-    index = GroupModel::kFirstNode + static_cast<std::uint32_t>(found - records_.begin());
+    index = model_.first_node() + static_cast<std::uint32_t>(found - records_.begin());
   } else {
     index = add(source_->define(address));
   }
@@ -59,7 +59,7 @@ std::uint32_t DictionaryEncoder::reach(std::uint32_t parent, unsigned slot, std:
 }
 
 void DictionaryEncoder::visit_first(std::uint32_t index, unsigned hits) {
-  NodeRecord& record = records_[index - GroupModel::kFirstNode];
+  NodeRecord& record = records_[index - model_.first_node()];
   if (record.visited) return;
   record.visited = true;
   record.first_hits = static_cast<std::uint8_t>(hits);
@@ -98,7 +98,7 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
     const std::uint32_t root = nodes[parent].links[0];
     if (root == NodeModel::kUnknownLink) continue;
     flags |= flag;
-    const std::int64_t root_address = records[root - GroupModel::kFirstNode].address;
+    const std::int64_t root_address = records[root - model_.first_node()].address;
     if (root_address <= last_address || found == records_.size()) return false;
     last_address = root_address;
     ++found;
@@ -109,7 +109,7 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
       const bool skipped = (entry & kSkipped) != 0;
       const std::uint32_t index = entry & ~kSkipped;
       const NodeModel& node = nodes[index];
-      const NodeRecord& record = records[index - GroupModel::kFirstNode];
+      const NodeRecord& record = records[index - model_.first_node()];
       if (node.child_base < end || (!skipped && node.child_base > end)) return false;
       if (skipped) children = store_varint(children, node.child_base - end);
       end = node.child_base + record.units;
@@ -133,11 +133,11 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
         mask |= 1U << slot;
         walk[depth++] = child;
         __builtin_prefetch(&nodes[child]);
-        __builtin_prefetch(&records[child - GroupModel::kFirstNode]);
+        __builtin_prefetch(&records[child - model_.first_node()]);
       }
       if (mask != 0) {
-        if (records[first - GroupModel::kFirstNode].address <= last_address) return false;
-        last_address = records[last - GroupModel::kFirstNode].address;
+        if (records[first - model_.first_node()].address <= last_address) return false;
+        last_address = records[last - model_.first_node()].address;
       }
       *tree = static_cast<std::uint8_t>(mask);
       tree += node.internal_mask != 0 ? 1 : 0;
@@ -162,7 +162,7 @@ void DictionaryEncoder::put_by_address(ColumnWriter& columns) {
   std::int64_t predicted_children = 0;
   for (const std::uint32_t i : walk_) {
     const NodeRecord& record = records_[i];
-    const std::uint32_t child_base = model_[GroupModel::kFirstNode + i].child_base;
+    const std::uint32_t child_base = model_[model_.first_node() + i].child_base;
     place_.require(record.address > last_address, "two parents lead to one node");
     columns.put_varint(Column::node_address,
                        static_cast<std::uint64_t>(record.address - std::max<std::int64_t>(last_address, 0)));

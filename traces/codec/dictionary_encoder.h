@@ -55,7 +55,7 @@ class DictionaryEncoder {
   GroupModel& model_;
   const GroupPlace& place_;
   const NodeSource* source_ = nullptr;
-  std::vector<NodeRecord> records_;  ///< of the model's nodes from GroupModel::kFirstNode on
+  std::vector<NodeRecord> records_;  ///< of the model's nodes from model_.first_node() on
   bool all_listed_ = false;          ///< list() made the records, by ascending address
   std::vector<std::uint32_t> walk_;
 };

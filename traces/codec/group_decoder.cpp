@@ -148,7 +148,8 @@ class GroupDecoder {
     last_taken_ = -1;
     if (!read_order_.by_place()) read_.assign(source_.size(), false);
     NodeModel* const nodes = model_.nodes();
-    StackFrame top{GroupModel::kRootParent, 0, 1};
+    const std::uint32_t first_node = model_.first_node();
+    StackFrame top{GroupModel::kRootParent, {}, 1};
     if (round.replay) top.remaining = 0;
     std::size_t depth = 0;                         // of the frames below
     Event* event = events_.data() + event_count_;  // the next
@@ -158,7 +159,7 @@ class GroupDecoder {
         if (depth != 0) {
           top = frames_[--depth];
         } else if (taken_ != source_.size()) {
-          if (end - event < 2) grow_events(event, end);
+          if (end - event < 3) grow_events(event, end);
           top = take_replay(event);
           continue;
         } else {
@@ -187,7 +188,7 @@ class GroupDecoder {
         if ((inner >> slot & 1) == 0) {
           if ((symbol & kPopHits) != 0) pops.fail("changes hits where none are");
           if ((kSpecialLeafOps >> op & 1) != 0) {
-            *event = take_leaf({top.parent, slot, top.context}, address, op, pops);
+            *event = take_leaf({top.parent, slot, top.path}, address, op, pops);
           } else {
             *event = kLeafEvents[op];
             event->node = address;
@@ -204,18 +205,17 @@ class GroupDecoder {
           }
           NodeModel& node = nodes[index];
           if ((symbol & kPopHits) != 0) change_hits(node);
-          pushed = {index, top.context, node.last_hits};
-          *event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, node.last_hits, 0);
+          pushed = {index, top.path, node.last_hits};
+          *event = make_event(EventKind::visit_internal, index - first_node, node.last_hits, 0);
         } else {
-          pushed =
-              take_other_inner({top.parent, slot, top.context}, address, op, (symbol & kPopHits) != 0, pops, *event);
+          pushed = take_other_inner({top.parent, slot, top.path}, address, op, (symbol & kPopHits) != 0, pops, *event);
         }
         ++event;
         if (pushed.remaining == 0) continue;
         if (left != 0) {
           if (depth == frames_.size()) [[unlikely]]
             frames_.resize(2 * depth);
-          frames_[depth++] = {top.parent, top.context, NodeModel::mask_of(left)};
+          frames_[depth++] = {top.parent, top.path, NodeModel::mask_of(left)};
         }
         if (StackFrame rest; pop_order_.split(pushed, nodes[pushed.parent].internal_mask, rest)) [[unlikely]] {
           if (depth == frames_.size()) frames_.resize(2 * depth);
@@ -245,7 +245,7 @@ class GroupDecoder {
     node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
   }
 
-  // Room for two events or more behind `next`.
+  // Room for three events or more behind `next`.
   [[gnu::noinline]] void grow_events(Event*& next, const Event*& end) {
     const auto used = static_cast<std::size_t>(next - events_.data());
     if (used - replayed_ > pops_left_) fail_pops();
@@ -277,15 +277,20 @@ class GroupDecoder {
     if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
     if (static_cast<ReplayOp>(op) == ReplayOp::take) {
       *event++ = make_event(EventKind::replay_take, address, 0, 0);
-      if (!model_.is_blas(address)) return {entry.parent, entry.context, 1U << entry.slot};
-      ++replayed_;
-      *event++ = make_event(EventKind::visit_instance, entry.context, 1, 0);
-      return {entry.parent, entry.context, 1U << entry.slot};
+      if (model_.levels().is_object(address)) take_instance(event, entry.path.scene);
+      if (model_.levels().is_blas(address)) take_instance(event, entry.path.instance);
+      return {entry.parent, entry.path, 1U << entry.slot};
     }
     const bool checkpointed = static_cast<ReplayOp>(op) == ReplayOp::forward_checkpointed;
     *event++ = make_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
     if (checkpointed) destination_.push_back(entry);
     return {};
+  }
+
+  // The visit of the instance leaf above a node that was taken.
+  void take_instance(Event*& event, std::uint32_t leaf) {
+    ++replayed_;
+    *event++ = make_event(EventKind::visit_instance, leaf, 1, 0);
   }
 
   // A leaf operation of kSpecialLeafOps.
@@ -318,8 +323,10 @@ class GroupDecoder {
     if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
       pops.fail("holds an operation that an instance leaf cannot have");
     }
+    const std::uint32_t root = model_.levels().root_below(address);
+    if (root == InstanceLevels::kNoRoot) pops.fail("visits a leaf of the scene TLAS that the header does not name");
     event = make_event(EventKind::visit_instance, address, 0, 0);
-    return {GroupModel::kBlasRootParent, address, 1};
+    return {root, model_.levels().below(popped.path, address), 1};
   }
 
   // The visit of an internal node that checkpoints children. Returns what is pushed.
@@ -340,11 +347,11 @@ class GroupDecoder {
       checkpoints = scatter_bits(gathered, hits);
     }
     for (unsigned left = checkpoints; left != 0; left &= left - 1) {
-      destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.context});
+      destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.path});
     }
     const unsigned pushed = hits & ~checkpoints;
-    event = make_event(EventKind::visit_internal, index - GroupModel::kFirstNode, pushed, checkpoints);
-    return {index, popped.context, pushed};
+    event = make_event(EventKind::visit_internal, index - model_.first_node(), pushed, checkpoints);
+    return {index, popped.path, pushed};
   }
 
   /// Index into the model of the internal node at `address`.
@@ -354,7 +361,7 @@ class GroupDecoder {
     if (found == nodes_->end() || found->address != address) {
       throw Malformed("a visited internal node is missing in the dictionary");
     }
-    return GroupModel::kFirstNode + static_cast<std::uint32_t>(found - nodes_->begin());
+    return model_.first_node() + static_cast<std::uint32_t>(found - nodes_->begin());
   }
 
   static constexpr std::uint64_t kU32 = std::numeric_limits<std::uint32_t>::max();

@@ -29,13 +29,15 @@ struct GroupEncoder::Impl {
   }
 
   void put_events(const Round& round, std::span<const Event> events);
-  void pop_leaf(const Event* event, ChildPlace at, std::uint32_t context);
-  StackFrame pop_inner(const Event* event, ChildPlace at, std::uint32_t context);
-  void checkpoint(ChildPlace at, std::uint32_t context) { destination_.push_back({at.parent(), at.slot(), context}); }
+  void pop_leaf(const Event* event, ChildPlace at, const InstancePath& path);
+  StackFrame pop_inner(const Event* event, ChildPlace at, const InstancePath& path);
+  void checkpoint(ChildPlace at, const InstancePath& path) { destination_.push_back({at.parent(), at.slot(), path}); }
+  void take_instance(const Event* event, std::uint32_t leaf);
   bool read_source(const Event* event, StackFrame& taken);
 
   PopEncoder out_;
   const GroupModel& model_ = out_.model();
+  const InstanceLevels& levels_ = model_.levels();
   bool two_level_ = false;
   ReadOrder read_order_;
   PopOrder pop_order_;
@@ -92,22 +94,21 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
   if (!read_order_.by_place() && round.replay) {
     addresses_.clear();
     for (const NodeReference& entry : source_) addresses_.push_back(model_[entry.parent].child_address(entry.slot));
-    assigned_ = &assignment_.assign(addresses_, source_, events, model_.blas_begin());
+    assigned_ = &assignment_.assign(addresses_, source_, events, levels_);
   }
-  StackFrame top{GroupModel::kRootParent, 0, round.replay ? 0U : 1U};
+  StackFrame top{GroupModel::kRootParent, {}, round.replay ? 0U : 1U};
   frames_.clear();  // below the top
   const Event* const end = events.data() + events.size();
   for (const Event* event = events.data(); event != end; ++event) {
     if (top.remaining == 0) {
       if (frames_.empty()) {
-        if (!read_source(event, top) || !model_.is_blas(event->node)) continue;
-        require(event + 1 != end, event, "visit_instance must follow the take of a BLAS node");
-        ++event;
-        out_.instance_of_taken();
-        require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == top.context &&
-                    event->checkpoints == 0 && event->shifts() == 0,
-                event,
-                "must be the visit of the instance leaf through which the taken BLAS node was reached (detail 1)");
+        if (!read_source(event, top)) continue;
+        const std::uint32_t taken = event->node;
+        const bool scene = levels_.is_object(taken), instance = levels_.is_blas(taken);
+        require(end - event > (scene ? 1 : 0) + (instance ? 1 : 0), event,
+                "visit_instance must follow the take of a node inside an instance");
+        if (scene) take_instance(++event, top.path.scene);
+        if (instance) take_instance(++event, top.path.instance);
         continue;
       }
       top = frames_.back();
@@ -124,10 +125,10 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     const ChildPlace at = out_.pop(top.parent, top.remaining, slot);
     top.remaining &= ~(1U << slot);
     if (event->kind() == EventKind::visit_leaf) {
-      pop_leaf(event, at, top.context);
+      pop_leaf(event, at, top.path);
       continue;
     }
-    StackFrame pushed = pop_inner(event, at, top.context);
+    StackFrame pushed = pop_inner(event, at, top.path);
     if (pushed.remaining == 0) continue;
     if (top.remaining != 0) frames_.push_back(top);
     if (StackFrame rest; pop_order_.split(pushed, model_[pushed.parent].internal_mask, rest)) frames_.push_back(rest);
@@ -138,7 +139,15 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
   if (round.overflow) destination_.clear();
 }
 
-void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, std::uint32_t context) {
+// For a node taken from the source buffer that lies below the instance leaf at `leaf`.
+void GroupEncoder::Impl::take_instance(const Event* event, std::uint32_t leaf) {
+  out_.instance_of_taken();
+  require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == leaf &&
+              event->checkpoints == 0 && event->shifts() == 0,
+          event, "must be the visit of the instance leaf through which the taken node was reached (detail 1)");
+}
+
+void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, const InstancePath& path) {
   const NodeModel& parent = model_[at.parent()];
   require((parent.internal_mask >> at.slot() & 1) == 0 && !parent.is_instance(at.slot()), event,
           "no leaf is on top of the stack");
@@ -146,7 +155,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, std::uint32
   if (event->checkpoints != 0) {
     require(event->checkpoints == 1 && event->outcome() == LeafOutcome::beyond, event,
             "only a leaf beyond t_max is checkpointed");
-    checkpoint(at, context);
+    checkpoint(at, path);
   }
   const bool shifts = event->outcome() == LeafOutcome::inserted || event->outcome() == LeafOutcome::displaced;
   require(shifts || event->shifts() == 0, event, "only an insertion shifts");
@@ -154,7 +163,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, std::uint32
 }
 
 /// Returns what is pushed: maybe nothing.
-StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, std::uint32_t context) {
+StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, const InstancePath& path) {
   const unsigned slot = at.slot();
   if (event->kind() == EventKind::visit_internal) {
     require(model_[at.parent()].is_internal(slot), event, "no internal node is on top of the stack");
@@ -164,14 +173,14 @@ StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, std:
             "a visit pushes or checkpoints children that exist, each once, and shifts nothing");
     out_.internal(at, index, event->pushed(), event->checkpoints);
     for (unsigned left = event->checkpoints; left != 0; left &= left - 1) {
-      checkpoint({index, static_cast<unsigned>(std::countr_zero(left))}, context);
+      checkpoint({index, static_cast<unsigned>(std::countr_zero(left))}, path);
     }
-    return {index, context, event->pushed()};
+    return {index, path, event->pushed()};
   }
   if (event->kind() == EventKind::cull) {
     require(event->detail == 0 && event->shifts() == 0, event, "a cull has no detail and no shifts");
     require(event->checkpoints <= 1, event, "a cull writes at most one checkpoint");
-    if (event->checkpoints != 0) checkpoint(at, context);
+    if (event->checkpoints != 0) checkpoint(at, path);
     out_.cull(at, event->checkpoints);
     return {};
   }
@@ -180,8 +189,10 @@ StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, std:
   require(two_level_, event, "instance leaves need a two-level structure");
   require(event->checkpoints == 0 && event->shifts() == 0, event,
           "the visit of an instance leaf has no checkpoints, no shifts");
+  const std::uint32_t root = levels_.root_below(event->node);
+  require(root != InstanceLevels::kNoRoot, event, "the leaf of a scene TLAS must be one of the header's scene_leaves");
   out_.instance(at);
-  return {GroupModel::kBlasRootParent, event->node, 1};
+  return {root, levels_.below(path, event->node), 1};
 }
 
 /// Returns whether the entry was pushed: `taken` is its frame.
@@ -204,7 +215,7 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
   require(event->checkpoints <= (take ? 0 : 1), event, "a forward writes at most one checkpoint, a take none");
   if (take) {
     out_.take();
-    taken = {entry.parent, entry.context, 1U << entry.slot};
+    taken = {entry.parent, entry.path, 1U << entry.slot};
     return true;
   }
   out_.forward(event->checkpoints);

@@ -28,7 +28,10 @@ void GroupModel::begin(const Header& header, NodeKind root_kind) {
   nodes_.push_back(pseudo_parent(header.root / sizes.unit(), root_kind));
   const NodeKind blas_kind = header.blas_root_is_leaf ? NodeKind::procedural : NodeKind::internal;
   nodes_.push_back(pseudo_parent(header.blas_root / sizes.unit(), blas_kind));
-  blas_begin_ = header.two_level ? static_cast<std::uint32_t>(header.blas_base / sizes.unit()) : 0xFFFFFFFF;
+  for (const std::uint64_t root : header.object_roots) {
+    nodes_.push_back(pseudo_parent(root / sizes.unit(), NodeKind::internal));
+  }
+  levels_ = InstanceLevels(header);
 }
 
 void GroupModel::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape) {

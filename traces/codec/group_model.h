@@ -12,6 +12,7 @@
 #include "grtx/traces/codec/node_shape.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/instance_levels.h"
 
 namespace grtx::traces {
 
@@ -90,27 +91,25 @@ struct alignas(64) NodeModel {
 };
 static_assert(sizeof(NodeModel) == 64);
 
-/// An entry of a checkpoint buffer: one child of one node, reached through one instance.
+/// An entry of a checkpoint buffer: one child of one node, reached through its instances.
 struct NodeReference {
   std::uint32_t parent = 0;  ///< index into the model
   std::uint32_t slot = 0;
-  std::uint32_t context = 0;  ///< address of the instance leaf in units; 0 outside the BLAS
+  InstancePath path;
 };
 
 /// Children of one parent that are on the stack and not popped yet.
 struct StackFrame {
   std::uint32_t parent = 0;
-  std::uint32_t context = 0;
+  InstancePath path;
   std::uint32_t remaining = 0;  ///< mask of slots, not empty
 };
 
-/// Two pseudo parents, one whose only child is the root, one whose only child is the BLAS root; then the nodes of a
-/// group.
+/// Pseudo parents, each of whose only child is a root, by its number (InstanceLevels); then the nodes of a group.
 class GroupModel {
  public:
-  static constexpr std::uint32_t kRootParent = 0;
-  static constexpr std::uint32_t kBlasRootParent = 1;
-  static constexpr std::uint32_t kFirstNode = 2;
+  static constexpr std::uint32_t kRootParent = InstanceLevels::kRoot;
+  static constexpr std::uint32_t kBlasRootParent = InstanceLevels::kBlasRoot;
 
   /// Forgets all nodes.
   void begin(const Header& header, NodeKind root_kind);
@@ -129,12 +128,12 @@ class GroupModel {
   NodeModel* nodes() { return nodes_.data(); }
   NodeModel& operator[](std::uint32_t index) { return nodes_[index]; }
   const NodeModel& operator[](std::uint32_t index) const { return nodes_[index]; }
-  std::uint32_t blas_begin() const { return blas_begin_; }
-  bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
+  const InstanceLevels& levels() const { return levels_; }
+  std::uint32_t first_node() const { return levels_.roots(); }  ///< index of the first that is no pseudo parent
 
  private:
   std::vector<NodeModel> nodes_;
-  std::uint32_t blas_begin_ = 0xFFFFFFFF;  ///< first address inside the BLAS in units
+  InstanceLevels levels_;
   std::uint64_t image_units_ = 0;
   std::uint64_t internal_units_ = 0;
   std::uint64_t first_order_ = 0;  ///< NodeModel::order of a node not visited yet

@@ -36,6 +36,10 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   visit("blas_root", h.blas_root);
   visit("blas_bytes", h.blas_bytes);
   visit("blas_root_is_leaf", h.blas_root_is_leaf);
+  if (version >= 6) {
+    visit("object_roots", h.object_roots);
+    visit("scene_leaves", h.scene_leaves);
+  }
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -86,6 +90,17 @@ void take(const Json& value, const std::string& key, T& out) {
   if (number > std::numeric_limits<T>::max()) throw Malformed("key '" + key + "' is too large");
   out = static_cast<T>(number);
 }
+void take(const Json& value, const std::string& key, SceneLeaf& out) {
+  if (!value.is_array() || value.size() != 2)
+    throw Malformed("key '" + key + "' must hold pairs of address and object");
+  take(value[0], key, out.address);
+  take(value[1], key, out.object);
+}
+template <typename T>
+void take(const Json& value, const std::string& key, std::vector<T>& out) {
+  if (!value.is_array()) throw Malformed("key '" + key + "' must be a list");
+  for (const Json& entry : value) take(entry, key, out.emplace_back());
+}
 void take(const Json& value, const std::string& key, std::map<std::string, std::string>& out) {
   if (!value.is_object()) throw Malformed("key '" + key + "' must be an object");
   for (const auto& [name, text] : value.items()) {
@@ -105,6 +120,11 @@ Json parse_object(std::string_view text) {
   return json;
 }
 
+Json to_json_value(const std::vector<SceneLeaf>& leaves) {
+  Json list = Json::array();
+  for (const SceneLeaf& leaf : leaves) list.push_back({leaf.address, leaf.object});
+  return list;
+}
 template <typename T>
 Json to_json_value(const T& field) {
   if constexpr (NamedEnum<T>) {
@@ -154,6 +174,34 @@ Header header_from_json(std::string_view text, std::uint32_t version) {
   return header;
 }
 
+namespace {
+
+/// Of the lists that three levels have; "" when they break no rule.
+std::string scene_fault(const Header& h) {
+  if (!h.three_level()) return h.scene_leaves.empty() ? "" : "scene_leaves need object_roots";
+  if (!h.two_level) return "object_roots need two_level";
+  const NodeSizes sizes = h.node_sizes();
+  std::uint64_t least = h.root + sizes.header_bytes();
+  for (const std::uint64_t root : h.object_roots) {
+    if (root % sizes.unit() != 0) return "object_roots must be multiples of " + std::to_string(sizes.unit());
+    if (root <= least || root >= h.blas_base) return "object_roots must ascend between root and blas_base";
+    least = root;
+  }
+  if (h.scene_leaves.empty()) return "scene_leaves must be one or more";
+  std::uint64_t end = h.root;
+  for (const SceneLeaf& leaf : h.scene_leaves) {
+    if (leaf.address % sizes.unit() != 0) return "scene_leaves must be multiples of " + std::to_string(sizes.unit());
+    if (leaf.address < end || leaf.address + sizes.bytes(NodeKind::instance) > h.objects_base()) {
+      return "scene_leaves must ascend between root and the first of object_roots";
+    }
+    if (leaf.object >= h.object_roots.size()) return "scene_leaves must name one of object_roots";
+    end = leaf.address + sizes.bytes(NodeKind::instance);
+  }
+  return "";
+}
+
+}  // namespace
+
 std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
   if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
@@ -173,7 +221,7 @@ std::string header_fault(const Header& h) {
     return "blas_root must lie behind blas_base, which must not be 0, when two_level";
   }
   if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
-  return "";
+  return scene_fault(h);
 }
 
 std::string totals_to_json(const Totals& totals) {

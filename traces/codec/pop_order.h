@@ -29,7 +29,7 @@ class PopOrder {
     if (followed_ == nullptr) return false;
     const std::uint32_t first = followed_(pushed.remaining, internal);
     if (first == 0 || first == pushed.remaining) return false;
-    rest = {pushed.parent, pushed.context, pushed.remaining & ~first};
+    rest = {pushed.parent, pushed.path, pushed.remaining & ~first};
     pushed.remaining = first;
     return true;
   }

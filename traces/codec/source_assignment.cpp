@@ -5,8 +5,6 @@
 namespace grtx::traces {
 namespace {
 
-constexpr std::uint32_t kAnyContext = 0xFFFFFFFF;
-
 bool is_read(const Event& event) {
   return event.kind() == EventKind::replay_take || event.kind() == EventKind::replay_forward;
 }
@@ -15,7 +13,8 @@ bool is_read(const Event& event) {
 
 const std::vector<std::uint32_t>& SourceAssignment::assign(std::span<const std::uint32_t> addresses,
                                                            const std::vector<NodeReference>& source,
-                                                           std::span<const Event> events, std::uint32_t blas_begin) {
+                                                           std::span<const Event> events,
+                                                           const InstanceLevels& levels) {
   by_address_.resize(source.size());
   for (std::uint32_t i = 0; i < source.size(); ++i) by_address_[i] = {addresses[i], i};
   std::sort(by_address_.begin(), by_address_.end());
@@ -25,26 +24,29 @@ const std::vector<std::uint32_t>& SourceAssignment::assign(std::span<const std::
     if (!is_read(events[i])) continue;
     std::uint32_t position = kNone;
     if (events[i].kind() == EventKind::replay_take) {
-      const bool in_blas = events[i].node >= blas_begin && i + 1 < events.size();
-      position = claim(source, events[i].node, in_blas ? events[i + 1].node : kAnyContext);
+      InstancePath path;
+      std::size_t next = i + 1;
+      if (levels.is_object(events[i].node) && next < events.size()) path.scene = events[next++].node;
+      if (levels.is_blas(events[i].node) && next < events.size()) path.instance = events[next].node;
+      position = claim(source, events[i].node, &path);
     }
     positions_.push_back(position);
   }
   std::size_t read = 0;
   for (const Event& event : events) {
     if (!is_read(event)) continue;
-    if (event.kind() == EventKind::replay_forward) positions_[read] = claim(source, event.node, kAnyContext);
+    if (event.kind() == EventKind::replay_forward) positions_[read] = claim(source, event.node, nullptr);
     ++read;
   }
   return positions_;
 }
 
 std::uint32_t SourceAssignment::claim(const std::vector<NodeReference>& source, std::uint32_t address,
-                                      std::uint32_t context) {
+                                      const InstancePath* path) {
   auto at = std::lower_bound(by_address_.begin(), by_address_.end(), std::pair{address, std::uint32_t{0}});
   for (; at != by_address_.end() && at->first == address; ++at) {
     const std::uint32_t position = at->second;
-    if (claimed_[position] || (context != kAnyContext && source[position].context != context)) continue;
+    if (claimed_[position] || (path != nullptr && source[position].path != *path)) continue;
     claimed_[position] = true;
     return position;
   }

@@ -38,7 +38,8 @@ TEST(PaperTargets, ASpeedUpIsCyclesOfTheBaselineOverThoseOfTheDesign) {
 }
 
 TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
-  const MachineFigures figures = machine_figures(config_json(load_config("", {})), "grtx", "tlas-tri20", "", "", {});
+  const MachineFigures figures =
+      machine_figures(config_json(load_config("", {})), "grtx", "tlas-tri20", "", "", "", {});
   ASSERT_EQ(figures.problem, "");
   ASSERT_EQ(cost_targets().size(), 3u);
   EXPECT_EQ(cost_targets()[0].of_machine(figures.cost), 1074.0);
@@ -47,7 +48,7 @@ TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
 }
 
 TEST(PaperTargets, AnUnknownConfigurationSaysWhy) {
-  const MachineFigures figures = machine_figures({{"rt.of_tomorrow", 1}}, "grtx", "", "", "", {});
+  const MachineFigures figures = machine_figures({{"rt.of_tomorrow", 1}}, "grtx", "", "", "", "", {});
   EXPECT_TRUE(figures.cost.is_null());
   EXPECT_NE(figures.problem.find("rt.of_tomorrow"), std::string::npos) << figures.problem;
 }

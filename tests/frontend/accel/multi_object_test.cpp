@@ -2,8 +2,10 @@
 #include "grtx/frontend/accel/multi_object.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <set>
@@ -12,7 +14,12 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/tracer/multi_object_render.h"
+#include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/ray_tracer.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/traces/check.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
 namespace {
@@ -55,7 +62,7 @@ RenderResult render(const MultiObjectWorld& world, const Camera& camera, const T
   RenderOptions render_options;
   render_options.threads = threads;
   render_options.keep_sequences = true;
-  return render_objects(world, camera, options, render_options);
+  return frontend::render(TracedStructure(world), camera, options, render_options, nullptr);
 }
 
 Camera camera() { return test::front_camera(40, 32); }
@@ -172,10 +179,104 @@ TEST(MultiObject, AMoveCostsAShareOfARebuild) {
   double fastest = 1e9;
   for (int i = 0; i < 3; ++i) {
     world.move(moved);
-    fastest = std::min(fastest, world.move_seconds());
+    fastest = std::min(fastest, world.update_seconds());
   }
   RecordProperty("rebuild_over_move", std::to_string(world.build_seconds() / fastest));
   EXPECT_LT(fastest * 2.0, world.build_seconds());
+}
+
+/// A view's trace: written, checked, and its image.
+struct Traced {
+  traces::Header header;
+  traces::Totals totals;
+  RenderResult result;
+};
+
+Traced traced(const MultiObjectWorld& world, const TracerOptions& options) {
+  const std::string path = testing::TempDir() + "/objects_" + std::to_string(::getpid()) + ".grtx";
+  RenderOptions render;
+  render.threads = 2;
+  Traced all;
+  {
+    traces::Writer writer(path, trace_header(world, camera(), options, render));
+    all.result = frontend::render(TracedStructure(world), camera(), options, render, &writer);
+    writer.finish();
+  }
+  const traces::Reader reader(path);
+  all.header = reader.header();
+  all.totals = traces::check(reader, true);
+  std::filesystem::remove(path);
+  return all;
+}
+
+TEST(MultiObject, TracesAreSoundAndCountWhatTheTracerCounts) {
+  const auto world = world_of(placements());
+  const RenderResult expected = render(*world, camera(), {});
+  for (const bool checkpoint : {false, true}) {
+    for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
+      for (const unsigned capacity : {3u, 1024u}) {
+        TracerOptions options;
+        options.k = 4;
+        options.checkpoint = checkpoint;
+        options.checkpoint_order = order;
+        options.checkpoint_capacity = capacity;
+        const Traced view = traced(*world, options);
+        const TracerCounters& counters = view.result.counters;
+        EXPECT_TRUE(compare(expected.image, view.result.image).identical());
+        EXPECT_EQ(view.totals.visits_internal, counters.visits_internal);
+        EXPECT_EQ(view.totals.visits_instance, counters.visits_instance);
+        EXPECT_EQ(view.totals.visits_leaf, counters.visits_leaf);
+        EXPECT_EQ(view.totals.blended, counters.blended);
+        EXPECT_EQ(view.totals.checkpoints_read, counters.checkpoints_read);
+        EXPECT_EQ(view.totals.checkpoints_read > 0, checkpoint);
+        if (!checkpoint) break;
+      }
+      if (!checkpoint) break;
+    }
+  }
+}
+
+TEST(MultiObject, TheHeaderNamesWhereTheSceneTlasLeads) {
+  const auto world = world_of(placements());
+  const traces::Header header = trace_header(*world, camera(), {}, {});
+  EXPECT_EQ(header.gaussians, 240u);  // records: the file that is placed twice has them once
+  ASSERT_EQ(header.object_roots, (std::vector<std::uint64_t>{world->objects()[0]->root, world->objects()[1]->root}));
+  EXPECT_EQ(header.objects_base(), world->scene_tlas_bytes());
+  ASSERT_EQ(header.scene_leaves.size(), 3u);
+  std::multiset<std::uint32_t> objects;
+  for (const traces::SceneLeaf& leaf : header.scene_leaves) {
+    objects.insert(leaf.object);
+    const std::uint32_t placement = world->image().leaf_index(static_cast<std::uint32_t>(leaf.address / 64));
+    EXPECT_EQ(placements()[placement].object, leaf.object);
+  }
+  EXPECT_EQ(objects, (std::multiset<std::uint32_t>{0, 0, 1}));
+  EXPECT_EQ(world->update_bytes(), 64u + 64u + 3u * 128u);  // header, root, a leaf a placement
+}
+
+TEST(MultiObject, EventsEncodedAfterwardsGiveTheSameBytes) {
+  const auto world = world_of(placements());
+  const Camera view = camera();
+  TracerOptions options;
+  options.k = 4;
+  options.checkpoint = true;
+  const traces::Header header = trace_header(*world, view, options, {});
+  const TracedStructure structure(*world);
+  RayTracer encoding(structure, options), recording(structure, options);
+  EncodingRecorder encoder(world->image(), header);
+  GroupRecorder recorder(world->image(), &header);
+  const auto groups = map_pixels(view.width, view.height, false);
+  const auto trace = [&](RayTracer& tracer, auto& into, std::uint32_t group) {
+    into.begin_group(group, traces::RayKind::primary);
+    for (const std::uint32_t pixel : groups[group]) {
+      into.begin_ray(pixel);
+      const glm::dvec3 direction = view.direction(pixel % view.width, pixel / view.width);
+      tracer.trace(TraceRay(glm::vec3(view.position - world->offset()), glm::vec3(direction)), into);
+    }
+    return into.end_group();
+  };
+  for (std::uint32_t group = 0; group < groups.size(); ++group) {
+    EXPECT_TRUE(trace(encoding, encoder, group).chunk == trace(recording, recorder, group).chunk) << group;
+  }
 }
 
 TEST(MultiObject, BadInputIsRefused) {

@@ -53,6 +53,30 @@ TEST(CheckpointEntry, TakesStructuresUpToItsBitsAndRefusesOneUnitMore) {
   EXPECT_THROW(require_entry_fits(8, structure(1 << 25, 129)), Error);
 }
 
+/// A scene TLAS of so many units, objects up to unit 1 << 20, a BLAS of 32.
+traces::Header placed(std::uint64_t scene_units) {
+  traces::Header header = structure(std::uint64_t{1} << 20, 32);
+  header.object_roots = {(scene_units + 1) * kUnit};
+  return header;
+}
+
+TEST(CheckpointEntry, NamesTheLeafOfTheSceneTlasInBitsThatWereFree) {
+  EXPECT_EQ(checkpoint_entry_split(placed(128)).scene_bits, 7u);
+  EXPECT_EQ(checkpoint_entry_split(structure(1 << 20, 32)).scene_bits, 0u);
+  EXPECT_NO_THROW(require_entry_fits(8, placed(128)));  // 20 + 5 + 7
+  EXPECT_THROW(require_entry_fits(8, placed(129)), Error);
+  EXPECT_NO_THROW(require_entry_fits(16, placed(1 << 12)));
+  EXPECT_THROW(require_entry_fits(16, placed((1 << 12) + 1)), Error);
+  EXPECT_NO_THROW(require_entry_fits(20, placed(1 << 24)));
+  EXPECT_THROW(require_entry_fits(20, placed((1 << 24) + 1)), Error);
+  EXPECT_NO_THROW(require_entry_fits(28, placed((1 << 24) + 1)));
+  try {
+    require_entry_fits(8, placed(129));
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("20 + 5 + 8 bits where the entry has 32"));
+  }
+}
+
 TEST(CheckpointEntry, SaysHowManyBitsAreMissing) {
   try {
     require_entry_fits(8, structure((1 << 25) + 1, 128));
@@ -62,8 +86,9 @@ TEST(CheckpointEntry, SaysHowManyBitsAreMissing) {
   }
 }
 
-TEST(CheckpointEntry, HasEightSixteenOrTwentyBytes) {
-  for (const unsigned bytes : {4u, 12u, 24u}) EXPECT_THROW(require_entry_fits(bytes, structure(64)), Error) << bytes;
+TEST(CheckpointEntry, HasEightSixteenTwentyOrTwentyEightBytes) {
+  for (const unsigned bytes : {4u, 12u, 24u, 32u})
+    EXPECT_THROW(require_entry_fits(bytes, structure(64)), Error) << bytes;
 }
 
 }  // namespace

@@ -53,6 +53,27 @@ TEST(NodeVisit, InstancesReadTheHeaderOnlyWhenTheyEnterTheBlas) {
   EXPECT_STREQ(rule_of_missing_node(enters), "visits an instance leaf of a monolithic structure");
 }
 
+TEST(NodeVisit, ALeafOfTheSceneTlasReadsTheHeaderOfItsObject) {
+  traces::Header h;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.two_level = true;
+  h.blas_base = kBlas;
+  h.object_roots = {1024 + 64, 2048 + 64};
+  h.scene_leaves = {{192, 1}, {320, 0}};
+  const NodeTraffic three(h, {64, true, false});
+  const auto reads = [&](std::uint32_t units) {
+    const Event enters{units, 0, 0, Event::pack(EventKind::visit_instance)};
+    return sectors_of(NodeSectors(*node_visit(enters, {}, three), three));
+  };
+  using Reads = std::vector<std::pair<std::uint64_t, Region>>;
+  const auto with = [](std::uint64_t leaf, std::uint64_t header, Region region) {
+    return Reads{{leaf, Region::instance}, {leaf + 32, Region::instance}, {header, region}, {header + 32, region}};
+  };
+  EXPECT_EQ(reads(3), with(192, 2048, Region::tlas));
+  EXPECT_EQ(reads(5), with(320, 1024, Region::tlas));
+  EXPECT_EQ(reads(20), with(1280, kBlas, Region::blas));  // a Gaussian's
+}
+
 TEST(NodeVisit, OnlyVisitsVisit) {
   for (const EventKind kind : {EventKind::cull, EventKind::replay_take, EventKind::replay_forward}) {
     EXPECT_FALSE(node_visit({0, 0, 0, Event::pack(kind)}, {}, traffic(true)).has_value());

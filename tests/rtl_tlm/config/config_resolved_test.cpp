@@ -82,7 +82,7 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
     std::string other;
     if (const auto* names = std::get_if<modules::Choice>(&probe.value)) {
       if (names->names.size() == 1) continue;  // dram.model, until a program registers more
-      other = names->names.back();
+      other = names->names.back() == value_text(probe) ? names->names.front() : names->names.back();
     } else if (std::holds_alternative<bool*>(probe.value)) {
       other = value_text(probe) == "true" ? "false" : "true";
     } else {

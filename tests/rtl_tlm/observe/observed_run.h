@@ -19,7 +19,7 @@ namespace grtx::sim::test {
 
 class ObservedRun {
  public:
-  explicit ObservedRun(bool checkpoint = true, bool two_level = true) {
+  explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0) {
     folder_ = std::filesystem::path(::testing::TempDir()) /
               ("grtx_observed_" + std::to_string(::getpid()) + "_" + std::to_string(++count()));
     std::filesystem::create_directories(folder_);
@@ -28,6 +28,8 @@ class ObservedRun {
     random.groups = 12;
     random.warp_size = 32;
     random.two_level = two_level;
+    random.objects = objects;
+    if (objects != 0) random.depth = 2;  // three trees deep, a ray visits many nodes
     random.checkpoint = checkpoint;
     random.capacity = checkpoint ? 1000 : 0;
     auto trace = traces::testing::random_trace(random);

@@ -34,6 +34,10 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
   trace.k = 1 + random.upto(7);
   trace.two_level = random.coin();
+  if (trace.two_level && seed % 3 == 0) {
+    trace.objects = 1 + seed % 4;
+    trace.depth = 2;
+  }
   trace.blas_root_is_leaf = trace.two_level && random.upto(4) == 0;
   trace.root_is_leaf = random.upto(30) == 0;
   trace.child_order = random.coin() ? traces::ChildOrder::near_first : traces::ChildOrder::slot;

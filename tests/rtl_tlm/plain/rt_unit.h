@@ -662,8 +662,12 @@ class RtUnit {
     const std::uint64_t bytes =
         kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
     for (std::uint64_t b = 0; b < bytes; b += kSector) fetch.sectors.emplace_back(address + b, region);
+    std::uint64_t below = header_.blas_base;  // the tree that an instance leaf leads to: the BLAS, or an object's TLAS
+    for (const traces::SceneLeaf& placed : header_.scene_leaves) {
+      if (placed.address == address) below = header_.object_roots[placed.object] - traces::kHeaderBytes;
+    }
     for (std::uint64_t b = 0; header && b < traces::kHeaderBytes; b += kSector) {
-      fetch.sectors.emplace_back(header_.blas_base + b, Region::blas);
+      fetch.sectors.emplace_back(below + b, region_of(traces::NodeKind::internal, below));
     }
     ++node_fetches_[modules::index(region)];
     fetch_queue_.push_back(next_fetch_);

@@ -556,8 +556,11 @@ class PlainRtUnit {
       if (kind != EventKind::replay_take && kind != EventKind::replay_forward) continue;
       if (number-- == 0) break;
     }
-    if (lane.ray->events[at].kind() != EventKind::replay_take || at + 1 == lane.end) return;
-    const traces::Event& next = lane.ray->events[at + 1];
+    if (lane.ray->events[at].kind() != EventKind::replay_take) return;
+    // Inside an object the visit of its leaf in the scene TLAS comes first.
+    at += lane.ray->events[at].node * unit() >= objects_begin() ? 2 : 1;
+    if (at >= lane.end) return;
+    const traces::Event& next = lane.ray->events[at];
     std::uint64_t address = std::uint64_t{next.node} * unit();
     traces::NodeKind kind = leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle;
     if (next.kind() == EventKind::visit_internal) {
@@ -575,8 +578,8 @@ class PlainRtUnit {
 
   // --- 5 hand-over -------------------------------------------------------------------------------------------------
   void hand_over() {
-    // Entries of 8 and 16 B lie in one sector, those of 20 B in up to two.
-    const unsigned places = config_.checkpoint.write_combine || entry_bytes() != 20 ? 1 : 2;
+    // Entries of 8 and 16 B lie in one sector, those of 20 and 28 B in up to two.
+    const unsigned places = config_.checkpoint.write_combine || entry_bytes() < 20 ? 1 : 2;
     for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
       if (write_queue_.size() + places > config_.checkpoint.write_queue) return;
       const LaneName name = submitted_.front();
@@ -735,6 +738,17 @@ class PlainRtUnit {
         read_entry(name);
     }
   }
+  /// Where the objects of a three-level trace begin.
+  std::uint64_t objects_begin() const {
+    return header_.object_roots.empty() ? ~std::uint64_t{0} : header_.object_roots[0] - unit();
+  }
+  /// Header of the tree that an instance leaf leads to: of an object's TLAS, or of the BLAS.
+  std::uint64_t header_below(std::uint64_t leaf) const {
+    for (const traces::SceneLeaf& placed : header_.scene_leaves) {
+      if (placed.address == leaf) return header_.object_roots[placed.object] - unit();
+    }
+    return header_.blas_base;
+  }
   void visit(LaneName name, traces::NodeKind kind, std::uint64_t address, bool header) {
     warps_[name.first].lanes[name.second].state = State::memory;
     for (auto& [number, fetch] : fetches_) {
@@ -747,7 +761,10 @@ class PlainRtUnit {
     const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
     if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.push_back(address / 32 * 32);
     for (const std::uint64_t sector : sectors_of(kind, address)) fetch.sectors.push_back(sector);
-    if (header) fetch.sectors.insert(fetch.sectors.end(), {header_.blas_base, header_.blas_base + 32});
+    if (header) {
+      const std::uint64_t below = header_below(address);
+      fetch.sectors.insert(fetch.sectors.end(), {below, below + 32});
+    }
     fetch_queue_.push_back(next_fetch_);
     fetches_.emplace(next_fetch_++, std::move(fetch));
   }

@@ -90,7 +90,7 @@ BenchOptions random_configuration(std::mt19937& random) {
   rt.box_op_per_child = one_of({0, 1}) != 0;
   rt.any_hit.timeout = one_of({1, 5, 64, 1000});
   rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0,
-                   one_of({8, 16, 20, 20})};
+                   one_of({8, 16, 20, 28})};
   if (one_of({0, 1}) != 0) rt.checkpoint.forward = modules::CheckpointForward::reference;
   rt.checkpoint.read_ahead = one_of({0, 1, 2, 5});
   rt.checkpoint.prefetch_nodes = one_of({0, 1}) != 0;
@@ -122,6 +122,10 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     trace.capacity = pick(3) == 0 ? 6 : 1000;
     trace.checkpoint_order = pick(2) == 0 ? traces::CheckpointOrder::lifo : traces::CheckpointOrder::fifo;
     trace.two_level = pick(1) != 0;
+    if (trace.two_level && seed % 3 == 0) {
+      trace.objects = 1 + seed % 4;
+      trace.depth = 2;
+    }
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     BenchOptions configuration = random_configuration(random);
@@ -153,18 +157,18 @@ TEST_F(RtUnitPlainDirected, AReplayedBlasNodeAsksForItsLeafAsAnyVisitDoes) {
   expect_agreement(small_header("tlas-tri20", 64), {group}, {});
 }
 
-/// Warps of a view, traced for one design, on the default configuration.
-void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
-                         frontend::TracerOptions options, traces::NodeLayout layout) {
-  camera = camera.resized(32, 16);
+frontend::RenderOptions one_thread() {
   frontend::RenderOptions render;
   render.threads = 1;
-  const frontend::PreparedGaussians gaussians(scene, options.kernel);
-  const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
-  const traces::Header header = frontend::trace_header(scene, camera, accel, options, render);
+  return render;
+}
+
+/// Warps of a view, whose trace has this header, on the default configuration.
+void expect_agreement_on(const frontend::TracedStructure& structure, const traces::Header& header,
+                         const frontend::Camera& camera, const frontend::TracerOptions& options) {
   const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";
   traces::Writer writer(path, header);
-  frontend::render(scene, gaussians, accel, camera, options, render, &writer);
+  frontend::render(structure, camera, options, one_thread(), &writer);
   writer.finish();
   const traces::Reader reader(path);
   std::vector<traces::RayGroup> groups(reader.group_count());
@@ -176,6 +180,16 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
   spilling.rt.warp_buffer.spill = true;
   spilling.rt.warp_buffer.stack_entries = 4;
   expect_agreement(header, groups, spilling);
+}
+
+/// The same of a scene, traced for one design.
+void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
+                         const frontend::TracerOptions& options, traces::NodeLayout layout) {
+  camera = camera.resized(32, 16);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
+  const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
+  expect_agreement_on({scene, gaussians, accel}, frontend::trace_header(scene, camera, accel, options, one_thread()),
+                      camera, options);
 }
 
 class RtUnitPlainScene : public modules::SystemCTest {
@@ -203,6 +217,36 @@ TEST_F(RtUnitPlainScene, GeneratedRoom) {
   frontend::synthesise({"indoor", 3000, 5, 1}, path);
   const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
   all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
+  std::filesystem::remove(path);
+  std::filesystem::remove(cameras);
+}
+
+TEST_F(RtUnitPlainScene, GeneratedObjects) {
+  const std::string path = ::testing::TempDir() + "/plain_objects_" + std::to_string(::getpid()) + ".ply";
+  frontend::synthesise({"object", 800, 5, 1}, path);
+  const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
+  const frontend::Camera camera = frontend::load_cameras(cameras)[0].resized(32, 16);
+  std::vector<frontend::Placement> placements(3);
+  placements[1].translate = {0.5, 0.1, -0.2};
+  placements[1].scale = 0.7;
+  placements[2].translate = {-0.4, 0.0, 0.3};
+  placements[2].rotate = glm::normalize(glm::dquat(0.8, 0.1, 0.5, 0.0));
+  for (const auto kind : {frontend::AccelKind::tlas_tri20, frontend::AccelKind::tlas_sphere}) {
+    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact}) {
+      std::vector<frontend::Scene> scenes;
+      scenes.push_back(frontend::load_scene(path));
+      const frontend::MultiObjectWorld world(std::move(scenes), placements,
+                                             {kind, traces::default_width(layout), false, 8, layout}, {});
+      for (const bool checkpoint : {false, true}) {
+        SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
+                     std::string(name_of(layout)));
+        frontend::TracerOptions options;
+        options.checkpoint = checkpoint;
+        const traces::Header header = frontend::trace_header(world, camera, options, one_thread());
+        expect_agreement_on(frontend::TracedStructure(world), header, camera, options);
+      }
+    }
+  }
   std::filesystem::remove(path);
   std::filesystem::remove(cameras);
 }

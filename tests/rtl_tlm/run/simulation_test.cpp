@@ -135,6 +135,7 @@ struct Kind {
   const char* name;
   bool two_level;
   bool checkpoint;
+  unsigned objects = 0;
   friend void PrintTo(const Kind& c, std::ostream* out) { *out << c.name; }
 };
 
@@ -142,7 +143,10 @@ class SimulationKinds : public ::testing::TestWithParam<Kind> {};
 
 TEST_P(SimulationKinds, ConservesAndDoesNotDependOnConstructionOrderOrIdleSkip) {
   const TemporaryFile file(GetParam().name);
-  write_random(file.path(), random_options(GetParam().two_level, GetParam().checkpoint));
+  RandomOptions random = random_options(GetParam().two_level, GetParam().checkpoint);
+  if (GetParam().objects != 0) random.depth = 2;
+  random.objects = GetParam().objects;
+  write_random(file.path(), random);
   const ordered_json reference = without_host(simulated(file.path(), small()));
   EXPECT_EQ(reference["violations"], ordered_json::array());
   for (const std::uint64_t order : {1, 2, 3}) {
@@ -200,7 +204,8 @@ TEST(Simulation, OccupancyOverTimeAddsUpToTheRun) {
 
 INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
                          ::testing::Values(Kind{"baseline", false, false}, Kind{"sw", true, false},
-                                           Kind{"hw", false, true}, Kind{"grtx", true, true}),
+                                           Kind{"hw", false, true}, Kind{"grtx", true, true},
+                                           Kind{"sw_objects", true, false, 3}, Kind{"grtx_objects", true, true, 3}),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
 
 TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {

@@ -25,13 +25,14 @@ struct Machine {
   const char* name;
   bool checkpoint;
   std::vector<std::string> settings;
-  double tolerance;  ///< of the cycles, relative
+  double tolerance;      ///< of the cycles, relative
+  unsigned objects = 0;  ///< below a scene TLAS
   friend void PrintTo(const Machine& machine, std::ostream* out) { *out << machine.name; }
 };
 
 class FastMode : public ::testing::TestWithParam<Machine> {
  protected:
-  test::ObservedRun run_{GetParam().checkpoint, GetParam().checkpoint};
+  test::ObservedRun run_{GetParam().checkpoint, GetParam().checkpoint, GetParam().objects};
 };
 
 // ObservedRun fails when a conservation law does not hold.
@@ -57,6 +58,7 @@ TEST_P(FastMode, GivesTheSameEachTime) {
 // Twelve warps of random rays: their run ends with one of them, so single runs scatter.
 INSTANTIATE_TEST_SUITE_P(Machines, FastMode,
                          ::testing::Values(Machine{"baseline", false, {}, 0.06}, Machine{"grtx", true, {}, 0.06},
+                                           Machine{"grtx_objects", true, {}, 0.06, 3},
                                            Machine{"spilling", false, {"rt.warp_buffer.stack_entries=2"}, 0.06},
                                            Machine{
                                                "spilling_checkpoints", true, {"rt.warp_buffer.stack_entries=2"}, 0.06},
