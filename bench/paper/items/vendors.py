@@ -25,4 +25,5 @@ def build(study, page):
                      "Speed-up with nodes fetched by RT unit or shader, by scene")
         page.table(["scene", "who fetches", *DESIGNS, "M cycles, baseline"], rows)
     page.text("## Scenes of several objects",
-              "Three levels, a scene TLAS over objects that move: [multi-object.md](../../model/multi-object.md).")
+              "Three levels, a scene TLAS over objects that move ([multi-object.md](../../model/multi-object.md)): traced and simulated, with the "
+              "cost of a frame's update, in [objects.md](../objects.md). The paper gives no number.")
