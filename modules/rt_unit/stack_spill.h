@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+
+#include "grtx/base/error.h"
 
 namespace grtx::modules {
 
@@ -22,8 +25,13 @@ class StackSpill {
     bool any() const { return spills > 0 || fill; }
   };
 
-  /// on_chip: entries of a lane in the warp buffer, >= in_a_sector: entries that move together (StackEntryLayout).
-  StackSpill(unsigned on_chip, unsigned in_a_sector) : on_chip_(on_chip), in_a_sector_(in_a_sector) {}
+  /// on_chip: entries of a lane in the warp buffer, in_a_sector: entries that move together (StackEntryLayout). Throws
+  /// Error if fewer are on chip than move together.
+  StackSpill(unsigned on_chip, unsigned in_a_sector) : on_chip_(on_chip), in_a_sector_(in_a_sector) {
+    if (on_chip >= in_a_sector) return;
+    throw Error("configuration", "rt.warp_buffer.stack_entries",
+                "must be at least " + std::to_string(in_a_sector) + " when the stack spills as many entries a sector");
+  }
 
   /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Only then a fill is needed:
   /// nothing is read ahead.

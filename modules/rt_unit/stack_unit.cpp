@@ -30,13 +30,7 @@ StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, cons
       map_(map),
       sm_(sm),
       lanes_(std::size_t{warps} * kMaxLanes),
-      queue_(std::size_t{warps} * kMaxLanes) {
-  if (on_chip < entry.in_a_sector) {
-    throw Error("configuration", "rt.warp_buffer.stack_entries",
-                "must be at least " + std::to_string(entry.in_a_sector) + " when the stack spills entries of " +
-                    std::to_string(entry.bytes) + " B");
-  }
-}
+      queue_(std::size_t{warps} * kMaxLanes) {}
 
 void StackUnit::end_of_elaboration() {
   client_ = client.operator->();

@@ -118,6 +118,11 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must be at least 2 with rt.warp_buffer.spill");
   require(modules::CheckpointConfig::allows_entry_bytes(config.rt.checkpoint.entry_bytes), "rt.checkpoint.entry_bytes",
           modules::CheckpointConfig::kEntryBytesRule);
+  const auto width = [&](unsigned sectors, const char* key) {
+    require(power_of_two(sectors), key, "must be 1, 2 or 4: a line has four sectors");
+  };
+  width(config.rt.memory.sectors_per_cycle, "rt.memory.sectors_per_cycle");
+  width(config.simt.sectors_per_cycle, "simt.sectors_per_cycle");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();

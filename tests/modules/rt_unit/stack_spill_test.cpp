@@ -61,5 +61,10 @@ TEST(StackEntryLayout, FollowsFromThePopTest) {
   EXPECT_EQ(without.in_a_sector, 4u);
 }
 
+TEST(StackSpill, NeedsRoomForASectorOfEntries) {
+  EXPECT_NO_THROW(StackSpill(4, 4));
+  EXPECT_THROW(StackSpill(3, 4), Error);
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -85,6 +85,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"hash_needs_power_of_two", "[l2]\nslices = 3\nxor_hash = true\n", "l2.xor_hash", {"power of two"}},
         Case{"latency_below_link", "[l1]\nlatency = 1\nlink_latency = 2\n", "l1.latency", {"l1.link_latency"}},
         Case{"leaf_bytes", "[rt.memory]\ninstance_leaf_bytes = 96\n", "rt.memory.instance_leaf_bytes", {"64 or 128"}},
+        Case{"rt_port", "[rt.memory]\nsectors_per_cycle = 3\n", "rt.memory.sectors_per_cycle", {"1, 2 or 4"}},
+        Case{"simt_port", "[simt]\nsectors_per_cycle = 3\n", "simt.sectors_per_cycle", {"1, 2 or 4"}},
         Case{"entry_bytes", "[rt.checkpoint]\nentry_bytes = 12\n", "rt.checkpoint.entry_bytes", {"8, 16, 20 or 28"}}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
