@@ -43,10 +43,14 @@ class Expected:
         return self.values.get(which, {}).get(machine, {}).get(claim)
 
     def faults(self, which, found, claims):
-        """One line for each value of found, {(claim, machine): value}, that left its tolerance."""
+        """One line for each value of found, {(claim, machine): value}, that left its tolerance, or that a set with
+        recorded values lacks."""
         for (name, machine), value in sorted(found.items()):
             expected, tolerance = self.of(which, machine, name), claims[name].tolerance
-            if expected is not None and abs(value - expected) > tolerance * abs(expected):
+            if expected is None:
+                if which in self.values:
+                    yield f"claim {name}, machine {machine}: {value:.4g} has no expected value (--record)"
+            elif abs(value - expected) > tolerance * abs(expected):
                 yield (f"claim {name}, machine {machine}: {value:.4g} is outside {expected:.4g} ± {100 * tolerance:g} % "
                        f"(item {claims[name].item}: {claims[name].what})")
 

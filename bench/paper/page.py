@@ -46,15 +46,20 @@ class Page:
         ratio = shown(mean / claim.paper) if claim.paper else "–"
         return shown(mean) + spread, ratio
 
+    def direction(self, name):
+        """Whether the paper's direction holds, on which machines not."""
+        held = {m: self.claims[name].direction(self.found[name, m]) for m in self.rows[name]}
+        if None in held.values():
+            return "–"
+        against = [f"`{m}`" for m, holds in held.items() if not holds]
+        return "**exception** on " + ", ".join(against) if against else "holds"
+
     def claim_rows(self, machines):
         for name in self.rows:
             claim = self.claims[name]
             paper = "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper)
             cells = [c for m in machines for c in self.cell(name, m)]
-            first = next(iter(self.rows[name]))
-            held = claim.direction(self.found[name, first])
-            yield [f"`{name}`", claim.what, paper, *cells, "–" if held is None else "holds" if held else "**exception**",
-                   claim.why]
+            yield [f"`{name}`", claim.what, paper, *cells, self.direction(name), claim.why]
 
     def claim_head(self, machines):
         return ["claim", "figure", "paper", *[h for m in machines for h in (f"`{m}`: mean (range)", "ours ÷ paper")],

@@ -17,7 +17,7 @@ import unittest
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(TOP, "bench"))
-from paper import __main__ as reproduce, claims, figures, items, study  # noqa: E402
+from paper import __main__ as reproduce, claims, figures, items, page, study  # noqa: E402
 
 SETS = """
 [quick]
@@ -162,7 +162,18 @@ class Claims(unittest.TestCase):
             known = claims.load()
             for value, faults in [(2.0, 0), (2.05, 0), (1.95, 0), (2.07, 1), (1.93, 1)]:
                 self.assertEqual(len(list(again.faults("quick", {("speedup-sw", "paper"): value}, known))), faults, value)
-            self.assertEqual(list(again.faults("quick", {("speedup-sw", "modern"): 9.0}, known)), [])
+            lacking = list(again.faults("quick", {("speedup-sw", "modern"): 9.0}, known))
+            self.assertEqual(len(lacking), 1)
+            self.assertIn("--record", lacking[0])
+            self.assertEqual(list(again.faults("full", {("speedup-sw", "paper"): 9.0}, known)), [])  # nothing recorded yet
+
+    def test_a_claim_names_the_machines_on_which_the_papers_direction_does_not_hold(self):
+        one = page.Page("speedup", "", claims.load(), "quick")
+        for found, text in [((2.0, 1.5), "holds"), ((2.0, 0.5), "**exception** on `modern`"),
+                            ((0.9, 0.5), "**exception** on `paper`, `modern`")]:
+            one.rows = {"speedup-hw": {"paper": {}, "modern": {}}}
+            one.found = dict(zip([("speedup-hw", "paper"), ("speedup-hw", "modern")], found))
+            self.assertEqual(one.direction("speedup-hw"), text)
 
     def test_numbers_have_three_digits(self):
         for value, text in [(0, "0"), (0.01234, "0.0123"), (1.0, "1.00"), (43.21, "43.2"), (1234567.0, "1,234,567")]:
