@@ -68,8 +68,8 @@ class Canvas:
     def svg(self, height):
         light = "".join(f".f{i}{{fill:{c}}}.s{i}{{stroke:{c}}}" for i, (c, _) in enumerate(COLOURS))
         dark = "".join(f".f{i}{{fill:{c}}}.s{i}{{stroke:{c}}}" for i, (_, c) in enumerate(COLOURS))
-        style = (".paper{fill:#ffffff}.ink{fill:#1f2328}.soft{fill:#57606a}.grid{stroke:#d0d7de}.axis{stroke:#57606a}"
-                 ".mark{stroke:#1f2328}" + light + "@media (prefers-color-scheme:dark){.paper{fill:#0d1117}"
+        style = (".halo{paint-order:stroke;stroke:#ffffff;stroke-width:4px}.paper{fill:#ffffff}.ink{fill:#1f2328}.soft{fill:#57606a}.grid{stroke:#d0d7de}.axis{stroke:#57606a}"
+                 ".mark{stroke:#1f2328}" + light + "@media (prefers-color-scheme:dark){.halo{stroke:#0d1117}.paper{fill:#0d1117}"
                  ".ink{fill:#e6edf3}.soft{fill:#9198a1}.grid{stroke:#30363d}.axis{stroke:#9198a1}.mark{stroke:#ffffff}" +
                  dark + "}")
         return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:.0f}" width="{WIDTH}" '
@@ -128,7 +128,7 @@ def bars(title, groups, series, marks=None, unit="×", base=0.0):
             canvas.line(left + base * scale, start - 2, left + base * scale, y, "axis", dash="3 3")
         y += 10
     for x, at, text in labels:
-        canvas.text(x, at, text, size=12)
+        canvas.text(x, at, text, size=12, kind="ink halo")
     return canvas.svg(y + 4)
 
 

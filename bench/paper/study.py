@@ -111,4 +111,6 @@ class Study:
 
 def geometric_mean(values):
     values = list(values)
+    if len(values) == 1:
+        return values[0]  # to the last bit
     return math.exp(sum(math.log(v) for v in values) / len(values))
