@@ -120,6 +120,7 @@ enum class RayKind : std::uint8_t { primary = 0, glass = 1, mirror = 2 };
 /// The rays of one warp (as the tracer mapped them), one chunk of the file. Rays without rounds met nothing to trace.
 struct RayGroup {
   std::uint32_t index = 0;  ///< position in the file
+  std::uint32_t frame = 0;  ///< of a sequence; the header says it, not the group
   RayKind kind = RayKind::primary;
   std::vector<NodeDefinition> nodes;  ///< distinct internal nodes visited, ascending address
   std::vector<Ray> rays;              ///< lane order; at most the header's warp_size

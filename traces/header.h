@@ -14,7 +14,7 @@ namespace grtx::traces {
 
 /// Versions that a reader knows. A writer takes the oldest that can say what the header says.
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 6;
+inline constexpr std::uint32_t kFormatVersion = 7;
 
 /// An instance leaf of a scene TLAS: an object's place.
 struct SceneLeaf {
@@ -37,6 +37,8 @@ struct Header {
   unsigned warp_size = 32;
   WarpMapping warp_mapping = WarpMapping::tile8x4;
   std::uint64_t groups = 0;
+  /// Of each frame of a sequence, which lie one after the other; empty when there is one frame.
+  std::vector<std::uint64_t> frame_groups;
   // Node image. Addresses in events count from its first byte.
   NodeLayout layout = NodeLayout::vulkan_sim;
   unsigned bvh_width = 6;
@@ -60,6 +62,13 @@ struct Header {
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
   std::map<std::string, std::string> inputs;
 
+  /// Number of the frame that group `index` belongs to.
+  std::uint32_t frame_of(std::uint64_t index) const {
+    std::uint32_t frame = 0;
+    while (frame + 1 < frame_groups.size() && index >= frame_groups[frame]) index -= frame_groups[frame++];
+    return frame;
+  }
+
   NodeSizes node_sizes() const { return {layout, bvh_width}; }
   bool three_level() const { return !object_roots.empty(); }
   /// Byte address of the first object's TLAS, where the scene TLAS ends; 0 unless three_level().
@@ -67,8 +76,9 @@ struct Header {
 };
 
 /// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
-/// TLAS.
+/// TLAS, version 6 no sequence of frames.
 inline std::uint32_t format_version(const Header& header) {
+  if (!header.frame_groups.empty()) return 7;
   if (header.three_level()) return 6;
   return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;
 }

@@ -176,6 +176,7 @@ void Reader::read(std::uint64_t index, RayGroup& group) const {
   }
   try {
     decode_group(impl.header, chunk.data() + kChunkPreambleBytes, payload, index, group);
+    group.frame = impl.header.frame_of(index);
   } catch (const Malformed& fault) {
     impl.fail(offset + kChunkPreambleBytes, group_name + fault.what());
   }

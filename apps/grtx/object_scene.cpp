@@ -31,7 +31,7 @@ void add_flatten_option(CLI::App* command, bool& flatten) {
                     "Of an object list: all Gaussians in one scene, not three levels (default: off)");
 }
 
-std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, const frontend::Camera& camera,
+std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
                                                         const TracerCli& cli, frontend::AccelKind accel) {
   if (cli.secondary.what != "none") throw Error(path, "--secondary", "works on scenes of one object");
   if (cli.tracing != name_of(frontend::Tracing::multi)) {
@@ -41,8 +41,8 @@ std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path,
     throw Error(path, "--triangle-test world", "works on scenes of one object");
   }
   LoadedObjects loaded = load_objects(path);
-  return std::make_unique<frontend::ObjectViewTracer>(path, std::move(loaded.scenes), loaded.placements, camera,
-                                                      accel_options(cli, accel),
+  return std::make_unique<frontend::ObjectViewTracer>(path, std::move(loaded.scenes), loaded.placements,
+                                                      std::move(cameras), accel_options(cli, accel),
                                                       kernel_of(cli.kernel_radius, cli.kernel_degree));
 }
 

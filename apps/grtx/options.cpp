@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <regex>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -43,23 +45,58 @@ void add_view_options(CLI::App* command, ViewOptions& view) {
       ->check(CLI::Range(1e-3, 1e3));
 }
 
-frontend::Camera select_camera(const ViewOptions& view) {
-  const std::vector<frontend::Camera> cameras = frontend::load_cameras(view.cameras);
-  if (view.view >= cameras.size()) {
-    throw Error(view.cameras, fmt::format("view {}", view.view),
+void add_views_option(CLI::App* command, ViewOptions& view) {
+  command
+      ->add_option("--views", view.views,
+                   "Views A:B, both included, as the frames of a sequence in one trace: caches stay warm from frame to "
+                   "frame (default: one view)")
+      ->excludes("--view");
+}
+
+namespace {
+
+/// One of the views of `view.cameras`, with the options applied.
+frontend::Camera adjusted(const ViewOptions& view, const std::vector<frontend::Camera>& cameras, std::uint64_t index) {
+  const std::string place = fmt::format("view {}", index);
+  if (index >= cameras.size()) {
+    throw Error(view.cameras, place,
                 cameras.empty() ? std::string("the file has no views")
                                 : fmt::format("the file has {} views, 0 to {}", cameras.size(), cameras.size() - 1));
   }
-  frontend::Camera camera = cameras[view.view];
+  frontend::Camera camera = cameras[index];
   const unsigned width = view.width == 0 ? camera.width : view.width;
   const unsigned height = view.height == 0 ? camera.height : view.height;
   if (width == 0 || height == 0) {
-    throw Error(view.cameras, fmt::format("view {}", view.view),
-                "the camera has no resolution: give --width and --height");
+    throw Error(view.cameras, place, "the camera has no resolution: give --width and --height");
   }
   if (width != camera.width || height != camera.height) camera = camera.resized(width, height);
   if (view.fov_scale != 1.0) camera = camera.fov_scaled(view.fov_scale);
   return camera;
+}
+
+}  // namespace
+
+frontend::Camera select_camera(const ViewOptions& view) {
+  return adjusted(view, frontend::load_cameras(view.cameras), view.view);
+}
+
+std::vector<frontend::Camera> select_cameras(const ViewOptions& view) {
+  if (view.views.empty()) return {select_camera(view)};
+  static const std::regex form("([0-9]{1,9}):([0-9]{1,9})");
+  std::smatch match;
+  if (!std::regex_match(view.views, match, form)) throw Error("--views", view.views, "must be A:B, two views");
+  const std::uint64_t first = std::stoul(match[1]);
+  const std::uint64_t last = std::stoul(match[2]);
+  if (first > last) throw Error("--views", view.views, "the first view must not lie behind the last");
+  const std::vector<frontend::Camera> cameras = frontend::load_cameras(view.cameras);
+  std::vector<frontend::Camera> chosen;
+  for (std::uint64_t i = first; i <= last; ++i) chosen.push_back(adjusted(view, cameras, i));
+  return chosen;
+}
+
+std::string frame_path(const std::string& path, std::size_t frame) {
+  const std::filesystem::path name(path);
+  return (name.parent_path() / fmt::format("{}_{}{}", name.stem().string(), frame, name.extension().string())).string();
 }
 
 }  // namespace grtx::sim

@@ -36,13 +36,20 @@ CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value,
 struct ViewOptions {
   std::string cameras;     ///< file or COLMAP folder
   unsigned view = 0;       ///< index in the file
+  std::string views;       ///< A:B: a sequence in place of one view
   unsigned width = 0;      ///< pixels; 0: the file's
   unsigned height = 0;     ///< pixels; 0: the file's
   double fov_scale = 1.0;  ///< factor on the tangent of half the field of view
 };
 /// --cameras (required), --view, --width, --height, --fov-scale.
 void add_view_options(CLI::App* command, ViewOptions& view);
+/// --views.
+void add_views_option(CLI::App* command, ViewOptions& view);
 /// Loads the cameras and applies the options. Throws Error when the view does not exist.
 frontend::Camera select_camera(const ViewOptions& view);
+/// The same of --views, if given: one camera a frame.
+std::vector<frontend::Camera> select_cameras(const ViewOptions& view);
+/// Of a sequence: `path` with the frame's number before its ending.
+std::string frame_path(const std::string& path, std::size_t frame);
 
 }  // namespace grtx::sim

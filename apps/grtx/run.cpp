@@ -95,9 +95,9 @@ struct Traced {
 /// What tracing all designs gave.
 struct TracedDesigns {
   std::map<std::string, Traced> designs;
-  frontend::Image image;  ///< of the first
-  bool identical = true;  ///< all images, to the bit
-  RaysEnd rays_end;       ///< of each design
+  std::vector<frontend::Image> images;  ///< of the first, by frame
+  bool identical = true;                ///< all images, to the bit
+  RaysEnd rays_end;                     ///< of each design
 };
 
 /// trace(design, render options, trace file) gives a view; statistics(view) and host(view) what is said of it.
@@ -117,17 +117,21 @@ TracedDesigns trace_each(const Options& options, const Comparison& comparison, b
     all.rays_end = rays_end(rendered);
     result.statistics = statistics_object(statistics(view));
     result.statistics.update(statistics_object(host(view)));
-    if (all.image.pixels.empty()) {
-      all.image = rendered.image;
+    std::vector<frontend::Image> images = std::move(view.further);
+    images.insert(images.begin(), std::move(rendered.image));
+    if (all.images.empty()) {
+      all.images = std::move(images);
     } else {
-      all.identical = all.identical && frontend::compare(all.image, rendered.image).identical();
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        all.identical = all.identical && frontend::compare(all.images[i], images[i]).identical();
+      }
     }
   }
   return all;
 }
 
 TracedDesigns trace_scene(const Options& options, const Comparison& comparison, bool quiet) {
-  frontend::ViewTracer view(load_flat_scene(options.scene), select_camera(options.view),
+  frontend::ViewTracer view(load_flat_scene(options.scene), select_cameras(options.view),
                             kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
@@ -145,7 +149,7 @@ TracedDesigns trace_scene(const Options& options, const Comparison& comparison, 
 
 TracedDesigns trace_objects(const Options& options, const Comparison& comparison, bool quiet) {
   const frontend::AccelKind kind = comparison.designs().front().accel;  // that of all
-  const auto view = object_view(options.scene, select_camera(options.view), options.tracer, kind);
+  const auto view = object_view(options.scene, select_cameras(options.view), options.tracer, kind);
   return trace_each(
       options, comparison, quiet,
       [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
@@ -235,6 +239,33 @@ void add_speedups_by_kind(ordered_json& results, const Comparison& comparison) {
   }
 }
 
+/// Cycles and speed-ups of each frame of a sequence.
+void add_frames(ordered_json& results, const Comparison& comparison, const std::string& views, std::size_t frames) {
+  ordered_json& list = results["frames"];
+  list["views"] = views;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const std::string cycles = fmt::format("gpu.frame{}.cycles", i);
+    const double reference = value(results["designs"][comparison.reference()], cycles);
+    for (const std::string& name : comparison.names()) {
+      const double own = value(results["designs"][name], cycles);
+      list["cycles"][name].push_back(own);
+      if (name != comparison.reference()) list["speedup"][name].push_back(reference / own);
+    }
+  }
+}
+
+void print_frames(const ordered_json& results, const Comparison& comparison) {
+  const ordered_json& frames = results.at("frames");
+  for (std::size_t i = 0; i < frames.at("cycles").at(comparison.reference()).size(); ++i) {
+    fmt::print("frame {}: {} {:.0f} cycles; speed-up:", i, comparison.reference(),
+               frames.at("cycles").at(comparison.reference()).at(i).get<double>());
+    for (const std::string& name : comparison.others()) {
+      fmt::print(" {} {:.2f}", name, frames.at("speedup").at(name).at(i).get<double>());
+    }
+    fmt::print("\n");
+  }
+}
+
 /// Of cycles and of speed-ups, whose designs simulated the same groups.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const Comparison& comparison,
                    ordered_json& results) {
@@ -268,13 +299,20 @@ int run(const Options& options, bool quiet) {
   if (options.tracer.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
+  if (!options.view.views.empty() && options.mode == SimulationMode::sampled) {
+    throw Error("--mode", "sampled", "has no caches to keep warm from frame to frame: --views needs cycle or fast");
+  }
   std::error_code failed;
   std::filesystem::create_directories(options.output, failed);
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
 
   const TracedDesigns traced =
       objects ? trace_objects(options, comparison, quiet) : trace_scene(options, comparison, quiet);
-  frontend::write_image(options.output + "/image.png", traced.image);
+  const std::size_t frames = traced.images.size();
+  for (std::size_t i = 0; i < frames; ++i) {
+    const std::string image = options.output + "/image.png";
+    frontend::write_image(frames == 1 ? image : frame_path(image, i), traced.images[i]);
+  }
   const std::map<std::string, ordered_json> documents =
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
 
@@ -304,6 +342,7 @@ int run(const Options& options, bool quiet) {
   } else if (options.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
   }
+  if (frames > 1) add_frames(results, comparison, options.view.views, frames);
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
@@ -315,6 +354,7 @@ int run(const Options& options, bool quiet) {
              options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
   print_table(results["designs"], comparison);
   if (options.mode == SimulationMode::sampled) print_intervals(results);
+  if (frames > 1) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
     if (!results.contains(key)) continue;
@@ -340,6 +380,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->required();
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
+  add_views_option(command, options->view);
   add_tracer_options(command, options->tracer);
   options->command = command;
   add_machine_option(command, options->machine);

@@ -61,6 +61,7 @@ int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
   if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
+  if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
   return render_tile_view(options.scene, select_camera(options.view), kind, options.tracer, options.image,
                           options.statistics, quiet);
 }
@@ -73,12 +74,12 @@ struct Traced {
   std::string remark;  ///< for people; "": none
 };
 
-Traced trace_scene(const Options& options, const frontend::Camera& camera, frontend::AccelKind kind,
+Traced trace_scene(const Options& options, const std::vector<frontend::Camera>& cameras, frontend::AccelKind kind,
                    const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
                    std::map<std::string, std::string> inputs) {
-  frontend::ViewTracer view(load_flat_scene(options.scene), camera, tracer.kernel);
+  frontend::ViewTracer view(load_flat_scene(options.scene), cameras, tracer.kernel);
   const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), camera);
+  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   inputs.merge(object_inputs(objects));
   Traced traced;
@@ -95,10 +96,10 @@ Traced trace_scene(const Options& options, const frontend::Camera& camera, front
   return traced;
 }
 
-Traced trace_objects(const Options& options, const frontend::Camera& camera, frontend::AccelKind kind,
+Traced trace_objects(const Options& options, const std::vector<frontend::Camera>& cameras, frontend::AccelKind kind,
                      const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
                      const std::map<std::string, std::string>& inputs) {
-  const auto view = object_view(options.scene, camera, options.tracer, kind);
+  const auto view = object_view(options.scene, cameras, options.tracer, kind);
   const frontend::MultiObjectWorld& world = view->world();
   Traced traced;
   traced.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs);
@@ -128,14 +129,16 @@ int trace(const Options& options, bool quiet) {
   render.count_hits = !options.statistics.empty();
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
-  const frontend::Camera camera = select_camera(options.view);
+  if (!options.view.views.empty() && !heatmaps.empty())
+    throw Error("--heatmap", "", "is of one view: not with --views");
+  const std::vector<frontend::Camera> cameras = select_cameras(options.view);
   const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
   const Traced traced = frontend::is_object_list(options.scene) && !options.flatten
-                            ? trace_objects(options, camera, kind, tracer, render, chosen)
-                            : trace_scene(options, camera, kind, tracer, render, chosen);
+                            ? trace_objects(options, cameras, kind, tracer, render, chosen)
+                            : trace_scene(options, cameras, kind, tracer, render, chosen);
   const frontend::RenderResult& result = traced.view.result;
-  if (!options.image.empty()) frontend::write_image(options.image, result.image);
-  write_heatmaps(heatmaps, camera, result.pixel_costs);
+  if (!options.image.empty()) write_images(options.image, traced.view);
+  write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
   if (!options.statistics.empty()) {
     nlohmann::ordered_json config;
@@ -167,6 +170,7 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")->required();
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
+  add_views_option(command, options->view);
   command->add_option("--accel", options->accel, "Acceleration structure")
       ->check(one_of(names_of<frontend::AccelKind>()));
   command->add_option("--checkpoint", options->checkpoint, "Checkpointing and replay")->check(one_of({"on", "off"}));
@@ -174,7 +178,8 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   options->command = command;
   add_machine_option(command, options->machine);
   command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
-  command->add_option("--image", options->image, "Image to write: .png, .exr or .pfm (default: none)");
+  command->add_option("--image", options->image,
+                      "Image to write: .png, .exr or .pfm; of a sequence one a frame, NAME_0.png on (default: none)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
   add_heatmap_option(command, options->heatmaps, heatmap_names());
   command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "grtx/apps/grtx/options.h"
+#include "grtx/frontend/image/image.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -138,6 +141,14 @@ modules::StatisticList host_statistics(const frontend::RenderResult& result) {
 }
 
 }  // namespace
+
+void write_images(const std::string& path, const frontend::TracedView& traced) {
+  const bool sequence = !traced.further.empty();
+  frontend::write_image(sequence ? frame_path(path, 0) : path, traced.result.image);
+  for (std::size_t i = 0; i < traced.further.size(); ++i) {
+    frontend::write_image(frame_path(path, i + 1), traced.further[i]);
+  }
+}
 
 double RaysEnd::ert_share() const { return ratio(terminated, rays); }
 double RaysEnd::hits_behind_end() const { return ratio(hits.value_or(0), processed); }

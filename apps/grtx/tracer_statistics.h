@@ -25,6 +25,9 @@ RaysEnd rays_end(const frontend::RenderResult& result);
 /// For people, below a table.
 std::string describe(const RaysEnd& end);
 
+/// The image to `path`; of a sequence one a frame (frame_path).
+void write_images(const std::string& path, const frontend::TracedView& traced);
+
 /// tracer.*, accel.*, tracer.secondary.* (the share of the secondary rays; all zero without objects) and, when a trace
 /// was written, trace.* (deterministic).
 modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced);

@@ -50,7 +50,7 @@ def study_of(options, say):
     scenes = [Scene(**s) for s in chosen["scenes"]]
     for trained in sets.get("trained", []) if options.scenes else []:
         if any(os.path.exists(os.path.join(options.scenes, trained["file"] + e)) for e in (".ply", ".ply.xz")):
-            scenes.append(Scene(role="fitted", **trained))
+            scenes.append(Scene(role="fitted", **{**trained, "items": tuple(trained["items"])}))
     if not options.scenes:
         say("no folder of trained scenes (--scenes, GRTX_SCENES): generated scenes alone")
     frames = {n: Frame(f["width"], f["height"], f["fov_scale"], tuple(sorted(f["set"].items())))
@@ -61,9 +61,11 @@ def study_of(options, say):
 def build(study, names, claims):
     pages = []
     for name in names:
+        study.item = name
         one = page.Page(name, items.ITEMS[name].TITLE, claims, study.name)
         items.ITEMS[name].build(study, one)
         pages.append(one)
+    study.item = ""
     return pages
 
 

@@ -23,6 +23,7 @@ class Scene:
     sh_degree: int = 0
     file: str = ""
     cameras: str = ""
+    items: tuple = ()  # pages that it is on; (): all
 
     @property
     def stem(self):
@@ -59,6 +60,20 @@ class Measurement:
 
 
 @dataclass(frozen=True)
+class Run:
+    """One `grtx run`: all designs that there are, in fast mode. pan: degrees a frame and frames of a sequence that begins at
+    the scene's first view; (): that view alone. statue, statues, turn: a scene placed so many times in this one."""
+    scene: Scene
+    frame: Frame
+    machine: str
+    pan: tuple = ()
+    statue: Scene | None = None
+    statues: int = 0
+    turn: float = 0.0
+    flatten: bool = False
+
+
+@dataclass(frozen=True)
 class Cost:
     """One run of `grtx cost`."""
     machine: str
@@ -70,15 +85,20 @@ class Cost:
 class Study:
     """One set of sets.toml. Without `results` it plans."""
     name: str
-    scenes: list
+    all_scenes: list
     frames: dict
     values: dict  # the set's other entries
     results: object = None  # runs.Results
     asked: dict = field(default_factory=lambda: collections.defaultdict(dict))
+    item: str = ""  # that is being built
 
     @property
     def planning(self):
         return self.results is None
+
+    @property
+    def scenes(self):
+        return [s for s in self.all_scenes if not self.item or not s.items or self.item in s.items]
 
     @property
     def evaluation(self):
@@ -103,6 +123,11 @@ class Study:
         chosen = {"accel": accel, "checkpoint": checkpoint, **options}
         at = self.frames[frame] if isinstance(frame, str) else frame
         return self.ask(Measurement(scene, at, machine, tuple(sorted(chosen.items()))))
+
+    def run(self, scene, machine="paper", frame="side", **options):
+        """What results.json of `grtx run` says: names of nested tables and numbers of lists joined by '.' -> value; a statistic's name is
+        that of its value. options: of Run."""
+        return self.ask(Run(scene, self.frames[frame], machine, **options))
 
     def cost(self, machine, design, **options):
         """What `grtx cost --json` says: names of nested tables joined by '.' -> value."""

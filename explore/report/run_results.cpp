@@ -68,8 +68,10 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.violations.push_back(violation.is_string() ? violation.get<std::string>() : violation.dump());
   }
   run.program = "grtx " + text(document, "version");
-  const std::filesystem::path picture = std::filesystem::path(path).parent_path() / "image.png";
-  if (std::filesystem::exists(picture)) run.picture = picture.string();
+  for (const char* name : {"image.png", "image_0.png"}) {  // of a sequence the first frame
+    const std::filesystem::path picture = std::filesystem::path(path).parent_path() / name;
+    if (run.picture.empty() && std::filesystem::exists(picture)) run.picture = picture.string();
+  }
 }
 
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {

@@ -204,7 +204,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
       }
     };
     if (writer != nullptr) {
-      write_group(worker, index, traces::RayKind::primary, *writer, trace_rays);
+      write_group(worker, render.first_group + index, traces::RayKind::primary, *writer, trace_rays);
     } else if (!options.skips.has(Skip::events)) {
       worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
       trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
@@ -234,7 +234,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
       }
     };
     if (writer != nullptr) {
-      write_group(worker, groups.size() + index, group.kind, *writer, trace_rays);
+      write_group(worker, render.first_group + groups.size() + index, group.kind, *writer, trace_rays);
     } else {
       NullRecorder recorder;
       trace_rays(recorder, [](std::uint32_t) {});

@@ -1,32 +1,90 @@
 #include "grtx/frontend/tracer/view_tracer.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
+#include "grtx/base/error.h"
 #include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
 namespace {
 
-/// Renders, and writes a trace unless trace_file is "".
-void trace_into(TracedView& view, const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
-                const RenderOptions& render, traces::Header header, const std::string& trace_file,
-                const std::map<std::string, std::string>& inputs) {
+/// Of a trace of all frames. header_of(camera, options of the frame): of a trace of one.
+template <typename HeaderOf>
+traces::Header sequence_header(const std::vector<Camera>& cameras, const std::vector<RenderOptions>& render,
+                               HeaderOf&& header_of) {
+  traces::Header header = header_of(cameras.front(), render.front());
+  if (cameras.size() == 1) return header;
+  header.frame_groups = {header.groups};
+  for (std::size_t i = 1; i < cameras.size(); ++i) {
+    header.frame_groups.push_back(header_of(cameras[i], render[i]).groups);
+    header.groups += header.frame_groups.back();
+  }
+  header.inputs["camera"] = cameras.front().name + " to " + cameras.back().name;
+  return header;
+}
+
+void add_frame(RenderResult& sum, const RenderResult& frame) {
+  sum.counters.add(frame.counters);
+  sum.secondary.add(frame.secondary);
+  if (frame.hits) sum.hits = sum.hits.value_or(0) + *frame.hits;
+  sum.footprint_bytes = std::max(sum.footprint_bytes, frame.footprint_bytes);
+  sum.seconds += frame.seconds;
+}
+
+void add_plan(SecondaryPlan& sum, const SecondaryPlan& frame) {
+  const auto first = static_cast<std::uint32_t>(sum.rays.size());
+  for (SecondaryGroup group : frame.groups) {
+    group.first += first;
+    sum.groups.push_back(group);
+  }
+  sum.rays.insert(sum.rays.end(), frame.rays.begin(), frame.rays.end());
+  sum.truncated += frame.truncated;
+}
+
+/// Renders frame after frame, and writes a trace unless trace_file is "". render: by frame.
+void trace_into(TracedView& view, const TracedStructure& structure, const std::vector<Camera>& cameras,
+                const TracerOptions& options, std::vector<RenderOptions> render, traces::Header header,
+                const std::string& trace_file, const std::map<std::string, std::string>& inputs) {
   header.inputs.insert(inputs.begin(), inputs.end());
   view.inputs = header.inputs;
   std::optional<traces::Writer> writer;
   if (!trace_file.empty()) writer.emplace(trace_file, header);
-  view.result = frontend::render(structure, camera, options, render, writer ? &*writer : nullptr);
+  std::uint64_t first_group = 0;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    render[i].first_group = first_group;
+    RenderResult frame = frontend::render(structure, cameras[i], options, render[i], writer ? &*writer : nullptr);
+    if (i == 0) {
+      view.result = std::move(frame);
+    } else {
+      add_frame(view.result, frame);
+      view.further.push_back(std::move(frame.image));
+    }
+    if (!header.frame_groups.empty()) first_group += header.frame_groups[i];
+  }
   if (writer) {
     writer->finish();
     view.trace = TraceFile{writer->bytes(), writer->totals().visits()};
   }
 }
 
+const std::vector<Camera>& checked(const std::vector<Camera>& cameras) {
+  if (cameras.empty()) throw std::logic_error("a sequence has one frame or more");
+  for (const Camera& camera : cameras) {
+    if (camera.width == cameras.front().width && camera.height == cameras.front().height) continue;
+    throw Error("camera " + camera.name, "", "a sequence has one resolution: that of camera " + cameras.front().name);
+  }
+  return cameras;
+}
+
 }  // namespace
 
 ViewTracer::ViewTracer(Scene scene, Camera camera, Kernel kernel)
-    : scene_(std::move(scene)), camera_(std::move(camera)), kernel_(kernel), gaussians_(scene_, kernel) {}
+    : ViewTracer(std::move(scene), std::vector<Camera>{std::move(camera)}, kernel) {}
+
+ViewTracer::ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel)
+    : scene_(std::move(scene)), cameras_(checked(cameras)), kernel_(kernel), gaussians_(scene_, kernel) {}
 
 const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   if (accel_ != nullptr && accel_->options() == options) return *accel_;
@@ -40,20 +98,28 @@ TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& 
   if (accel_ == nullptr) throw std::logic_error("a view is traced in a structure: build() comes first");
   if (options.kernel != kernel_) throw std::logic_error("the Gaussians have another kernel");
   TracedView view;
-  view.plan = plan_secondary(scene_, gaussians_, *accel_, camera_, options, objects_, render.linear_mapping,
-                             render.threads, render.warp_size);
-  RenderOptions all_rays = render;
-  all_rays.secondary = &view.plan;
-  trace_into(view, TracedStructure(scene_, gaussians_, *accel_), camera_, options, all_rays,
-             trace_header(scene_, camera_, *accel_, options, all_rays), trace_file, inputs);
+  std::vector<SecondaryPlan> plans;
+  for (const Camera& camera : cameras_) {
+    plans.push_back(plan_secondary(scene_, gaussians_, *accel_, camera, options, objects_, render.linear_mapping,
+                                   render.threads, render.warp_size));
+  }
+  std::vector<RenderOptions> all_rays(cameras_.size(), render);
+  for (std::size_t i = 0; i < cameras_.size(); ++i) all_rays[i].secondary = &plans[i];
+  traces::Header header = sequence_header(cameras_, all_rays, [&](const Camera& camera, const RenderOptions& frame) {
+    return trace_header(scene_, camera, *accel_, options, frame);
+  });
+  trace_into(view, TracedStructure(scene_, gaussians_, *accel_), cameras_, options, std::move(all_rays),
+             std::move(header), trace_file, inputs);
+  view.plan = std::move(plans.front());
+  for (std::size_t i = 1; i < plans.size(); ++i) add_plan(view.plan, plans[i]);
   return view;
 }
 
 ObjectViewTracer::ObjectViewTracer(std::string name, std::vector<Scene> scenes,
-                                   const std::vector<Placement>& placements, Camera camera, const AccelOptions& options,
-                                   Kernel kernel)
+                                   const std::vector<Placement>& placements, std::vector<Camera> cameras,
+                                   const AccelOptions& options, Kernel kernel)
     : name_(std::move(name)),
-      camera_(std::move(camera)),
+      cameras_(checked(cameras)),
       kernel_(kernel),
       world_(std::move(scenes), placements, options, kernel) {}
 
@@ -64,10 +130,13 @@ TracedView ObjectViewTracer::trace(const TracerOptions& options, const RenderOpt
   TracedView view;
   RenderOptions primary_rays = render;
   primary_rays.secondary = nullptr;
-  traces::Header header = trace_header(world_, camera_, options, primary_rays);
+  traces::Header header = sequence_header(
+      cameras_, std::vector(cameras_.size(), primary_rays),
+      [&](const Camera& camera, const RenderOptions& frame) { return trace_header(world_, camera, options, frame); });
   header.inputs["scene"] = name_;
   header.inputs["scene_hash"] = world_.hash();
-  trace_into(view, TracedStructure(world_), camera_, options, primary_rays, std::move(header), trace_file, inputs);
+  trace_into(view, TracedStructure(world_), cameras_, options, std::vector(cameras_.size(), primary_rays),
+             std::move(header), trace_file, inputs);
   return view;
 }
 

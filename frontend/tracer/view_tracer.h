@@ -1,4 +1,5 @@
-// The way from a scene to the image, the counters and the trace of one view, for whatever structures and options.
+// The way from a scene to the images, the counters and the trace of one view or a sequence of views, for whatever
+// structures and options.
 #pragma once
 
 #include <cstdint>
@@ -25,23 +26,27 @@ struct TraceFile {
   std::uint64_t visits = 0;  ///< node visits in it
 };
 
+/// A sequence is traced into one file, frame after frame. Its counters add up, its footprint is the largest of a frame.
 struct TracedView {
-  RenderResult result;
+  RenderResult result;                        ///< with the first frame's image, pixel costs and sequences
+  std::vector<Image> further;                 ///< images of the other frames of a sequence
   SecondaryPlan plan;                         ///< of the secondary rays among them; empty without objects
   std::map<std::string, std::string> inputs;  ///< what the result is of, as in the trace's header
   std::optional<TraceFile> trace;             ///< when one was written
 };
 
-/// Owns scene and structure; one view of one scene, traced as often as one likes.
+/// Owns scene and structure; one view or sequence of one scene, traced as often as one likes.
 class ViewTracer {
  public:
   /// kernel: that of all options given to trace().
   ViewTracer(Scene scene, Camera camera, Kernel kernel = {});
+  /// cameras: of the frames, one or more, all of one resolution.
+  ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel = {});
   ViewTracer(const ViewTracer&) = delete;
   ViewTracer& operator=(const ViewTracer&) = delete;
 
   const Scene& scene() const { return scene_; }
-  const Camera& camera() const { return camera_; }
+  const Camera& camera() const { return cameras_.front(); }  ///< of the first frame
   const PreparedGaussians& gaussians() const { return gaussians_; }
   const OpticalObjects& objects() const { return objects_; }
   /// Of the last build().
@@ -61,19 +66,19 @@ class ViewTracer {
 
  private:
   const Scene scene_;
-  const Camera camera_;
+  const std::vector<Camera> cameras_;
   const Kernel kernel_;
   const PreparedGaussians gaussians_;
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;
 };
 
-/// One view of several objects, traced as often as one likes; they may be moved in between.
+/// One view or sequence of several objects, traced as often as one likes; they may be moved in between.
 class ObjectViewTracer {
  public:
   /// As MultiObjectWorld. name: of the list, for the inputs of results.
-  ObjectViewTracer(std::string name, std::vector<Scene> scenes, const std::vector<Placement>& placements, Camera camera,
-                   const AccelOptions& options, Kernel kernel = {});
+  ObjectViewTracer(std::string name, std::vector<Scene> scenes, const std::vector<Placement>& placements,
+                   std::vector<Camera> cameras, const AccelOptions& options, Kernel kernel = {});
 
   const MultiObjectWorld& world() const { return world_; }
   void move(const std::vector<Placement>& placements) { world_.move(placements); }
@@ -83,7 +88,7 @@ class ObjectViewTracer {
 
  private:
   const std::string name_;
-  const Camera camera_;
+  const std::vector<Camera> cameras_;
   const Kernel kernel_;
   MultiObjectWorld world_;
 };

@@ -60,15 +60,10 @@ Cycle WorkDistributor::tick(Cycle now) {
   return due;
 }
 
-// The first secondary group starts when all primary groups have ended; an end is what wakes the distributor up.
+// The first group of a launch starts when the launch before has ended; an end is what wakes the distributor up.
 bool WorkDistributor::held_back(Cycle now) {
-  if (secondary_) return false;
   if (ready_ == nullptr) ready_ = source_.acquire(next_);
-  if (ready_->kind == traces::RayKind::primary) return false;
-  if (running_ > 0) return true;
-  secondary_ = true;
-  primary_end_cycle_ = now;
-  return false;
+  return order_.holds_back(*ready_, running_ > 0, now);
 }
 
 void WorkDistributor::collect(Cycle now) {
@@ -91,7 +86,7 @@ void WorkDistributor::dispatch(Cycle now) {
     if (sm.free_slots == 0 || !sm.launch.can_push(now)) continue;
     LaunchWarp warp;
     warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
-    warp.group = ready_ != nullptr ? ready_ : source_.acquire(next_);
+    warp.group = ready_;
     ready_ = nullptr;
     sm.launch.push(now, warp);
     if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
@@ -111,7 +106,7 @@ void WorkDistributor::dispatch(Cycle now) {
 void WorkDistributor::finish(Cycle now) {
   finished_ = true;
   end_cycle_ = now;
-  if (!secondary_) primary_end_cycle_ = now;
+  order_.finish(now);
   done_.notify(sc_core::SC_ZERO_TIME);
 }
 
@@ -124,7 +119,7 @@ DistributorCounters WorkDistributor::counters() const {
     c.most_on_one_sm = std::max(c.most_on_one_sm, sm.launched);
   }
   c.tail_cycles = finished_ ? end_cycle_ - last_launch_ : 0;
-  c.primary_end = primary_end_cycle_;
+  c.launches = order_.spans();
   return c;
 }
 

@@ -1,6 +1,7 @@
 // Work distributor of the GPU: hands the ray groups of a trace, in index order, to SMs with a free warp slot.
 // One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
-// Groups of secondary rays wait until all primary groups have ended: they are a launch of their own.
+// A launch waits for the end of the one before (launch_order.h): a frame's secondary rays for its primary rays, a frame
+// for the frame before.
 // Cost: a credit counter per SM; not part of the GRTX hardware.
 #pragma once
 
@@ -37,9 +38,6 @@ class WorkDistributor final : public WorkDistributorModule {
   void observe(WarpObserver* observer) override { observer_ = observer; }
   bool finished() const override { return finished_; }
   Cycle end_cycle() const override { return end_cycle_; }
-  /// Cycle in which the end of the last primary group was seen; end_cycle() without secondary groups. Valid once
-  /// finished().
-  Cycle primary_end_cycle() const { return primary_end_cycle_; }
   std::uint64_t launched() const override { return next_; }
   std::uint64_t running() const override { return running_; }
   std::uint64_t launched_on(unsigned sm) const { return sms_[sm].launched; }
@@ -77,12 +75,11 @@ class WorkDistributor final : public WorkDistributorModule {
   unsigned free_slots_;                      ///< of all SMs
   unsigned turn_ = 0;                        ///< SM that is looked at first
   const traces::RayGroup* ready_ = nullptr;  ///< acquired at next_, not launched yet
-  bool secondary_ = false;                   ///< primary groups are over
+  LaunchOrder order_;
   bool finished_ = false;
   Cycle first_launch_ = 0;
   Cycle last_launch_ = 0;
   Cycle end_cycle_ = 0;
-  Cycle primary_end_cycle_ = 0;
 };
 
 }  // namespace grtx::modules

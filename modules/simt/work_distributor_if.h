@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <iosfwd>
+#include <vector>
 
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/launch_order.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -36,8 +38,9 @@ struct DistributorCounters {
   std::uint64_t most_on_one_sm = 0;
   std::uint64_t fewest_on_one_sm = 0;
   Cycle tail_cycles = 0;  ///< from the last launch to the end
-  Cycle primary_end = 0;  ///< end of the last primary group
+  std::vector<LaunchSpan> launches;
 };
+
 /// Hands the ray groups of a source to SMs with a free warp slot, each group once.
 class WorkDistributorModule : public ClockedModule {
  public:

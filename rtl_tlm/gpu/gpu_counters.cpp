@@ -26,6 +26,18 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
   }
 }
 
+/// Cycles of each frame of a sequence; a run of one frame has none of them.
+void describe_frames(const std::vector<modules::LaunchSpan>& launches, StatisticList& list) {
+  if (launches.empty() || (launches.back().frame == 0 && !list.lists_kinds())) return;
+  Cycle start = 0;
+  for (std::size_t i = 0; i < launches.size(); ++i) {
+    if (i + 1 < launches.size() && launches[i + 1].frame == launches[i].frame) continue;
+    list.add(fmt::format("gpu.frame{}.cycles", launches[i].frame), launches[i].end - start, "cycles",
+             "of this frame of a sequence, with what the frame before left in the caches");
+    start = launches[i].end;
+  }
+}
+
 }  // namespace
 
 EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
@@ -83,10 +95,11 @@ void describe(const GpuCounters& c, StatisticList& list) {
   list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
   list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(c.period_fs) * 1e-9, "us",
            "simulated time: gpu.cycles at the core clock");
-  const Cycle primary = c.distributor.primary_end;
-  list.add("gpu.rays.primary_cycles", primary, "cycles", "until the last warp of primary rays had ended");
-  list.add("gpu.rays.secondary_cycles", c.cycles - primary, "cycles",
+  list.add("gpu.rays.primary_cycles", modules::cycles_of_kind(c.distributor.launches, false), "cycles",
+           "until the last warp of primary rays had ended");
+  list.add("gpu.rays.secondary_cycles", modules::cycles_of_kind(c.distributor.launches, true), "cycles",
            "from there to the end: warps of secondary rays, a launch of their own");
+  describe_frames(c.distributor.launches, list);
   describe(c.distributor, list, "gpu.distributor");
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");

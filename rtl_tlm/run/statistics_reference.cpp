@@ -33,6 +33,7 @@ std::string statistic_kind(const std::string& name) {
         {std::regex(R"(^gpu\.sm\d+\.rt\d*\.)"), "gpu.sm<i>.rt<j>."},
         {std::regex(R"(^gpu\.sm\d+\.)"), "gpu.sm<i>."},
         {std::regex(R"(\.channel\d+\.)"), ".channel<i>."},
+        {std::regex(R"(^gpu\.frame\d+\.)"), "gpu.frame<i>."},
         {std::regex(R"(\.from_\d+$)"), ".from_<n>"},
         {std::regex(R"(^(gpu\.l[12])\.()" + regions + R"()\.)"), "$1.<region>."}};
   }();
@@ -47,6 +48,7 @@ modules::StatisticList statistic_kinds() {
   one_of_each.simt_of.resize(1);
   one_of_each.l1_of.resize(1);
   one_of_each.l2_of.resize(1);
+  one_of_each.distributor.launches.resize(1);
   one_of_each.memory.statistics = modules::StatisticList::of_kinds();
   modules::describe(modules::DramCounters{}, std::vector<modules::DramChannelCounters>(1),
                     one_of_each.memory.statistics, "gpu.dram");

@@ -102,6 +102,52 @@ TEST_F(RunTest, SecondaryRaysEndToEnd) {
   }
 }
 
+TEST_F(RunTest, CachesStayWarmFromFrameToFrame) {
+  must("synth --preset object --count 1000 --seed 7 -o " + folder + "/s.ply --quiet");
+  nlohmann::json cameras = json("s.cameras.json");
+  cameras = {cameras.at(0), cameras.at(0), cameras.at(1)};  // the second frame sees what the first has left
+  write_file(folder + "/c.json", cameras.dump());
+  const std::string scene = "--scene " + folder + "/s.ply --cameras " + folder + "/c.json --width 16 --height 16 ";
+  const std::string roomy = config() + "--set l2.bytes=16777216 ";  // holds the scene and all private data
+  must("run " + scene + roomy + "--view 0 --quiet -o " + folder + "/one");
+  const nlohmann::json one = json("one/results.json").at("designs");
+  for (const unsigned frames : {2U, 3U}) {
+    const bool cycle = frames == 2;
+    must("run " + scene + roomy + (cycle ? "--mode cycle --views 0:1" : "--mode fast --views 0:2") + " --quiet -o " +
+         folder + "/out");
+    const nlohmann::json results = json("out/results.json");
+    EXPECT_TRUE(results.at("images_identical").get<bool>());
+    EXPECT_TRUE(results.at("violations").empty());
+    for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+      const nlohmann::json& stats = results.at("designs").at(design);
+      const auto value = [](const nlohmann::json& of, const char* name) {
+        return of.at(name).at("value").get<double>();
+      };
+      const nlohmann::json& cycles = results.at("frames").at("cycles").at(design);
+      ASSERT_EQ(cycles.size(), frames);
+      double sum = 0.0;
+      for (const auto& frame : cycles) sum += frame.get<double>();
+      EXPECT_EQ(sum, value(stats, "gpu.cycles"));
+      EXPECT_EQ(value(stats, "tracer.rays"), frames * 16 * 16);
+      EXPECT_EQ(value(stats, "gpu.rt.node_visits"), value(stats, "tracer.visits.total"));
+      must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
+      if (!cycle) continue;
+      // The second frame reads next to nothing from DRAM, and the first ran as if it were alone.
+      EXPECT_LT(value(stats, "gpu.dram.reads"), 1.02 * value(one.at(design), "gpu.dram.reads")) << design;
+      EXPECT_GT(value(one.at(design), "gpu.dram.reads"), 1000.0);
+      EXPECT_EQ(cycles[0].get<double>(), value(one.at(design), "gpu.cycles")) << design;
+    }
+  }
+  must("compare " + folder + "/out/image_0.png " + folder + "/one/image.png --min-psnr inf");
+  must("compare " + folder + "/out/image_1.png " + folder + "/one/image.png --min-psnr inf");
+  EXPECT_EQ(grtx("compare " + folder + "/out/image_2.png " + folder + "/one/image.png --min-psnr 60").code, 1);
+  for (const char* bad :
+       {"--views 0:3", "--views 2:1", "--views 1", "--views 0:1 --view 0", "--views 0:1 --mode sampled"}) {
+    EXPECT_EQ(grtx("run " + scene + config() + bad + " --quiet -o " + folder + "/bad").code, 2) << bad;
+  }
+  EXPECT_EQ(grtx("sim " + folder + "/out/sw.grtx " + config() + "--mode sampled --quiet").code, 2);
+}
+
 TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {
   must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
   write_file(folder + "/objects.json",

@@ -25,9 +25,11 @@ machines = ["paper"]
 side_machines = ["paper"]
 confirm = []
 dense_k = 64
+proxy_gaussians = 300
 fov_scales = [0.5]
 resolutions = []
 resolution_scenes = []
+objects = { room = "object", statue = "object" }
 limits = { seconds = 600, memory_mb = 4000 }
 scenes = [{ name = "object", preset = "object", count = 300, seed = 3, sh_degree = 0, role = "evaluation" }]
 [quick.frames]

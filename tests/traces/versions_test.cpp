@@ -95,6 +95,31 @@ TEST(Versions, RefuseASceneTlasThatLeadsNowhere) {
   EXPECT_THAT(fault_of(pairs, 6), HasSubstr("key 'scene_leaves' must hold pairs"));
 }
 
+TEST(Versions, ASequenceOfFramesNeedsTheSeventh) {
+  auto trace = testing::random_trace({});
+  ASSERT_GE(trace.groups.size(), 3u);
+  trace.header.frame_groups = {1, trace.groups.size() - 2, 1};
+  const testing::TemporaryFile file;
+  testing::write_trace(file.path(), trace.header, trace.groups);
+  const std::string bytes = read_file(file.path());
+  EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 7u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().frame_groups, trace.header.frame_groups);
+  EXPECT_NO_THROW(check(reader, true));
+  RayGroup group;
+  for (std::uint64_t i = 0; i < reader.group_count(); ++i) {
+    reader.read(i, group);
+    EXPECT_EQ(group.frame, i == 0 ? 0u : i + 1 < reader.group_count() ? 1u : 2u);
+  }
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 6), HasSubstr("key 'frame_groups' is unknown"));
+  for (const std::vector<std::uint64_t>& wrong :
+       {std::vector<std::uint64_t>{trace.groups.size(), 0}, {1, trace.groups.size()}, {trace.groups.size() - 1}}) {
+    Header header = trace.header;
+    header.frame_groups = wrong;
+    EXPECT_THAT(fault_of(header_to_json(header), 7), HasSubstr("frame_groups must be at least 1 each and add up"));
+  }
+}
+
 TEST(Versions, HaveTheirOwnKeys) {
   Header header;
   const std::string four = header_to_json(header);

@@ -40,6 +40,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
     visit("object_roots", h.object_roots);
     visit("scene_leaves", h.scene_leaves);
   }
+  if (version >= 7) visit("frame_groups", h.frame_groups);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -221,6 +222,12 @@ std::string header_fault(const Header& h) {
     return "blas_root must lie behind blas_base, which must not be 0, when two_level";
   }
   if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
+  std::uint64_t left = h.groups;
+  for (const std::uint64_t groups : h.frame_groups) {
+    if (groups == 0 || groups > left) return "frame_groups must be at least 1 each and add up to groups";
+    left -= groups;
+  }
+  if (!h.frame_groups.empty() && left != 0) return "frame_groups must be at least 1 each and add up to groups";
   return scene_fault(h);
 }
 

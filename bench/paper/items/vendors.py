@@ -1,7 +1,7 @@
-"""RT units of other vendors, and scenes of several objects."""
+"""RT units of other vendors."""
 from .. import figures
 
-TITLE = "Other vendors, and scenes of several objects"
+TITLE = "RT units of other vendors"
 DESIGNS = ("sw", "hw", "grtx")
 
 
@@ -24,6 +24,3 @@ def build(study, page):
         page.picture(f"by-shader-{machine}", figures.bars(f"Speed-up by who fetches nodes, machine {machine}", groups, list(DESIGNS), base=1.0),
                      "Speed-up with nodes fetched by RT unit or shader, by scene")
         page.table(["scene", "who fetches", *DESIGNS, "M cycles, baseline"], rows)
-    page.text("## Scenes of several objects",
-              "Three levels, a scene TLAS over objects that move ([multi-object.md](../../model/multi-object.md)): traced and simulated, with the "
-              "cost of a frame's update, in [objects.md](../objects.md). The paper gives no number.")

@@ -34,7 +34,7 @@ void Distributor::launch(Cycle now) {
     if (sm.free_slots == 0) return;
     const auto slot = static_cast<unsigned>(std::countr_zero(sm.free_slots));
     sm.free_slots &= sm.free_slots - 1;
-    const traces::RayGroup& group = *(acquired_ != nullptr ? acquired_ : source_.acquire(next_group_));
+    const traces::RayGroup& group = *acquired_;
     acquired_ = nullptr;
     sm.position[slot] = next_group_;
     last_launch_ = std::max(now, next_group_ == 0 ? 0 : last_launch_ + 1);
@@ -47,15 +47,9 @@ void Distributor::launch(Cycle now) {
   }
 }
 
-// As WorkDistributor: secondary rays start when all primary ones have ended.
 bool Distributor::held_back(Cycle now) {
-  if (secondary_) return false;
   if (acquired_ == nullptr) acquired_ = source_.acquire(next_group_);
-  if (acquired_->kind == traces::RayKind::primary) return false;
-  if (running_ > 0) return true;
-  secondary_ = true;
-  primary_end_ = now;
-  return false;
+  return order_.holds_back(*acquired_, running_ > 0, now);
 }
 
 void Distributor::ended(Cycle now, unsigned s, unsigned slot) {
@@ -75,7 +69,7 @@ void Distributor::finish(Cycle now) {
   if (running_ > 0 || next_group_ < source_.count()) {
     throw std::runtime_error(fmt::format("deadlock in core cycle {}: nothing is due but {} warps run", now, running_));
   }
-  if (!secondary_) primary_end_ = end_;
+  order_.finish(end_);
   progress_(ended_);
 }
 
@@ -88,7 +82,8 @@ DistributorCounters Distributor::counters() const {
     counters.fewest_on_one_sm = std::min(counters.fewest_on_one_sm, sm.launched);
   }
   counters.tail_cycles = whole(end_ - last_launch_);
-  counters.primary_end = whole(primary_end_);
+  counters.launches = order_.spans();
+  for (LaunchSpan& launch : counters.launches) launch.end = whole(launch.end);
   return counters;
 }
 

@@ -52,11 +52,10 @@ class Distributor {
   std::vector<Sm> sms_;
   std::uint64_t next_group_ = 0, running_ = 0, ended_ = 0;
   const traces::RayGroup* acquired_ = nullptr;  ///< and not launched yet
-  bool secondary_ = false;                      ///< primary groups are over
-  unsigned turn_ = 0;                           ///< SM that is looked at first
+  modules::LaunchOrder order_;
+  unsigned turn_ = 0;  ///< SM that is looked at first
   Cycle last_launch_ = 0;
   Cycle end_ = 0;
-  Cycle primary_end_ = 0;  ///< of the last primary one
 };
 
 }  // namespace grtx::sim::fast

@@ -86,6 +86,9 @@ class SampledRun {
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
       : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
     reader_.verify_content();
+    if (!reader_.header().frame_groups.empty()) {
+      throw Error(reader_.path(), "", "a sequence of frames needs cycle or fast mode: samples share no caches");
+    }
     if (unmodelled(config, SimulationMode::fast)) options_.model = SampleModel::calls;
   }
 
@@ -324,8 +327,9 @@ class SampledRun {
     GpuCounters counters = whole_fast_.counters;
     const double stretch =
         static_cast<double>(result.cycles) / static_cast<double>(std::max<Cycle>(1, counters.cycles));
-    counters.distributor.primary_end =
-        static_cast<Cycle>(std::llround(static_cast<double>(counters.distributor.primary_end) * stretch));
+    for (modules::LaunchSpan& launch : counters.distributor.launches) {
+      launch.end = static_cast<Cycle>(std::llround(static_cast<double>(launch.end) * stretch));
+    }
     counters.cycles = result.cycles;
     const std::vector<LowerBound> bounds = lower_bounds(counters, work_.longest, config_);
     result.binding_bound = binding_bound(bounds).name;

@@ -9,6 +9,7 @@
 
 #include "frontend/scene/scene_bytes.h"
 #include "frontend/tracer/random_scene.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
@@ -55,6 +56,48 @@ TEST(ViewTracer, GivesWhatItsStepsGive) {
       EXPECT_EQ(traced.trace->visits, writer.totals().visits());
     }
   }
+}
+
+TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
+  const Scene scene = grtx::test::random_scene(78);
+  Camera second = grtx::test::front_camera(24, 16);
+  second.position.x += 0.05;
+  const std::vector<Camera> cameras = {grtx::test::front_camera(24, 16), second};
+  TracerOptions options;
+  options.checkpoint = true;
+  RenderOptions render = one_thread();
+  render.count_hits = true;
+  const test::TemporaryPath sequence_file(".grtx");
+  ViewTracer sequence(scene, cameras);
+  sequence.build({AccelKind::tlas_tri20});
+  const TracedView traced = sequence.trace(options, render, sequence_file.str());
+  const traces::Reader reader(sequence_file.str());
+  ASSERT_EQ(traced.further.size(), 1u);
+  ASSERT_EQ(reader.header().frame_groups, (std::vector<std::uint64_t>{12, 12}));
+  std::uint64_t visits = 0, hits = 0;
+  for (std::uint32_t f = 0; f < 2; ++f) {
+    const test::TemporaryPath file(".grtx");
+    ViewTracer one(scene, cameras[f]);
+    one.build({AccelKind::tlas_tri20});
+    const TracedView frame = one.trace(options, render, file.str());
+    const Image& image = f == 0 ? traced.result.image : traced.further[0];
+    EXPECT_TRUE(compare(image, frame.result.image).identical());
+    visits += frame.result.counters.visits();
+    hits += frame.result.hits.value();
+    const traces::Reader alone(file.str());
+    ASSERT_EQ(alone.group_count(), 12u);
+    for (std::uint32_t g = 0; g < 12; ++g) {
+      traces::RayGroup expected, group;
+      alone.read(g, expected);
+      reader.read(12 * f + g, group);
+      expected.index = 12 * f + g;
+      expected.frame = f;
+      EXPECT_EQ(group, expected);
+    }
+  }
+  EXPECT_EQ(traced.result.counters.visits(), visits);
+  EXPECT_EQ(traced.result.hits.value(), hits);
+  EXPECT_THROW(ViewTracer(scene, {cameras[0], grtx::test::front_camera(16, 16)}), Error);
 }
 
 TEST(ViewTracer, ASceneOrCameraOfTheSameNameInInputsDoesNotHideTheViews) {

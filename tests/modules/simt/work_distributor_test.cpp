@@ -28,8 +28,12 @@ class ListSource final : public GroupSource {
   }
   void release(std::uint64_t position) override { released.push_back(position); }
 
-  void make_secondary(std::size_t first) {
-    for (std::size_t i = first; i < groups_.size(); ++i) groups_[i].kind = traces::RayKind::glass;
+  void make_secondary(std::size_t first) { make_secondary(first, groups_.size()); }
+  void make_secondary(std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) groups_[i].kind = traces::RayKind::glass;
+  }
+  void make_frame(std::size_t first, std::size_t end, std::uint32_t frame) {
+    for (std::size_t i = first; i < end; ++i) groups_[i].frame = frame;
   }
 
   std::vector<std::uint64_t> acquired;
@@ -119,9 +123,25 @@ TEST_F(WorkDistributorTest, SecondaryGroupsWaitForTheLastPrimaryOne) {
   using S = WorkBench::Seen;
   // Group 1: seen in 2, ends in 302, its end is seen in 303; group 3 is launched then and seen in 304.
   EXPECT_THAT(bench.seen, ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{304, 1, 0, 3}, S{305, 0, 0, 4}));
-  EXPECT_EQ(bench.distributor.primary_end_cycle(), 303u);
+  EXPECT_EQ(bench.distributor.counters().launches, (std::vector<LaunchSpan>{{0, false, 303}, {0, true, 326}}));
   EXPECT_EQ(bench.distributor.end_cycle(), 326u);  // group 4 ends in 325
   EXPECT_THAT(bench.source.acquired, ElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST_F(WorkDistributorTest, AFrameWaitsForTheFrameBefore) {
+  // Frames of groups 0 and 1, 2 and 3 (secondary), 4: three launches and a fourth.
+  WorkBench bench(5, 2, 4, [](std::uint32_t g) { return g == 1 ? Cycle{300} : Cycle{20}; });
+  bench.source.make_secondary(3, 4);
+  bench.source.make_frame(2, 4, 1);
+  bench.source.make_frame(4, 5, 2);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  // As above: group 2 is seen in 304 and ends in 324, which is seen in 325; each launch takes 22 cycles from then on.
+  EXPECT_THAT(bench.seen, ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{304, 0, 0, 2}, S{326, 1, 0, 3}, S{348, 0, 0, 4}));
+  const std::vector<LaunchSpan> launches = bench.distributor.counters().launches;
+  EXPECT_EQ(launches, (std::vector<LaunchSpan>{{0, false, 303}, {1, false, 325}, {1, true, 347}, {2, false, 369}}));
+  EXPECT_EQ(cycles_of_kind(launches, true), 22u);
+  EXPECT_EQ(cycles_of_kind(launches, false), 347u);
 }
 
 TEST_F(WorkDistributorTest, SkipsFullSmsAndKeepsIndexOrder) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "grtx/traces/event.h"
@@ -31,11 +32,16 @@ class WorkDistributor {
       }
     }
     const bool left = next_ < groups_.size();
-    if (!secondary_ && running_ == 0 && (!left || is_secondary(next_))) {
-      secondary_ = true;
-      primary_end_ = now;
+    if (running_ == 0 && started_ && (!left || launch_of(next_) != current_)) {
+      (current_.second ? secondary_cycles_ : primary_cycles_) += now - launch_start_;
+      launch_start_ = now;
+      started_ = false;
     }
-    if (left && (secondary_ || !is_secondary(next_))) launch(now);
+    if (left && !started_) {
+      current_ = launch_of(next_);
+      started_ = true;
+    }
+    if (left && launch_of(next_) == current_) launch(now);
     if (!left && running_ == 0) {
       done_ = true;
       end_ = now;
@@ -50,12 +56,16 @@ class WorkDistributor {
     s.add("gpu.distributor.most_on_one_sm", *std::max_element(warps_.begin(), warps_.end()));
     s.add("gpu.distributor.fewest_on_one_sm", *std::min_element(warps_.begin(), warps_.end()));
     s.add("gpu.distributor.tail_cycles", end_ - last_launch_);
-    s.add("gpu.rays.primary_cycles", primary_end_);
-    s.add("gpu.rays.secondary_cycles", end_ - primary_end_);
+    s.add("gpu.rays.primary_cycles", primary_cycles_);
+    s.add("gpu.rays.secondary_cycles", secondary_cycles_);
   }
 
  private:
-  bool is_secondary(std::size_t group) const { return groups_[group].kind != traces::RayKind::primary; }
+  /// Frame, and whether its secondary rays.
+  using LaunchId = std::pair<std::uint32_t, bool>;
+  LaunchId launch_of(std::size_t group) const {
+    return {groups_[group].frame, groups_[group].kind != traces::RayKind::primary};
+  }
   void launch(Cycle now) {
     for (std::size_t i = 1; i <= sms_.size(); ++i) {
       const std::size_t sm = (last_ + i) % sms_.size();
@@ -76,8 +86,9 @@ class WorkDistributor {
   std::vector<std::vector<bool>> used_;  ///< [sm][slot]
   std::vector<std::uint64_t> warps_;     ///< [sm]
   std::size_t next_ = 0, running_ = 0, last_ = 0;
-  bool secondary_ = false, done_ = false;
-  Cycle end_ = 0, primary_end_ = 0, last_launch_ = 0;
+  bool started_ = false, done_ = false;
+  LaunchId current_;
+  Cycle end_ = 0, launch_start_ = 0, primary_cycles_ = 0, secondary_cycles_ = 0, last_launch_ = 0;
 };
 
 }  // namespace grtx::sim::plain
