@@ -47,18 +47,20 @@ CostItem memory(const modules::Storage& storage, const Technology& t, const Cost
     item.estimator = "in the data array's figures";
     return item;
   }
-  const std::uint64_t rows = storage.bits / std::max(1u, storage.word_bits);
+  const unsigned banks = std::max(1u, storage.banks);
+  const std::uint64_t rows = storage.bits / banks / std::max(1u, storage.word_bits);
   if (storage.kind == modules::StorageKind::flip_flop || rows < kLeastSramRows) return flip_flops(storage, t, options);
   const bool cache = storage.kind == modules::StorageKind::cache;
-  const SramCost sram = sram_cost({storage.bits, storage.word_bits, cache, storage.write_ports > 0 && !cache, t.nm});
+  const SramCost sram =
+      sram_cost({storage.bits / banks, storage.word_bits, cache, storage.write_ports > 0 && !cache, t.nm});
   CostItem item;
   item.name = storage.name;
   item.kind = cache ? "cache" : "SRAM";
   item.bits = storage.bits;
   // Read ports beyond the first are further copies.
   const double copies = cache ? 1.0 : std::max(1u, storage.read_ports);
-  item.area_mm2 = sram.area_mm2 * copies;
-  item.leakage_mw = sram.leakage_mw * copies;
+  item.area_mm2 = sram.area_mm2 * (copies * banks);
+  item.leakage_mw = sram.leakage_mw * (copies * banks);
   item.delay_ns = sram.access_ns;
   item.read_pj = sram.read_pj;
   item.write_pj = sram.write_pj * copies;

@@ -26,6 +26,7 @@ constexpr Group kGroups[] = {{"rt",
                              {"crossbar", "energy of the packets between SMs and L2"},
                              {"l2", "energy of the L2 slices' data arrays"},
                              {"dram", "energy of the bytes to and from DRAM"},
+                             {"private_store", "energy of the private stores of SIMT cores and RT units"},
                              {"leakage", "leakage of the whole modelled machine over gpu.time_us"}};
 
 /// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
@@ -65,6 +66,7 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   list.add("gpu.energy_nj_per_ray", nanojoules(central) / static_cast<double>(std::max<std::uint64_t>(1, rays)), "nJ",
            "gpu.energy_nj over the rays of the trace");
   for (const Group& group : kGroups) {
+    if (group.name == std::string("private_store") && !by_group.contains(group.name) && !list.lists_kinds()) continue;
     list.add(std::string("gpu.energy_nj.") + group.name, nanojoules(by_group[group.name]), "nJ", group.description);
   }
 }

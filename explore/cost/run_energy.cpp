@@ -97,6 +97,19 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
       prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
           prices.access(".simt", "register_file", true),
       "warp instructions, 32 lanes");
+  if (config.simt.private_store.entries() > 0) {
+    const double words = config.simt.private_store.cycles();  // of an entry
+    add("private_store.simt.reads", words * value("gpu.simt.private_store.entries_read"),
+        prices.access(".simt", "private_store", false), "words of lanes");
+    add("private_store.simt.writes", words * value("gpu.simt.private_store.entries_written"),
+        prices.access(".simt", "private_store", true), "words of lanes");
+  }
+  if (config.rt.checkpoint.store.entries > 0) {
+    add("private_store.rt.reads", value("gpu.rt.checkpoint.store_read"),
+        prices.access(".checkpoint_unit", "private_store", false), "checkpoint entries");
+    add("private_store.rt.writes", value("gpu.rt.checkpoint.store_written"),
+        prices.access(".checkpoint_unit", "private_store", true), "checkpoint entries");
+  }
   const double l1_reads = value("gpu.l1.all.reads");
   const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
   add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");

@@ -20,9 +20,10 @@ struct Storage {
   StorageKind kind = StorageKind::flip_flop;
   std::uint64_t bits = 0;
   unsigned read_ports = 1;
-  unsigned write_ports = 1;
+  unsigned write_ports = 1;    ///< 0: the read port writes, too
   bool added_by_grtx = false;  ///< part of the paper's hardware-cost table
   unsigned word_bits = 32;     ///< of one access
+  unsigned banks = 1;          ///< that the bits are divided among, each with ports of its own
 };
 
 struct Operators {

@@ -18,6 +18,23 @@ constexpr auto enum_names(CheckpointForward) {
   return std::to_array<EnumName<CheckpointForward>>({{rewrite, "rewrite"}, {reference, "reference"}});
 }
 
+/// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
+/// ray has its places there for good: no allocation, no tags, and the address is a concatenation of bits.
+struct CheckpointStoreConfig {
+  static constexpr unsigned kMaxPorts = 8;
+  unsigned entries = 0;  ///< of each buffer; those behind lie in memory
+  unsigned latency = 4;
+  unsigned read_ports = 1;  ///< beside the one for writing
+  unsigned warps = 32;      ///< resident ones that the RT unit serves; by the assembly
+  void parameters(ParameterList& list) {
+    list.add("checkpoint_entries", entries, {0, 4096}, "entries",
+             "of each of a ray's two checkpoint buffers in an SRAM of the RT unit; those behind lie in memory", kOurs);
+    list.add("latency", latency, {1, kMaxLatency}, "cycles", "of a read of that SRAM",
+             assumed("access of some 100 KB by the cost model, and the way there and back"));
+    list.add("read_ports", read_ports, {1, kMaxPorts}, "entries/cycle", "of that SRAM, beside one to write", kOurs);
+  }
+};
+
 struct CheckpointConfig {
   unsigned lanes = 4;  ///< or last sectors
   unsigned write_queue = 16;
@@ -27,6 +44,8 @@ struct CheckpointConfig {
   CheckpointForward forward = CheckpointForward::rewrite;
   unsigned read_ahead = 0;      ///< sectors; 0: off
   bool prefetch_nodes = false;  ///< of entries that have come and will be taken
+  CheckpointStoreConfig store;
+  /// But for the store, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
     list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
@@ -43,6 +62,11 @@ struct CheckpointConfig {
              "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs);
     list.add("prefetch_nodes", prefetch_nodes,
              "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
+  }
+  static constexpr const char* kStoreRule =
+      "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory";
+  bool allows_store() const {
+    return store.entries == 0 || (forward == CheckpointForward::rewrite && read_ahead == 0 && !prefetch_nodes);
   }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }

@@ -41,6 +41,7 @@ class CheckpointLayout {
     unsigned count = 0;
     bool straddles = false;  ///< the entry lies in two sectors
     bool run = false;        ///< a run entry; when reading, the entry itself is still to be read
+    bool stored = false;     ///< the entry lies in the store, not in memory
   };
 
   /// header: of the trace, whose checkpoint_order and checkpoint_capacity hold. Throws Error when entries cannot name
@@ -53,6 +54,8 @@ class CheckpointLayout {
   }
   bool reads_ahead() const { return read_ahead_ > 0; }
   bool names_nodes() const { return prefetch_nodes_; }
+  /// Whether the lane's next item goes to the store.
+  bool next_is_stored(const Lane& lane) const { return lane.appended < store_entries_; }
   /// Most sectors that an item sends to be written: without write_combine all that it touches.
   unsigned most_sectors() const { return write_combine_ || kSectorBytes % entry_bytes_ == 0 ? 1 : 2; }
 
@@ -112,6 +115,7 @@ class CheckpointLayout {
   std::uint64_t capacity_;
   std::uint64_t entry_bytes_;
   bool write_combine_, read_buffer_;
+  std::uint32_t store_entries_;  ///< of a buffer; 0 with a log
   unsigned read_ahead_;
   bool prefetch_nodes_;
   std::uint64_t log_entries_ = 0;    ///< places of a log
@@ -136,6 +140,10 @@ inline CheckpointLayout::Sectors CheckpointLayout::append_at(std::uint64_t begin
 }
 
 inline CheckpointLayout::Sectors CheckpointLayout::append(Lane& lane) {
+  if (next_is_stored(lane)) {
+    ++lane.appended;
+    return {.stored = true};
+  }
   if (!logs_entries_) return append_at(lane.destination + lane.appended++ * entry_bytes_);
   ++lane.appended;
   const CheckpointLog::Appended item = logs_[lane.log].append();
@@ -145,7 +153,7 @@ inline CheckpointLayout::Sectors CheckpointLayout::append(Lane& lane) {
 }
 
 inline std::uint64_t CheckpointLayout::open_sector(const Lane& lane) const {
-  if (!write_combine_ || lane.appended == 0) return kNoSector;
+  if (!write_combine_ || lane.appended <= store_entries_) return kNoSector;
   const std::uint64_t places = logs_entries_ ? (logs_[lane.log].appended() - 1) % log_entries_ + 1 : lane.appended;
   const std::uint64_t end = lane.destination + places * entry_bytes_;
   return end % kSectorBytes != 0 ? end / kSectorBytes : kNoSector;
@@ -170,6 +178,7 @@ inline CheckpointLayout::Sectors CheckpointLayout::read(Lane& lane) {
   const std::uint64_t index = order_.position(lane.read, lane.source_entries);
   if (index >= capacity_) refuse("reads");
   ++lane.read;
+  if (index < store_entries_) return {.stored = true};
   return read_at(lane, lane.source + index * entry_bytes_, order_.backwards());
 }
 

@@ -34,11 +34,20 @@ const CounterTable<CheckpointUnit::Counters>& CheckpointUnit::Counters::table() 
           .sum(&C::returned)
           .sum(&C::sectors_ahead)
           .sum(&C::ahead_returned)
+          .sum(&C::store_written)
+          .sum(&C::store_read)
+          .sum(&C::store_returned)
           .part(&C::log)
           .described([](const C& c, StatisticList& list, const std::string& prefix) {
             if (list.lists_kinds() || c.sectors_ahead > 0) {
               list.add(prefix + ".sectors_ahead", c.sectors_ahead, "requests",
                        "32 B reads of checkpoint buffers ahead of need");
+            }
+            if (list.lists_kinds() || c.store_written > 0) {
+              list.add(prefix + ".store_written", c.store_written, "entries",
+                       "checkpoint entries written to the private store of the RT unit, in place of memory");
+              list.add(prefix + ".store_read", c.store_read, "entries",
+                       "checkpoint entries read from the private store of the RT unit");
             }
             const CheckpointLog::Counters& log = c.log;
             if (list.lists_kinds() || log.runs_written + log.copies_forced > 0) log.table().describe(log, list, prefix);
@@ -58,8 +67,11 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
       writes_(config.write_queue > 0 ? config.write_queue : 1),
-      ahead_(std::size_t{entries} * kMaxLanes) {
+      ahead_(std::size_t{entries} * kMaxLanes),
+      store_reads_(std::size_t{entries} * kMaxLanes),
+      store_returns_(std::size_t{entries} * kMaxLanes) {
   require_allowed("rt.checkpoint", config);
+  require_allowed("rt.private_store", config.store);
   if (map.checkpoint_entry_bytes() != config.entry_bytes) {
     throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
   }
@@ -110,8 +122,13 @@ bool CheckpointUnit::submit(LaneId id, unsigned entries, bool forwarded, bool la
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
   while (lane.pending > 0) {
-    if (budget == 0 || writes_.room() < layout_.most_sectors()) return false;
+    const bool stored = layout_.next_is_stored(lane.place);
+    if (budget == 0 || (stored ? store_written_ : writes_.room() < layout_.most_sectors())) return false;
     const CheckpointLayout::Sectors sectors = layout_.append(lane.place);
+    if (stored) {
+      store_written_ = true;  // one port to write
+      ++counters_.store_written;
+    }
     for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
     if (sectors.straddles) ++counters_.straddling_written;
     if (!sectors.run) ++counters_.entries_written;
@@ -143,6 +160,10 @@ bool CheckpointUnit::start_read(LaneId id) {
     if (lane.to_read.straddles) ++counters_.straddling_read;
   } while (lane.to_read.run && lane.to_read.count == 0);
   read_ahead(id);
+  if (lane.to_read.stored) {
+    store_reads_.push(id);
+    return false;
+  }
   if (lane.to_read.count == 0) return true;
   lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
@@ -156,7 +177,23 @@ bool CheckpointUnit::write_waits(std::uint64_t sector) const {
   return false;
 }
 
+// What comes from the store comes behind this cycle's responses of the memory.
+void CheckpointUnit::read_store(Cycle now) {
+  while (!store_returns_.empty() && store_returns_.front().due <= now) {
+    const LaneId id = store_returns_.front().lane;
+    store_returns_.pop();
+    ++counters_.store_returned;
+    client_->entry_read(id);
+  }
+  for (unsigned i = 0; i < config_.store.read_ports && !store_reads_.empty(); ++i) {
+    store_returns_.push({now + config_.store.latency, store_reads_.front()});
+    store_reads_.pop();
+    ++counters_.store_read;
+  }
+}
+
 void CheckpointUnit::issue(Cycle now) {
+  if (lanes_at_store() > 0) read_store(now);
   if (!busy() || !requests_.can_push(now)) return;
   if (reads_.empty() && writes_.empty()) return issue_ahead(now);
   MemoryRequest message;
@@ -236,6 +273,7 @@ void CheckpointUnit::respond(Cycle now) {
 }
 
 void CheckpointUnit::accept(Cycle) {
+  store_written_ = false;
   if (submitted_.empty()) return;
   unsigned budget = config_.lanes;
   while (!submitted_.empty() && take(submitted_.front(), budget)) {
@@ -268,6 +306,11 @@ Inventory CheckpointUnit::inventory() const {
     storage.push_back({"runs", StorageKind::ram, lanes_.size() * (2 * run_bits + entry_bits), 1, 1, false, run_bits});
   }
   const std::uint64_t lanes = lanes_.size();
+  if (const CheckpointStoreConfig& store = config_.store; store.entries > 0) {
+    const std::uint64_t places = 2ull * store.entries * store.warps * kMaxLanes;
+    storage.push_back({"private_store", StorageKind::ram, places * entry_bits, store.read_ports, 1, false, entry_bits});
+    storage.push_back({"store_reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
+  }
   if (config_.read_ahead > 0) {
     // Lanes in turn; of each the next sector and the list's end.
     storage.push_back({"ahead", StorageKind::ram, lanes * (8 + 16 + 16), 1, 1, false, 40});
@@ -289,7 +332,8 @@ Inventory CheckpointUnit::inventory() const {
 
 void CheckpointUnit::dump_state(std::ostream& out) const {
   out << name() << ": " << submitted_.size() << " lanes handing over, " << reads_.size() << " lanes to read, "
-      << writes_.size() << " sectors to write, " << outstanding_ << " requests outstanding\n";
+      << writes_.size() << " sectors to write, " << outstanding_ << " requests outstanding, " << lanes_at_store()
+      << " lanes at the private store\n";
 }
 
 }  // namespace grtx::modules

@@ -39,6 +39,9 @@ class CheckpointUnit final : public CheckpointModule {
     CheckpointLog::Counters log;       ///< forward = reference
     std::uint64_t sectors_ahead = 0;   ///< requested ahead of need
     std::uint64_t ahead_returned = 0;  ///< responses to them
+    std::uint64_t store_written = 0;   ///< entries, of the private store
+    std::uint64_t store_read = 0;      ///< entries asked of it
+    std::uint64_t store_returned = 0;  ///< entries that came from it
     std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
     std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
     /// Those of the layout, which knows the runs.
@@ -69,16 +72,21 @@ class CheckpointUnit final : public CheckpointModule {
   /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
   void accept(Cycle now) override;
 
-  bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty() || !ahead_.empty(); }
+  bool busy() const override {
+    return !submitted_.empty() || !reads_.empty() || !writes_.empty() || !ahead_.empty() || lanes_at_store() > 0;
+  }
   bool idle() const override { return !busy() && outstanding_ == 0; }
   std::uint64_t progress() const override {
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned +
-           counters_.sectors_ahead + counters_.ahead_returned;
+           counters_.sectors_ahead + counters_.ahead_returned + counters_.store_written + counters_.store_returned;
   }
   void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const { return submitted_.size(); }
-  std::size_t lanes_reading() const { return reads_.size(); }                     ///< with sectors to request
-  std::size_t writes_queued() const { return writes_.size(); }                    ///< sectors
+  std::size_t lanes_reading() const { return reads_.size(); }   ///< with sectors to request
+  std::size_t writes_queued() const { return writes_.size(); }  ///< sectors
+  bool has_store() const { return config_.store.entries > 0; }
+  /// That wait for an entry of the private store.
+  std::size_t lanes_at_store() const { return store_reads_.size() + store_returns_.size(); }
   std::uint64_t outstanding() const { return outstanding_; }                      ///< requests sent, not answered
   std::uint32_t source_offset(LaneId id) const { return lanes_[id].place.read; }  ///< entries read in the round
   /// Entries written in the round.
@@ -100,6 +108,7 @@ class CheckpointUnit final : public CheckpointModule {
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
+  void read_store(Cycle now);
   bool start_read(LaneId id);
   void read_ahead(LaneId id);
   void issue_ahead(Cycle now);
@@ -120,6 +129,13 @@ class CheckpointUnit final : public CheckpointModule {
   BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
   BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
   BoundedQueue<LaneId> ahead_;          ///< lanes that may have sectors to read ahead
+  struct StoreReturn {
+    Cycle due = 0;
+    LaneId lane = 0;
+  };
+  BoundedQueue<LaneId> store_reads_;         ///< lanes whose entry is to be read from the private store
+  BoundedQueue<StoreReturn> store_returns_;  ///< and those whose entry comes from it
+  bool store_written_ = false;               ///< in the present cycle
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -10,7 +10,6 @@
 namespace grtx::modules {
 namespace {
 
-constexpr std::uint64_t kFieldBytes = 4;              // t or id of a k-buffer entry
 constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
 
 // Lanes of `lanes` whose loop runs longer than `iteration`.
@@ -32,9 +31,10 @@ std::size_t most_sectors(const traces::Header& header) {
 }  // namespace
 
 ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
-                             unsigned resident_warps)
+                             unsigned resident_warps, const PrivateStore::Config& store)
     : map_(map),
       costs_(costs),
+      store_(store),
       sm_(sm),
       k_(header.k),
       checkpoint_(header.checkpoint),
@@ -100,27 +100,20 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
               costs_.evict_move_fixed + std::uint64_t{costs_.evict_move_per_entry} * most_entries);
 
   for (std::uint32_t i = 0; i < most_entries; ++i) {
-    load(Region::eviction, phase);
-    for_each_bit(running(warp.active, warp.evictions, i), [&](unsigned lane) {
-      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), i), traces::kEvictionEntryBytes);
-    });
+    access_evictions(
+        slot, running(warp.active, warp.evictions, i), [i](unsigned) { return i; }, false, phase);
   }
   for (std::uint32_t i = 0;; ++i) {
     const LaneMask lanes = running(warp.active, preloaded, i);
     if (lanes == 0) break;
-    for (unsigned field = 0; field < 2; ++field) {
-      store(Region::k_buffer, phase);
-      for_each_bit(lanes,
-                   [&](unsigned lane) { coalescer_.touch(map_.k_buffer(warp_slot, i, field, lane), kFieldBytes); });
-    }
+    access_k_buffer(
+        warp_slot, lanes, [i](unsigned) { return i; }, true, phase);
   }
   for (std::uint32_t i = 0;; ++i) {
     const LaneMask lanes = running(moving, remaining, i);
     if (lanes == 0) break;
-    store(Region::eviction, phase);
-    for_each_bit(lanes, [&](unsigned lane) {
-      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), i), traces::kEvictionEntryBytes);
-    });
+    access_evictions(
+        slot, lanes, [i](unsigned) { return i; }, true, phase);
   }
   for_each_bit(warp.active, [&](unsigned lane) {
     counters_.eviction_moves += preloaded[lane];
@@ -182,19 +175,17 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
       warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
       phase);
   if (evicting != 0) {
-    store(Region::eviction, phase);
-    for_each_bit(evicting, [&](unsigned lane) {
-      coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, batch.slot, lane), warp.evictions[lane]++),
-                       traces::kEvictionEntryBytes);
-      ++counters_.evictions;
-    });
+    access_evictions(
+        batch.slot, evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
+    for_each_bit(evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
+    counters_.evictions += static_cast<std::uint64_t>(std::popcount(evicting));
   }
 }
 
 // The last step takes what loads are left, and the instructions that the others leave.
 void ShaderProgram::close_steps(ShaderPhase& phase) const {
-  const auto loads = static_cast<std::uint32_t>(phase.loads.size());
-  if (!phase.steps.empty() && phase.steps.back() != loads) phase.steps.push_back(loads);
+  const LoadStep all{static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads};
+  if (!phase.steps.empty() && phase.steps.back() != all) phase.steps.push_back(all);
   if (phase.steps.size() <= 1) return phase.steps.clear();
   phase.step_instructions = std::min<std::uint64_t>(costs_.any_hit_per_shift, phase.instructions / phase.steps.size());
 }
@@ -222,11 +213,9 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     const LaneMask lanes = running(warp.active, processed, i);
     if (lanes == 0) break;
     const auto entry = [&](unsigned lane) { return warp.group->rays[lane].processed[warp.first_processed[lane] + i]; };
-    for (unsigned field = 0; field < 2 && !closest_; ++field) {
-      load(Region::k_buffer, phase);
-      for_each_bit(lanes, [&](unsigned lane) {
-        coalescer_.touch(map_.k_buffer(warp_slot, first[lane] + i, field, lane), kFieldBytes);
-      });
+    if (!closest_) {
+      access_k_buffer(
+          warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
     LaneMask blending = 0;
     load(Region::gaussian, phase);

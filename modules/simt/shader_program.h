@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/private_store.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
@@ -71,15 +73,24 @@ inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::c
 inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
     "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"};
 
+/// Where a step of a phase's loads ends: in ShaderPhase::loads, and among its reads of the private store.
+struct LoadStep {
+  std::uint32_t loads = 0;
+  std::uint32_t store_reads = 0;
+  friend bool operator==(const LoadStep&, const LoadStep&) = default;
+};
+
 /// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
 struct ShaderPhase {
   PhaseKind kind = PhaseKind::prologue;
   std::uint64_t instructions = 0;
   std::vector<SectorAccess> loads;
   std::vector<SectorAccess> stores;
+  std::uint32_t store_reads = 0;   ///< of the private store, by the warp: an entry of each lane that takes part
+  std::uint32_t store_writes = 0;  ///< the same
   /// Loads in steps that wait for each other, as the iterations of a loop whose end depends on what was read: of each
   /// step where its loads end. Empty: all loads go out at once.
-  std::vector<std::uint32_t> steps;
+  std::vector<LoadStep> steps;
   std::uint64_t step_instructions = 0;  ///< executed after each step but the last; part of `instructions`
 
   void reset(PhaseKind k, std::uint64_t n) {
@@ -87,6 +98,7 @@ struct ShaderPhase {
     instructions = n;
     loads.clear();
     stores.clear();
+    store_reads = store_writes = 0;
     steps.clear();
   }
 };
@@ -103,6 +115,8 @@ struct ShaderCounters {
   std::uint64_t entries_blended = 0;
   std::uint64_t load_instructions = 0;  ///< warp memory instructions
   std::uint64_t store_instructions = 0;
+  std::uint64_t store_entries_read = 0;     ///< by lanes from the private store
+  std::uint64_t store_entries_written = 0;  ///< by lanes to it
   std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
                                           ///< every correct run
 };
@@ -113,7 +127,7 @@ class ShaderProgram {
  public:
   /// Throws Error if the header's warp size exceeds kMaxLanes.
   ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
-                unsigned resident_warps);
+                unsigned resident_warps, const PrivateStore::Config& store = {});
 
   /// A new warp in `slot`. The group must outlive its epilogue.
   void begin(unsigned slot, const traces::RayGroup& group);
@@ -166,6 +180,17 @@ class ShaderProgram {
                       bool is_store, ShaderPhase& phase) {
     for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
   }
+  /// A warp's access to entry index_of(lane) of the k-buffer of each of `lanes`: one of the private store for those
+  /// that lie there, one of memory for t and one for id of the others.
+  template <typename IndexOf>
+  void access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                       ShaderPhase& phase);
+  /// The same in the eviction buffers of warp slot `slot`, whose entries are one memory access.
+  template <typename IndexOf>
+  void access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
+  /// Access of the private store by those of `lanes` whose entry is among the first `entries`. Returns the others.
+  template <typename IndexOf>
+  LaneMask access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
   void close_steps(ShaderPhase& phase) const;
   void find_active(Warp& warp);
   void load(Region region, ShaderPhase& phase);
@@ -173,6 +198,7 @@ class ShaderProgram {
 
   const MemoryMap& map_;
   ShaderCosts costs_;
+  PrivateStore::Config store_;
   unsigned sm_;
   unsigned k_;
   bool checkpoint_;
@@ -189,25 +215,56 @@ class ShaderProgram {
 template <typename IndexAt, typename EndsStep>
 void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
                                    bool is_store, ShaderPhase& phase, const EndsStep& ends_step) {
-  constexpr std::uint64_t kFieldBytes = 4;  // t or id of a k-buffer entry
   for (std::uint32_t i = 0;; ++i) {
     LaneMask running = 0;  // lanes whose loop is longer than i
     for_each_bit(lanes, [&](unsigned lane) {
       if (counts[lane] > i) running |= bit(lane);
     });
     if (running == 0) return;
-    for (unsigned field = 0; field < 2; ++field) {
-      if (is_store) {
-        store(Region::k_buffer, phase);
-      } else {
-        load(Region::k_buffer, phase);
-      }
-      for_each_bit(running, [&](unsigned lane) {
-        coalescer_.touch(map_.k_buffer(warp_slot, at(lane, i), field, lane), kFieldBytes);
-      });
-    }
-    if (ends_step(i)) phase.steps.push_back(static_cast<std::uint32_t>(phase.loads.size()));
+    access_k_buffer(
+        warp_slot, running, [&](unsigned lane) { return at(lane, i); }, is_store, phase);
+    if (ends_step(i)) phase.steps.push_back({static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads});
   }
+}
+
+template <typename IndexOf>
+void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                                    ShaderPhase& phase) {
+  constexpr std::uint64_t kFieldBytes = 4;  // t or id
+  lanes = access_store(lanes, store_.k_buffer_entries, index_of, is_store, phase);
+  if (lanes == 0) return;
+  for (unsigned field = 0; field < 2; ++field) {
+    is_store ? store(Region::k_buffer, phase) : load(Region::k_buffer, phase);
+    for_each_bit(lanes, [&](unsigned lane) {
+      coalescer_.touch(map_.k_buffer(warp_slot, index_of(lane), field, lane), kFieldBytes);
+    });
+  }
+}
+
+template <typename IndexOf>
+void ShaderProgram::access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                                     ShaderPhase& phase) {
+  lanes = access_store(lanes, store_.eviction_entries, index_of, is_store, phase);
+  if (lanes == 0) return;
+  is_store ? store(Region::eviction, phase) : load(Region::eviction, phase);
+  for_each_bit(lanes, [&](unsigned lane) {
+    coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), traces::kEvictionEntryBytes);
+  });
+}
+
+template <typename IndexOf>
+LaneMask ShaderProgram::access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store,
+                                     ShaderPhase& phase) {
+  if (entries == 0) return lanes;
+  LaneMask there = 0;
+  for_each_bit(lanes, [&](unsigned lane) {
+    if (index_of(lane) < entries) there |= bit(lane);
+  });
+  if (there == 0) return lanes;
+  ++(is_store ? phase.store_writes : phase.store_reads);
+  (is_store ? counters_.store_entries_written : counters_.store_entries_read) +=
+      static_cast<std::uint64_t>(std::popcount(there));
+  return lanes & ~there;
 }
 
 }  // namespace grtx::modules

@@ -20,6 +20,7 @@ const SimtCoreConfig& checked(const SimtCoreConfig& config) {
     throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
   }
   if (config.schedulers == 0) throw Error("configuration", "schedulers", "must be at least 1");
+  require_allowed("private_store", config.private_store);
   return config;
 }
 
@@ -39,9 +40,10 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
                    const traces::Header& header, const MemoryMap& map)
     : SimtCoreModule(name, domain),
       config_(checked(config)),
-      program_(header, map, config.costs, config.sm, config.resident_warps),
+      program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
       issue_slots_(config.schedulers, config.instruction_latency),
       lsu_(config.resident_warps, config.l1_client),
+      store_(config.private_store),
       slots_(config.resident_warps),
       trace_calls_(config.resident_warps),
       any_hits_done_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
@@ -81,7 +83,7 @@ Cycle SimtCore::earliest_due() const {
   if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !nodes_fetched_.empty() || !ends_.empty()) {
     return 0;
   }
-  Cycle due = std::min({next_ready_, memory_response_.next_visible(), launch_.next_visible()});
+  Cycle due = std::min({next_ready_, next_store_read_, memory_response_.next_visible(), launch_.next_visible()});
   for (const RtLinks& rt : rt_) {
     due = std::min({due, rt.any_hit_batch.next_visible(), rt.trace_done.next_visible()});
     if (rt.node_fetch) due = std::min(due, rt.node_fetch.next_visible());
@@ -94,6 +96,7 @@ Cycle SimtCore::tick(Cycle now) {
   if (due <= now) {
     last_active_ = now;
     accept_response(now);
+    finish_store_reads(now);
     accept_messages(now);
     finish_phases(now);
     // What the RT unit asked for goes first everywhere: lanes wait for it there.
@@ -122,8 +125,23 @@ void SimtCore::accept_response(Cycle now) {
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);
     memory_response_.pop(now);
-    if (!write && lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
+    if (!write && lsu_.loads_pending(slot) == 0 && slots_[slot].store_read == 0) loaded_ |= bit(slot);
     if (write) end_if_drained(slot, now);
+  }
+}
+
+void SimtCore::finish_store_reads(Cycle now) {
+  if (next_store_read_ > now) return;
+  next_store_read_ = kNever;
+  for (unsigned slot = 0; slot < slots_.size(); ++slot) {
+    Cycle& back = slots_[slot].store_read;
+    if (back == 0) continue;
+    if (back > now) {
+      next_store_read_ = std::min(next_store_read_, back);
+      continue;
+    }
+    back = 0;
+    if (lsu_.loads_pending(slot) == 0) loaded_ |= bit(slot);
   }
 }
 
@@ -174,7 +192,7 @@ void SimtCore::finish_phases(Cycle now) {
   }
   for_each_bit(service, [&](unsigned slot) { more_steps(slot) ? load_step(slot, now) : finish_service(slot, now); });
   for_each_bit(ray_generation, [&](unsigned slot) {
-    store(slot);
+    store(slot, now);
     finish_ray_generation(slot, now);
   });
 }
@@ -187,7 +205,7 @@ bool SimtCore::service_waits(unsigned slot) const {
 
 void SimtCore::finish_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
-  store(slot);
+  store(slot, now);
   if (warp.service == Service::any_hit) {
     AnyHitDone done;
     done.slot = static_cast<std::uint16_t>(slot);
@@ -292,25 +310,34 @@ void SimtCore::load(unsigned slot, Cycle now) {
   warp.kind = phase_.kind;
   warp.instructions = phase_.instructions;
   warp.stores.swap(phase_.stores);
+  warp.store_writes = phase_.store_writes;
   warp.steps.swap(phase_.steps);
   if (!warp.steps.empty()) {
     warp.loads.swap(phase_.loads);
     warp.next_step = 0;
     warp.step_instructions = phase_.step_instructions;
     load_step(slot, now);
-  } else if (phase_.loads.empty()) {
+  } else if (phase_.loads.empty() && phase_.store_reads == 0) {
     loaded_ |= bit(slot);
   } else {
-    lsu_.enqueue(slot, phase_.loads, false);
-    enter(slot, WarpActivity::memory, now);
+    send_loads(slot, phase_.loads, phase_.store_reads, now);
   }
 }
 
 void SimtCore::load_step(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
-  const std::uint32_t begin = warp.next_step == 0 ? 0 : warp.steps[warp.next_step - 1];
-  const std::uint32_t end = warp.steps[warp.next_step++];
-  lsu_.enqueue(slot, std::span(warp.loads).subspan(begin, end - begin), false);
+  const LoadStep begin = warp.next_step == 0 ? LoadStep{} : warp.steps[warp.next_step - 1];
+  const LoadStep end = warp.steps[warp.next_step++];
+  send_loads(slot, std::span(warp.loads).subspan(begin.loads, end.loads - begin.loads),
+             end.store_reads - begin.store_reads, now);
+}
+
+void SimtCore::send_loads(unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads, Cycle now) {
+  lsu_.enqueue(slot, loads, false);
+  if (store_reads > 0) {
+    slots_[slot].store_read = store_.read(store_reads, now);
+    next_store_read_ = std::min(next_store_read_, slots_[slot].store_read);
+  }
   enter(slot, WarpActivity::memory, now);
 }
 
@@ -326,8 +353,9 @@ void SimtCore::issue(unsigned slot, Cycle now) {
   if (last) ++counters_.phases[static_cast<std::size_t>(warp.kind)];
 }
 
-void SimtCore::store(unsigned slot) {
+void SimtCore::store(unsigned slot, Cycle now) {
   if (!slots_[slot].stores.empty()) lsu_.enqueue(slot, slots_[slot].stores, true);
+  store_.write(slots_[slot].store_writes, now);
 }
 
 void SimtCore::end_if_drained(unsigned slot, Cycle now) {
@@ -399,6 +427,7 @@ SimtCounters SimtCore::counters() const {
   counters.issue_wait_cycles = issue_slots_.wait_cycles();
   counters.shader = program_.counters();
   counters.memory = lsu_.counters();
+  counters.private_store = store_.counters();
   return counters;
 }
 
@@ -411,6 +440,13 @@ Inventory SimtCore::inventory() const {
   inventory.storage.push_back({"register_file", StorageKind::ram, config_.registers * 32, 3, 1, false, 32 * kMaxLanes});
   inventory.storage.push_back(
       {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
+  if (const PrivateStore::Config& store = config_.private_store; store.entries() > 0) {
+    const std::uint64_t places = std::uint64_t{store.entries()} * config_.resident_warps * kMaxLanes;
+    // A port for reads and writes alike.
+    inventory.storage.push_back({"private_store", StorageKind::ram, places * PrivateStore::kEntryBytes * 8, 1, 0, false,
+                                 store.lane_bytes * 8, kMaxLanes});
+    inventory.operators.push_back({"int_add", 16, kMaxLanes});  // slot's first entry + index
+  }
   inventory.operators.push_back({"fp_fma", 32, lanes});
   inventory.operators.push_back({"int_add", 32, lanes});
   inventory.operators.push_back({"fp_compare", 32, lanes});

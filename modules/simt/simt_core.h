@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/issue_slots.h"
 #include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/simt/private_store.h"
 #include "grtx/modules/simt/shader_program.h"
 #include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/simt_counters.h"
@@ -34,7 +36,8 @@ struct SimtCoreConfig {
   RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both for the assembly's MemoryMap
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
-  /// But for the costs, which are a table of their own.
+  PrivateStore::Config private_store;
+  /// But for the costs and the private store, which are tables of their own.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
@@ -70,6 +73,7 @@ class SimtCore final : public SimtCoreModule {
   const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
   std::uint32_t round(unsigned slot) const { return program_.round(slot); }
   const LoadStoreUnit& load_store() const { return lsu_; }
+  const PrivateStore& private_store() const { return store_; }
   /// Last cycle in which it did anything: until then nothing that can be seen from outside has changed.
   Cycle last_active() const { return last_active_; }
   /// Counters up to the domain's present cycle.
@@ -108,9 +112,11 @@ class SimtCore final : public SimtCoreModule {
     PhaseKind kind = PhaseKind::prologue;
     std::uint64_t instructions = 0;    ///< of the running phase, not yet issued
     std::vector<SectorAccess> stores;  ///< of the running phase
+    std::uint32_t store_writes = 0;    ///< the same, to the private store
     std::vector<SectorAccess> loads;   ///< of a phase in steps
-    std::vector<std::uint32_t> steps;  ///< of the running phase
+    std::vector<LoadStep> steps;       ///< of the running phase
     std::size_t next_step = 0;         ///< whose loads have not gone out
+    Cycle store_read = 0;              ///< when the last read of the private store is back; 0: it is
     std::uint64_t step_instructions = 0;
     LaneMask any_hit_lanes = 0;  ///< of the running any-hit shader
     NodeFetchDone fetched;       ///< of the running node fetch
@@ -120,6 +126,7 @@ class SimtCore final : public SimtCoreModule {
   Cycle tick(Cycle now) override;
   Cycle earliest_due() const;
   void accept_response(Cycle now);
+  void finish_store_reads(Cycle now);
   void accept_messages(Cycle now);
   void finish_phases(Cycle now);
   bool more_steps(unsigned slot) const { return slots_[slot].next_step < slots_[slot].steps.size(); }
@@ -130,10 +137,12 @@ class SimtCore final : public SimtCoreModule {
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void load(unsigned slot, Cycle now);
+  /// The loads of a phase, or of a step of one.
+  void send_loads(unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads, Cycle now);
   void issue(unsigned slot, Cycle now);
   void send(Cycle now);
   void next_round(unsigned slot);
-  void store(unsigned slot);
+  void store(unsigned slot, Cycle now);
   void end_if_drained(unsigned slot, Cycle now);
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
@@ -141,11 +150,13 @@ class SimtCore final : public SimtCoreModule {
   ShaderProgram program_;
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;
+  PrivateStore store_;
   std::vector<Slot> slots_;
   ShaderPhase phase_;                    ///< scratch
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready
+  Cycle next_store_read_ = kNever;       ///< earliest Slot::store_read
   Cycle last_active_ = 0;
   // Warp slots (a bit each) with something to do in the present cycle.
   LaneMask starting_service_ = 0;

@@ -59,7 +59,19 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .sum(of_memory(&M::blocked_cycles), "lsu.blocked_cycles", "cycles",
                "cycles in which the L1 took no request that waited")
           .largest(of_memory(&M::deepest_queue), "lsu.deepest_queue", "sectors",
-                   "most sectors that waited in one load-store unit");
+                   "most sectors that waited in one load-store unit")
+          .sum(of_shader(&S::store_entries_read))
+          .sum(of_shader(&S::store_entries_written))
+          .part(&C::private_store)
+          .described([](const C& c, StatisticList& list, const std::string& prefix) {
+            const std::string store = prefix + ".private_store";
+            if (!list.lists_kinds() && c.private_store.reads + c.private_store.writes == 0) return;
+            PrivateStore::Counters::table().describe(c.private_store, list, store);
+            list.add(store + ".entries_read", c.shader.store_entries_read, "entries",
+                     "entries that lanes read from the private store");
+            list.add(store + ".entries_written", c.shader.store_entries_written, "entries",
+                     "entries that lanes wrote to the private store");
+          });
   return table;
 }
 

@@ -9,6 +9,7 @@
 #include "grtx/modules/kernel/counter_table.h"
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/simt/private_store.h"
 #include "grtx/modules/simt/shader_program.h"
 
 namespace grtx::modules {
@@ -37,6 +38,7 @@ struct SimtCounters {
   std::uint64_t issue_wait_cycles = 0;                       ///< cycles that phases waited for their scheduler
   ShaderCounters shader;
   LoadStoreCounters memory;
+  PrivateStore::Counters private_store;
 
   static const CounterTable<SimtCounters>& table();
   void add(const SimtCounters& o) { table().add(*this, o); }

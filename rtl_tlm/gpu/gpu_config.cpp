@@ -36,6 +36,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("rt", rt);
   list.part("simt", simt);
   list.under("simt", [&](ParameterList& keys) { sm_links.message_parameters(keys); });
+  list.part("simt.private_store", simt.private_store);
   list.part("simt.cost", simt.costs);
   list.part("l1", l1);
   list.under("l1", [&](ParameterList& keys) { sm_links.l1_parameters(keys); });
@@ -64,7 +65,11 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config) {
   return list.items();
 }
 
-SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident_warps, simt, rt, l1, sm_links}; }
+SmConfig GpuConfig::sm(unsigned index) const {
+  SmConfig config{index, rt_units, resident_warps, simt, rt, l1, sm_links};
+  config.rt.checkpoint.store.warps = (resident_warps + rt_units - 1) / rt_units;
+  return config;
+}
 
 modules::Crossbar::Config GpuConfig::crossbar_config() const {
   modules::Crossbar::Config config = crossbar;
@@ -118,11 +123,14 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must be at least 2 with rt.warp_buffer.spill");
   require(modules::CheckpointConfig::allows_entry_bytes(config.rt.checkpoint.entry_bytes), "rt.checkpoint.entry_bytes",
           modules::CheckpointConfig::kEntryBytesRule);
+  require(config.rt.checkpoint.allows_store(), "rt.private_store.checkpoint_entries",
+          modules::CheckpointConfig::kStoreRule);
   const auto width = [&](unsigned sectors, const char* key) {
     require(power_of_two(sectors), key, "must be 1, 2 or 4: a line has four sectors");
   };
   width(config.rt.memory.sectors_per_cycle, "rt.memory.sectors_per_cycle");
   width(config.simt.sectors_per_cycle, "simt.sectors_per_cycle");
+  require(power_of_two(config.simt.private_store.lane_bytes), "simt.private_store.lane_bytes", "must be 4 or 8");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();
@@ -180,12 +188,19 @@ std::string config_hash(const GpuConfig& config) {
                                                "simt.sectors_per_cycle",
                                                "simt.k_buffer_layout",
                                                "simt.eviction_layout",
+                                               "simt.private_store.k_buffer_entries",
+                                               "simt.private_store.eviction_entries",
+                                               "simt.private_store.latency",
+                                               "simt.private_store.lane_bytes",
                                                "dram.scheduling",
                                                "dram.hit_cap",
                                                "rt.checkpoint.entry_bytes",
                                                "rt.checkpoint.forward",
                                                "rt.checkpoint.read_ahead",
                                                "rt.checkpoint.prefetch_nodes",
+                                               "rt.private_store.checkpoint_entries",
+                                               "rt.private_store.latency",
+                                               "rt.private_store.read_ports",
                                                "rt.prefetch.replayed",
                                                "dram.bank_groups",
                                                "dram.group_bytes",

@@ -79,6 +79,11 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     ckpt_outstanding_ = add("checkpoint_unit.outstanding", kLevelBits);
     ckpt_written_ = add("checkpoint_unit.entries_written", kCounterBits);
     ckpt_read_ = add("checkpoint_unit.entries_read", kCounterBits);
+    if (checkpoint_->has_store()) {
+      ckpt_at_store_ = add("checkpoint_unit.private_store.lanes_reading", lanes);
+      ckpt_store_written_ = add("checkpoint_unit.private_store.written", kCounterBits);
+      ckpt_store_read_ = add("checkpoint_unit.private_store.read", kCounterBits);
+    }
   }
   if (prefetcher_ != nullptr) {
     prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
@@ -127,6 +132,9 @@ void RtUnitProbe::sample(Cycle now) {
     ckpt_outstanding_.set(checkpoint_->outstanding());
     ckpt_written_.set(checkpoint_->counters().entries_written);
     ckpt_read_.set(checkpoint_->counters().entries_read);
+    ckpt_at_store_.set(checkpoint_->lanes_at_store());
+    ckpt_store_written_.set(checkpoint_->counters().store_written);
+    ckpt_store_read_.set(checkpoint_->counters().store_read);
   }
   if (prefetcher_ != nullptr) {
     prefetch_queue_.set(prefetcher_->queued());
@@ -160,6 +168,11 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
   }
   queued_ = wires.add(scope + ".load_store_queued", 20);
   in_flight_ = wires.add(scope + ".load_store_in_flight", 20);
+  if (simt.private_store().config().entries() > 0) {
+    store_reads_ = wires.add(scope + ".private_store.reads", kCounterBits);
+    store_writes_ = wires.add(scope + ".private_store.writes", kCounterBits);
+    store_busy_ = wires.add(scope + ".private_store.busy", 1);
+  }
   const std::size_t units = wires.selected();
   for (unsigned i = 0; i < simt.slots(); ++i) {
     const std::string slot = scope + ".slot" + std::to_string(i);
@@ -173,8 +186,10 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
   slots_selected_ = wires.selected() != units;
 }
 
-void SimtProbe::sample() {
-  if (!selected_ || simt_.last_active() == seen_) return;
+void SimtProbe::sample(Cycle now) {
+  if (!selected_) return;
+  store_busy_.set(simt_.private_store().free_from() > now);
+  if (simt_.last_active() == seen_) return;
   seen_ = simt_.last_active();
   std::array<unsigned, modules::kWarpActivities> warps{};
   unsigned resident = 0;
@@ -195,6 +210,8 @@ void SimtProbe::sample() {
   for (std::size_t a = 0; a < warps.size(); ++a) warps_[a].set(warps[a]);
   queued_.set(simt_.load_store().queued());
   in_flight_.set(simt_.load_store().in_flight());
+  store_reads_.set(simt_.private_store().counters().reads);
+  store_writes_.set(simt_.private_store().counters().writes);
 }
 
 L1Probe::L1Probe(Wires& wires, const std::string& scope, const modules::L1Cache& l1) : l1_(l1) {

@@ -41,6 +41,7 @@ class RtUnitProbe {
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
+  Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
   Wire prefetch_queue_, prefetch_outstanding_;
   std::vector<Unit> units_;
   std::vector<WarpProbe> warps_;
@@ -49,7 +50,7 @@ class RtUnitProbe {
 class SimtProbe {
  public:
   SimtProbe(Wires& wires, const std::string& scope, const modules::SimtCore& simt);
-  void sample();
+  void sample(Cycle now);
 
  private:
   struct Slot {
@@ -59,7 +60,7 @@ class SimtProbe {
   Cycle seen_ = modules::kNever;  ///< last cycle of activity that was shown
   bool selected_ = false;
   bool slots_selected_ = false;
-  Wire resident_, queued_, in_flight_;
+  Wire resident_, queued_, in_flight_, store_reads_, store_writes_, store_busy_;
   std::array<Wire, modules::kWarpActivities> warps_;
   std::vector<Slot> slots_;
 };

@@ -24,6 +24,12 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
   equal("L1 writes of stack entries", stack.writes, c.rt.stack.spills);
   equal("L1 reads of stack entries", stack.reads, c.rt.stack.fills);
   equal("L1 reads of nodes", c.l1.nodes().reads, c.rt.memory.node_sectors());
+  for (const Region region : {Region::k_buffer, Region::eviction, Region::gaussian, Region::sh, Region::ray}) {
+    const std::size_t i = index(region);
+    const std::string of = " of region " + std::string(modules::kRegionNames[i]);
+    equal("L1 reads" + of, c.l1.region[i].reads, c.simt.memory.loads[i]);
+    equal("L1 writes" + of, c.l1.region[i].writes, c.simt.memory.stores[i]);
+  }
   // Nodes, and checkpoint entries that are read ahead, are also prefetched.
   std::uint64_t l1_misses = 0, l2_reads = 0, l1_writes = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
   for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
@@ -87,6 +93,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("L1 responses", c.l1.responses, c.l1.accesses());
   equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);
   equal("checkpoint reads returned", c.rt.checkpoint.returned, c.rt.checkpoint.sectors_read);
+  equal("checkpoint entries returned by the private store", c.rt.checkpoint.store_returned, c.rt.checkpoint.store_read);
   equal("checkpoint reads ahead returned", c.rt.checkpoint.ahead_returned, c.rt.checkpoint.sectors_ahead);
   equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
   equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);

@@ -16,7 +16,8 @@ Checkpoints::Checkpoints(Shared& shared, unsigned sm, L1& l1)
       l1_(l1),
       layout_(shared.config.rt.checkpoint, shared.header),
       lanes_(shared.header.checkpoint ? std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes : 0),
-      hand_over_(shared.config.rt.checkpoint.lanes) {}
+      hand_over_(shared.config.rt.checkpoint.lanes),
+      store_read_(shared.config.rt.checkpoint.store.read_ports) {}
 
 void Checkpoints::begin(Cycle now, std::uint32_t lane, unsigned slot, std::uint32_t round, bool replay,
                         std::span<const traces::Event> events) {
@@ -61,6 +62,10 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool f
   for (unsigned items = submit(lanes_[lane], entries, forwarded, last); items > 0; --items) {
     hand_over();
     const CheckpointLayout::Sectors sectors = next_written(lanes_[lane]);
+    if (sectors.stored) {
+      taken = std::max(taken, store_write_.reserve(now));
+      ++counters_.store_written;
+    }
     for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], true, false);
     if (sectors.straddles) ++counters_.straddling_written;
   }
@@ -121,6 +126,13 @@ bool Checkpoints::read(Cycle now, std::uint32_t lane) {
     if (sectors.straddles) ++counters_.straddling_read;
   } while (sectors.run && sectors.count == 0);
   read_ahead(now, lane, true);
+  if (sectors.stored) {
+    ++counters_.store_read;
+    ++counters_.store_returned;
+    const Cycle asked = store_read_.reserve(now + 1);
+    shared_.agenda.add(asked + shared_.config.rt.checkpoint.store.latency, {What::lane, sm_, lane});
+    return false;
+  }
   if (sectors.count == 0) return true;
   lanes_[lane].seen = 0;
   lanes_[lane].asked = sectors;

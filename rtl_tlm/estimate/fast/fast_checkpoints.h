@@ -45,7 +45,11 @@ class Checkpoints {
     if (!arrivals.empty()) shared_.agenda.add(arrivals.front().seen, {What::source, sm_, lane});
   }
   bool names_nodes() const { return layout_.names_nodes(); }
-  void advance(Cycle now) { hand_over_.advance(now); }
+  void advance(Cycle now) {
+    hand_over_.advance(now);
+    store_write_.advance(now);
+    store_read_.advance(now);
+  }
 
   // The same without time.
   void warm_write(std::uint32_t lane, unsigned entries, bool forwarded, bool last);
@@ -84,7 +88,8 @@ class Checkpoints {
   L1& l1_;
   modules::CheckpointLayout layout_;
   std::vector<Lane> lanes_;
-  SlotCalendar hand_over_;  ///< of entries
+  SlotCalendar hand_over_;                 ///< of entries
+  SlotCalendar store_write_, store_read_;  ///< ports of the private store
   modules::CheckpointUnit::Counters counters_;
 };
 

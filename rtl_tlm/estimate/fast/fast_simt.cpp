@@ -1,5 +1,6 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_simt.h"
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 
@@ -26,8 +27,10 @@ Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distrib
       l1_(l1),
       rt_(rt),
       distributor_(distributor),
-      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident_warps),
+      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident_warps,
+               shared.config.simt.private_store),
       issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency),
+      store_(shared.config.simt.private_store),
       warps_(shared.config.resident_warps) {}
 
 void Simt::launch(Cycle seen, unsigned slot, const traces::RayGroup& group) {
@@ -91,6 +94,7 @@ void Simt::load(Cycle now, unsigned slot) {
   warp.kind = shared_.phase.kind;
   warp.instructions = shared_.phase.instructions;
   warp.stores.swap(shared_.phase.stores);
+  warp.store_writes = shared_.phase.store_writes;
   warp.loads_seen = 0;
   warp.shortened =
       shared_.stride > 1 && warp.kind != PhaseKind::any_hit;  // any-hit shaders of other events are not timed
@@ -101,22 +105,41 @@ void Simt::load(Cycle now, unsigned slot) {
     warp.step_instructions = shared_.phase.step_instructions;
     return load_step(now, slot);
   }
-  if (shared_.phase.loads.empty()) return issue(now, slot);
-  send_loads(now, slot, shared_.phase.loads);
+  if (shared_.phase.loads.empty() && shared_.phase.store_reads == 0) return issue(now, slot);
+  send_loads(now, slot, shared_.phase.loads, shared_.phase.store_reads);
 }
 
 void Simt::load_step(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
-  const std::uint32_t begin = warp.next_step == 0 ? 0 : warp.steps[warp.next_step - 1];
-  const std::uint32_t end = warp.steps[warp.next_step++];
+  const LoadStep begin = warp.next_step == 0 ? LoadStep{} : warp.steps[warp.next_step - 1];
+  const LoadStep end = warp.steps[warp.next_step++];
   warp.loads_seen = 0;
-  send_loads(now, slot, std::span(warp.loads).subspan(begin, end - begin));
+  send_loads(now, slot, std::span(warp.loads).subspan(begin.loads, end.loads - begin.loads),
+             end.store_reads - begin.store_reads);
 }
 
-void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> loads) {
+std::uint64_t Simt::timed_accesses(const Warp& warp, std::uint32_t accesses) {
+  if (!warp.shortened) return accesses;
+  accesses_left_ += accesses;
+  const std::uint64_t timed = accesses_left_ / shared_.stride;
+  accesses_left_ %= shared_.stride;
+  return timed;
+}
+
+Cycle Simt::read_store(Cycle now, const Warp& warp, std::uint32_t reads) {
+  if (reads == 0) return now;
+  const Cycle back = store_.read(timed_accesses(warp, reads), now);
+  if (!warp.shortened) return back;
+  const Cycle latency = store_.config().latency;
+  return back - latency + latency / shared_.stride;
+}
+
+void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads) {
   Warp& warp = warps_[slot];
   enter(now, warp, WarpActivity::memory);
   warp.loading = true;
+  warp.store_read = read_store(now, warp, store_reads);
+  if (loads.empty()) return add(warp.store_read, slot);
   warp.loads_from = now;
   warp.loads_timed = 0;
   const bool idle = l1_.idle(kSimt);
@@ -128,7 +151,9 @@ void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> lo
     ++warp.loads_timed;
     l1_.push(kSimt, {line, slot, mask, region, false, true});
   });
-  if (warp.loads_timed == 0) return add(now + shared_.usual_wait / (16 * shared_.stride), slot);
+  if (warp.loads_timed == 0) {
+    return add(std::max(warp.store_read, now + shared_.usual_wait / (16 * shared_.stride)), slot);
+  }
   if (idle) l1_.serve(now);
 }
 
@@ -160,6 +185,7 @@ void Simt::issue(Cycle now, unsigned slot) {
 
 void Simt::store(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
+  if (warp.store_writes > 0) store_.write(timed_accesses(warp, std::exchange(warp.store_writes, 0)), now);
   if (warp.stores.empty()) return;
   const bool idle = l1_.idle(kSimt);
   const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
@@ -232,7 +258,7 @@ void Simt::answered(std::uint32_t slot, Cycle seen, bool write) {
     return;
   }
   warp.loads_seen = std::max(warp.loads_seen, seen);
-  if (--warp.loads_pending == 0) add(loaded(warp, warp.loads_seen), slot);
+  if (--warp.loads_pending == 0) add(std::max(loaded(warp, warp.loads_seen), warp.store_read), slot);
 }
 
 void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
@@ -264,6 +290,7 @@ SimtCounters Simt::counters() const {
   counters.issue_busy_cycles = issue_.busy_cycles();
   counters.issue_wait_cycles = issue_.wait_cycles();
   counters.shader = program_.counters();
+  counters.private_store = store_.counters();
   return counters;
 }
 

@@ -64,12 +64,14 @@ class Simt {
     Cycle since = 0;  ///< of the activity
     std::uint64_t instructions = 0;
     std::vector<modules::SectorAccess> stores;
+    std::uint32_t store_writes = 0;            ///< the same, to the private store
     std::vector<modules::SectorAccess> loads;  ///< of a phase in steps
-    std::vector<std::uint32_t> steps;          ///< of the present phase, where the loads of each end
+    std::vector<modules::LoadStep> steps;      ///< of the present phase
     std::size_t next_step = 0;                 ///< whose loads have not gone out
     std::uint64_t step_instructions = 0;
     std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
     Cycle loads_seen = 0, stores_seen = 0;
+    Cycle store_read = 0;  ///< when the last read of the private store is back
     // Of a phase in which one in so many requests takes time, and everything as much less of it.
     bool shortened = false;
     Cycle loads_from = 0;
@@ -80,7 +82,10 @@ class Simt {
   void load(Cycle now, unsigned slot);
   void load_step(Cycle now, unsigned slot);
   /// The loads of a phase, or of a step of one.
-  void send_loads(Cycle now, unsigned slot, std::span<const modules::SectorAccess> loads);
+  void send_loads(Cycle now, unsigned slot, std::span<const modules::SectorAccess> loads, std::uint32_t store_reads);
+  Cycle read_store(Cycle now, const Warp& warp, std::uint32_t reads);
+  /// How many of a phase's accesses of the private store take time.
+  std::uint64_t timed_accesses(const Warp& warp, std::uint32_t accesses);
   void issue(Cycle now, unsigned slot);
   void store(Cycle now, unsigned slot);
   void service_ends(Cycle now, unsigned slot);
@@ -100,7 +105,9 @@ class Simt {
   Distributor& distributor_;
   modules::ShaderProgram program_;
   modules::IssueSlots issue_;
-  std::vector<Warp> warps_;  ///< by slot
+  modules::PrivateStore store_;
+  std::uint64_t accesses_left_ = 0;  ///< of it by shortened phases, fewer than one takes time of
+  std::vector<Warp> warps_;          ///< by slot
   modules::SimtCounters counters_;
   AnyHitWork timed_any_hits_, warming_any_hits_;
 };

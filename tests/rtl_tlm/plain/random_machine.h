@@ -90,7 +90,10 @@ inline GpuConfig random_machine(Random& random) {
   }
   rt.box_op_per_child = random.coin();
   rt.any_hit.timeout = random.one_of({0U, 1U, 5U, 64U, 1000U});
-  rt.checkpoint = {random.one_of({1U, 2U, 4U, 32U}), random.one_of({2U, 3U, 16U}), random.coin(), random.coin()};
+  rt.checkpoint.lanes = random.one_of({1U, 2U, 4U, 32U});
+  rt.checkpoint.write_queue = random.one_of({2U, 3U, 16U});
+  rt.checkpoint.write_combine = random.coin();
+  rt.checkpoint.read_buffer = random.coin();
   rt.sibling_prefetch = random.upto(2) != 0;
   rt.prefetcher = {random.one_of({1U, 4U}), random.one_of({1U, 2U, 32U})};
 
@@ -169,6 +172,18 @@ inline GpuConfig random_machine(Random& random) {
     if (random.upto(3) == 0) *clocks = random.one_of({0U, 1U, 6U, 33U});
   }
   t.ccd = random.one_of({1U, 4U, 4U, 9U});
+  Random stores = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
+  if (stores.upto(2) == 0) {
+    c.simt.private_store.k_buffer_entries = stores.one_of({0U, 1U, 3U, 8U, 64U});
+    c.simt.private_store.eviction_entries = stores.one_of({0U, 0U, 1U, 4U});
+    c.simt.private_store.latency = stores.one_of({1U, 2U, 19U});
+    c.simt.private_store.lane_bytes = stores.one_of({4U, 8U});
+  }
+  if (stores.upto(2) == 0) {
+    rt.checkpoint.store.entries = stores.one_of({1U, 3U, 8U, 100U});
+    rt.checkpoint.store.latency = stores.one_of({1U, 2U, 7U});
+    rt.checkpoint.store.read_ports = stores.one_of({1U, 2U, 8U});
+  }
   check_config(c, "a random machine");
   return c;
 }

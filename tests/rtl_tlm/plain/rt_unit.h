@@ -62,8 +62,8 @@ class RtUnit {
   }
   bool idle() const {
     return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
-           read_queue_.empty() && write_queue_.empty() && prefetch_queue_.empty() && stack_queue_.empty() &&
-           outstanding_ == 0;
+           read_queue_.empty() && store_reads_.empty() && store_returns_.empty() && write_queue_.empty() &&
+           prefetch_queue_.empty() && stack_queue_.empty() && outstanding_ == 0;
   }
   std::uint64_t selections() const { return selections_; }
   /// cycles: of the run; stalls and occupancy count up to it.
@@ -115,6 +115,8 @@ class RtUnit {
     s.add(p + "checkpoint.sectors_read", sectors_read_);
     s.add(p + "checkpoint.straddling_written", straddling_written_);
     s.add(p + "checkpoint.straddling_read", straddling_read_);
+    s.add(p + "checkpoint.store_written", store_written_);
+    s.add(p + "checkpoint.store_read", store_read_);
     s.most(p + "checkpoint.max_entries", max_entries_);
     s.add(p + "checkpoint.blocked_cycles", blocked_cycles_);
     s.add(p + "prefetch.triggers", triggers_);
@@ -321,7 +323,9 @@ class RtUnit {
     Lane& lane = this->lane(name);
     lane.to_write = entries;
     const bool last = lane.next == lane.end;
-    lane.flush = last && config_.checkpoint.write_combine && (lane.written + entries) * 20 % kSector != 0;
+    const std::uint64_t total = lane.written + entries;
+    lane.flush = last && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
+                 total * 20 % kSector != 0;
     if (entries > 0 || lane.flush) {
       lane.state = State::write;
       submitted_.push_back(name);
@@ -412,6 +416,7 @@ class RtUnit {
       ++node_sectors_[modules::index(region)];
       if (++fetch.sent == fetch.sectors.size()) fetch_queue_.pop_front();
     }
+    read_store();
     const bool read_blocked = !read_queue_.empty() && std::find(write_queue_.begin(), write_queue_.end(),
                                                                 read_queue_.front().second) != write_queue_.end();
     if (memory_.checkpoint != nullptr && memory_.checkpoint->request.has_room(now_)) {
@@ -438,6 +443,17 @@ class RtUnit {
       ++(move.write ? spills_ : fills_);
       const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
       if (move.write && !more) stack_moved(move.lane);
+    }
+  }
+  // Entries of the private store come before the next are asked for, a port each.
+  void read_store() {
+    for (; !store_returns_.empty() && store_returns_.front().first == now_; store_returns_.pop_front()) {
+      entry_read(store_returns_.front().second);
+    }
+    for (unsigned port = 0; port < config_.checkpoint.store.read_ports && !store_reads_.empty(); ++port) {
+      store_returns_.emplace_back(now_ + config_.checkpoint.store.latency, store_reads_.front());
+      store_reads_.pop_front();
+      ++store_read_;
     }
   }
   void send(MemoryPort* port, std::uint64_t address, Region region, bool write, std::uint64_t tag,
@@ -471,12 +487,22 @@ class RtUnit {
   }
   void take_items() {
     const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
+    bool stored = false;  // an entry in this cycle
     for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
-      if (write_queue_.size() + places > config_.checkpoint.write_queue) return;
       const LaneName name = submitted_.front();
       Warp& warp = warps_[name.first];
       Lane& lane = warp.lanes[name.second];
-      if (lane.to_write > 0) {
+      if (lane.to_write > 0 && lane.written < config_.checkpoint.store.entries) {
+        if (stored) return;
+        stored = true;
+        --lane.to_write;
+        ++lane.written;
+        ++entries_written_;
+        ++store_written_;
+        max_entries_ = std::max(max_entries_, lane.written);
+      } else if (write_queue_.size() + places > config_.checkpoint.write_queue) {
+        return;
+      } else if (lane.to_write > 0) {
         --lane.to_write;
         const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
         ++entries_written_;
@@ -680,6 +706,11 @@ class RtUnit {
     const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
     ++lane.reads;
     ++entries_read_;
+    if (index < config_.checkpoint.store.entries) {
+      store_reads_.push_back(name);
+      lane.state = State::read;
+      return;
+    }
     const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
     std::vector<std::uint64_t> sectors{first / kSector * kSector};
     if ((first + 19) / kSector * kSector != sectors[0]) {
@@ -810,6 +841,8 @@ class RtUnit {
   std::uint64_t next_fetch_ = 0;
   std::deque<std::uint64_t> fetch_queue_;
   std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
+  std::deque<LaneName> store_reads_;                      // of the private store
+  std::deque<std::pair<Cycle, LaneName>> store_returns_;  // due in this cycle
   std::deque<std::uint64_t> write_queue_;
   std::deque<LaneName> submitted_;
   std::deque<Prefetch> prefetch_queue_;
@@ -834,6 +867,7 @@ class RtUnit {
   std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
   std::uint64_t any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
+  std::uint64_t store_written_ = 0, store_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0, prefetch_sectors_ = 0;
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/simt/simt_core.h"
@@ -24,20 +25,24 @@ struct Phase {
   std::uint64_t instructions = 0;
   std::vector<Access> loads, stores;
   unsigned load_instructions = 0, store_instructions = 0;
-  std::vector<std::size_t> steps;  ///< of loads that wait for each other: where each ends in `loads`; empty: one step
+  /// Of loads that wait for each other: where each step ends in `loads` and among the reads of the private store;
+  /// empty: one step.
+  std::vector<std::pair<std::size_t, unsigned>> steps;
+  unsigned store_reads = 0, store_writes = 0;  ///< of the private store, by the warp
 };
 
 /// What the shaders counted of what they did.
 struct ShaderCounts {
   std::uint64_t ray_rounds = 0, any_hit_calls = 0, evictions = 0, eviction_moves = 0, processed = 0, blended = 0;
   std::uint64_t k_buffer_mismatches = 0;
+  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
 };
 
 /// The program of one resident warp, with what its lanes keep between phases.
 class ShaderProgram {
  public:
-  ShaderProgram(const modules::ShaderCosts& costs, const traces::Header& header, const AddressMap& map, unsigned sm)
-      : costs_(costs), header_(header), map_(map), sm_(sm) {}
+  ShaderProgram(const modules::SimtCoreConfig& config, const traces::Header& header, const AddressMap& map, unsigned sm)
+      : costs_(config.costs), store_(config.private_store), header_(header), map_(map), sm_(sm) {}
 
   void start(const traces::RayGroup& group, unsigned slot) {
     group_ = &group;
@@ -49,33 +54,35 @@ class ShaderProgram {
                        [round](const traces::Ray& ray) { return round < ray.rounds.size(); });
   }
 
-  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}}; }
-  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}}; }
+  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0, 0}; }
+  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0, 0}; }
 
   /// The first phase of a round when the trace has checkpoints, and what a round begins with when it has none.
   Phase evict_move(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}};
+    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}, 0, 0};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) { most = std::max(most, lanes_[l].evicted); });
     phase.instructions += costs_.evict_move_per_entry * most;
     for (std::uint64_t i = 0; i < most; ++i) {
-      Instruction load(phase.loads, phase.load_instructions, Region::eviction, false);
-      for_active(round, [&](unsigned l) {
-        if (i < lanes_[l].evicted) load.touch(map_.eviction(sm_, slot_, l, i), 8);
+      evictions(phase, false, counts, [&](auto&& touch) {
+        for_active(round, [&](unsigned l) {
+          if (i < lanes_[l].evicted) touch(l, i);
+        });
       });
     }
     const auto preloaded = [&](unsigned l) { return std::uint64_t{this->round(l, round).preloaded}; };
     for (std::uint64_t i = 0; i < header_.k; ++i) {
-      k_buffer(phase.stores, phase.store_instructions, true, [&](auto&& touch) {
+      k_buffer(phase, true, counts, [&](auto&& touch) {
         for_active(round, [&](unsigned l) {
           if (i < preloaded(l)) touch(l, i);
         });
       });
     }
     for (std::uint64_t i = 0; i < most; ++i) {
-      Instruction store(phase.stores, phase.store_instructions, Region::eviction, true);
-      for_active(round, [&](unsigned l) {
-        if (preloaded(l) > 0 && i + preloaded(l) < lanes_[l].evicted) store.touch(map_.eviction(sm_, slot_, l, i), 8);
+      evictions(phase, true, counts, [&](auto&& touch) {
+        for_active(round, [&](unsigned l) {
+          if (preloaded(l) > 0 && i + preloaded(l) < lanes_[l].evicted) touch(l, i);
+        });
       });
     }
     begin_round(round, counts);
@@ -101,8 +108,8 @@ class ShaderProgram {
     for_active(round, [&](unsigned l) { most = std::max(most, passes(this->round(l, round).k_count)); });
     return most;
   }
-  Phase sort(unsigned round, unsigned pass) const {
-    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}};
+  Phase sort(unsigned round, unsigned pass, ShaderCounts& counts) const {
+    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0, 0};
     std::uint64_t most = 0;
     const auto entries = [&](unsigned l) -> std::uint64_t {
       const unsigned n = this->round(l, round).k_count;
@@ -113,19 +120,18 @@ class ShaderProgram {
     for (const bool store : {false, true}) {
       const std::uint64_t half = (pass + (store ? 1 : 0)) % 2 * header_.k;
       for (std::uint64_t i = 0; i < most; ++i) {
-        k_buffer(store ? phase.stores : phase.loads, store ? phase.store_instructions : phase.load_instructions, store,
-                 [&](auto&& touch) {
-                   for_active(round, [&](unsigned l) {
-                     if (i < entries(l)) touch(l, half + i);
-                   });
-                 });
+        k_buffer(phase, store, counts, [&](auto&& touch) {
+          for_active(round, [&](unsigned l) {
+            if (i < entries(l)) touch(l, half + i);
+          });
+        });
       }
     }
     return phase;
   }
 
   Phase blend(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}};
+    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
@@ -140,7 +146,7 @@ class ShaderProgram {
         return &group_->rays[l].processed[lanes_[l].processed + i];
       };
       if (header_.tracing != traces::Tracing::closest) {
-        k_buffer(phase.loads, phase.load_instructions, false, [&](auto&& touch) {
+        k_buffer(phase, false, counts, [&](auto&& touch) {
           for_active(round, [&](unsigned l) {
             const unsigned half =
                 header_.tracing == traces::Tracing::single && passes(this->round(l, round).k_count) % 2;
@@ -177,14 +183,14 @@ class ShaderProgram {
   }
 
   Phase epilogue() const {
-    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}};
+    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}, 0, 0};
     Instruction store(phase.stores, phase.store_instructions, Region::ray, true);
     for (const traces::Ray& ray : group_->rays) store.touch(map_.pixel(ray.pixel), 16);
     return phase;
   }
 
   Phase node_fetch(const NodeFetchBatch& batch) const {
-    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}};
+    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}, 0, 0};
   }
 
  private:
@@ -225,15 +231,34 @@ class ShaderProgram {
       if (round < group_->rays[l].rounds.size()) f(l);
     }
   }
-  /// An access to k-buffer entries: an instruction for t and one for id. lanes calls touch(lane, entry) for each.
+  /// An access to k-buffer entries: an instruction for t and one for id. lanes calls touch(lane, entry) for each. Those
+  /// in the private store are one access there.
   template <typename F>
-  void k_buffer(std::vector<Access>& out, unsigned& instructions, bool write, F&& lanes) const {
+  void k_buffer(Phase& phase, bool write, ShaderCounts& counts, F&& lanes) const {
+    on_chip(phase, write, counts, store_.k_buffer_entries, lanes);
     for (unsigned field = 0; field < 2; ++field) {
-      Instruction instruction(out, instructions, Region::k_buffer, write);
+      Instruction instruction(write ? phase.stores : phase.loads,
+                              write ? phase.store_instructions : phase.load_instructions, Region::k_buffer, write);
       lanes([&](unsigned lane, std::uint64_t entry) {
-        instruction.touch(map_.k_buffer(sm_, slot_, entry, field, lane), 4);
+        if (entry >= store_.k_buffer_entries) instruction.touch(map_.k_buffer(sm_, slot_, entry, field, lane), 4);
       });
     }
+  }
+  template <typename F>
+  void evictions(Phase& phase, bool write, ShaderCounts& counts, F&& lanes) const {
+    on_chip(phase, write, counts, store_.eviction_entries, lanes);
+    Instruction instruction(write ? phase.stores : phase.loads,
+                            write ? phase.store_instructions : phase.load_instructions, Region::eviction, write);
+    lanes([&](unsigned lane, std::uint64_t entry) {
+      if (entry >= store_.eviction_entries) instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8);
+    });
+  }
+  template <typename F>
+  static void on_chip(Phase& phase, bool write, ShaderCounts& counts, std::uint64_t entries, F&& lanes) {
+    unsigned there = 0;
+    lanes([&](unsigned, std::uint64_t entry) { there += entry < entries ? 1 : 0; });
+    (write ? counts.store_entries_written : counts.store_entries_read) += there;
+    (write ? phase.store_writes : phase.store_reads) += there > 0 ? 1 : 0;
   }
   static unsigned passes(unsigned n) { return n < 2 ? 0 : static_cast<unsigned>(std::bit_width(n - 1)); }
 
@@ -246,26 +271,28 @@ class ShaderProgram {
   /// step_ends: whether a step of loads ends behind an iteration.
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
-    Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}};
+    Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0, 0};
     for (const bool store : {false, true}) {
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
       for (std::size_t i = 0; i < most; ++i) {
-        k_buffer(store ? phase.stores : phase.loads, store ? phase.store_instructions : phase.load_instructions, store,
-                 [&](auto&& touch) {
-                   for (const Walk& w : walks) {
-                     const auto& entries = store ? w.writes : w.reads;
-                     if (i < entries.size()) touch(w.lane, entries[i]);
-                   }
-                 });
-        if (!store && (i + 1 == most || step_ends(i))) phase.steps.push_back(phase.loads.size());
+        k_buffer(phase, store, counts, [&](auto&& touch) {
+          for (const Walk& w : walks) {
+            const auto& entries = store ? w.writes : w.reads;
+            if (i < entries.size()) touch(w.lane, entries[i]);
+          }
+        });
+        if (!store && (i + 1 == most || step_ends(i))) phase.steps.emplace_back(phase.loads.size(), phase.store_reads);
       }
     }
-    Instruction eviction(phase.stores, phase.store_instructions, Region::eviction, true);
+    evictions(phase, true, counts, [&](auto&& touch) {
+      for (const Walk& w : walks) {
+        if (w.evicts) touch(w.lane, lanes_[w.lane].evicted);
+      }
+    });
     for (const Walk& w : walks) {
-      if (!w.evicts) continue;
-      eviction.touch(map_.eviction(sm_, slot_, w.lane, lanes_[w.lane].evicted++), 8);
-      ++counts.evictions;
+      lanes_[w.lane].evicted += w.evicts ? 1 : 0;
+      counts.evictions += w.evicts ? 1 : 0;
     }
     counts.any_hit_calls += walks.size();
     return phase;
@@ -333,6 +360,7 @@ class ShaderProgram {
   }
 
   modules::ShaderCosts costs_;
+  modules::PrivateStore::Config store_;
   const traces::Header& header_;
   const AddressMap& map_;
   unsigned sm_, slot_ = 0;

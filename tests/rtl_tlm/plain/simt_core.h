@@ -45,16 +45,17 @@ class SimtCore {
         rt_(std::move(rt)),
         memory_(memory),
         scheduler_free_(config.schedulers, 0) {
-    for (unsigned s = 0; s < slots; ++s) slots_.emplace_back(ShaderProgram(config.costs, header_, map, sm));
+    for (unsigned s = 0; s < slots; ++s) slots_.emplace_back(ShaderProgram(config, header_, map, sm));
   }
 
   void tick(Cycle now) {
     take_memory_responses(now);
+    take_store_reads(now);
     take_messages(now);
     in_order([&](Slot& slot) {
-      if (slot.phase && slot.phase->ready == now) finish_step(slot);
+      if (slot.phase && slot.phase->ready == now) finish_step(slot, now);
     });
-    begin_phases();
+    begin_phases(now);
     in_order([&](Slot& slot) {
       if (slot.phase && slot.phase->ready == kNotYet && slot.phase->loads == 0) arrive(now, slot);
     });
@@ -62,7 +63,8 @@ class SimtCore {
     count_states();
   }
   bool idle() const {
-    return queue_.empty() && std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
+    return queue_.empty() && store_queue_.empty() &&
+           std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
   }
   std::uint64_t instructions() const { return instructions_total_; }
 
@@ -102,6 +104,11 @@ class SimtCore {
     s.add(p + "lsu.store_instructions", store_instructions_);
     s.add(p + "lsu.blocked_cycles", blocked_);
     s.most(p + "lsu.deepest_queue", deepest_);
+    s.add(p + "private_store.reads", store_reads_);
+    s.add(p + "private_store.writes", store_writes_);
+    s.add(p + "private_store.wait_cycles", store_wait_);
+    s.add(p + "private_store.entries_read", counts_.store_entries_read);
+    s.add(p + "private_store.entries_written", counts_.store_entries_written);
   }
 
  private:
@@ -162,6 +169,11 @@ class SimtCore {
       }
     }
   }
+  void take_store_reads(Cycle now) {
+    for (; !store_returns_.empty() && store_returns_.front().first == now; store_returns_.pop_front()) {
+      --slots_[store_returns_.front().second].phase->loads;
+    }
+  }
   void take_messages(Cycle now) {
     while (launch_.front(now) != nullptr) {
       const Launch launch = launch_.pop(now);
@@ -191,28 +203,37 @@ class SimtCore {
   }
 
   static std::size_t steps(const Phase& phase) { return std::max<std::size_t>(1, phase.steps.size()); }
-  void finish_step(Slot& slot) {
+  void finish_step(Slot& slot, Cycle now) {
     if (slot.phase->step + 1 == steps(slot.phase->phase)) {
-      finish_phase(slot);
+      finish_phase(slot, now);
       return;
     }
     ++slot.phase->step;
     slot.phase->ready = kNotYet;
-    load_step(slot);
+    load_step(slot, now);
   }
   /// The loads of the phase's step enter the queue.
-  void load_step(Slot& slot) {
+  void load_step(Slot& slot, Cycle now) {
     const Phase& phase = slot.phase->phase;
     const std::size_t step = slot.phase->step;
-    const std::size_t from = step == 0 ? 0 : phase.steps[step - 1];
-    const std::size_t to = phase.steps.empty() ? phase.loads.size() : phase.steps[step];
-    slot.phase->loads = to - from;
+    const auto [from, reads_from] = step == 0 ? std::pair(std::size_t{0}, 0U) : phase.steps[step - 1];
+    const auto [to, reads_to] =
+        phase.steps.empty() ? std::pair(phase.loads.size(), phase.store_reads) : phase.steps[step];
+    slot.phase->loads = to - from + access_store(slot, false, reads_to - reads_from, now);
     enqueue(slot, {phase.loads.begin() + static_cast<std::ptrdiff_t>(from),
                    phase.loads.begin() + static_cast<std::ptrdiff_t>(to)});
   }
-  void finish_phase(Slot& slot) {
+  /// Accesses of a warp in words of its lanes, behind all that wait. Returns how many words.
+  std::size_t access_store(const Slot& slot, bool write, unsigned accesses, Cycle now) {
+    const std::size_t words = std::size_t{accesses} * (8 / config_.private_store.lane_bytes);
+    for (std::size_t i = 0; i < words; ++i) store_queue_.push_back({number(slot), write, i == 0, now});
+    (write ? store_writes_ : store_reads_) += accesses;
+    return words;
+  }
+  void finish_phase(Slot& slot, Cycle now) {
     const Running done = std::move(*slot.phase);
     slot.phase.reset();
+    access_store(slot, true, done.phase.store_writes, now);
     enqueue(slot, done.phase.stores);
     slot.stores += done.phase.stores.size();
     const Step begin = header_.checkpoint ? Step::evict_move : Step::trace_call;
@@ -252,7 +273,7 @@ class SimtCore {
     ++warps_;
   }
 
-  void begin_phases() {
+  void begin_phases(Cycle now) {
     for (const bool any_hit : {true, false}) {
       for (Slot& slot : slots_) {
         if (!slot.used || slot.phase) continue;
@@ -261,7 +282,7 @@ class SimtCore {
         if (!waiting && (slot.step == Step::tracing || slot.step == Step::drain)) continue;
         slot.phase.emplace();
         slot.phase->phase = next_phase(slot);
-        begin(slot);
+        begin(slot, now);
       }
     }
   }
@@ -288,18 +309,18 @@ class SimtCore {
         if (!header_.checkpoint) program.begin_round(slot.round, counts_);
         return program.trace_call();
       case Step::sort:
-        return program.sort(slot.round, slot.pass);
+        return program.sort(slot.round, slot.pass, counts_);
       case Step::blend:
         return program.blend(slot.round, counts_);
       default:
         return program.epilogue();
     }
   }
-  void begin(Slot& slot) {
+  void begin(Slot& slot, Cycle now) {
     Phase& phase = slot.phase->phase;
     const auto kind = static_cast<std::size_t>(phase.kind);
     if (!config_.costs.dependent_loads) phase.steps.clear();
-    load_step(slot);
+    load_step(slot, now);
     ++phases_[kind];
     instructions_[kind] += phase.instructions;
     instructions_total_ += phase.instructions;
@@ -327,6 +348,7 @@ class SimtCore {
   }
 
   void send(Cycle now) {
+    serve_store(now);
     if (!queue_.empty() && !memory_.request.has_room(now)) ++blocked_;
     for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && memory_.request.has_room(now); ++i) {
       const Access access = queue_.front();
@@ -351,6 +373,15 @@ class SimtCore {
       ended_.push(now, ends_.front());
       ends_.pop_front();
     }
+  }
+
+  /// A word of each lane a cycle.
+  void serve_store(Cycle now) {
+    if (store_queue_.empty()) return;
+    const StoreWord word = store_queue_.front();
+    store_queue_.pop_front();
+    if (word.first) store_wait_ += now - word.since;
+    if (!word.write) store_returns_.emplace_back(now + config_.private_store.latency, word.slot);
   }
 
   State state(const Slot& slot) const {
@@ -382,6 +413,13 @@ class SimtCore {
   std::vector<Slot> slots_;
   std::vector<Cycle> scheduler_free_;
   std::deque<Access> queue_;  ///< of the load-store unit
+  struct StoreWord {
+    unsigned slot;
+    bool write, first;  ///< first of what a phase accesses at a time
+    Cycle since;
+  };
+  std::deque<StoreWord> store_queue_;                     ///< of the private store
+  std::deque<std::pair<Cycle, unsigned>> store_returns_;  ///< cycle and slot of words that have been read
   std::deque<TraceCall> calls_;
   std::deque<AnyHitDone> shaded_;
   std::deque<std::pair<unsigned, NodeFetchDone>> fetched_;  ///< with the slot
@@ -392,6 +430,7 @@ class SimtCore {
   std::array<std::uint64_t, kStates> state_cycles_{};
   std::array<std::uint64_t, modules::kRegionCount> loads_{}, stores_{};
   std::uint64_t warps_ = 0, rounds_ = 0, batches_ = 0, instructions_total_ = 0, issue_wait_ = 0;
+  std::uint64_t store_reads_ = 0, store_writes_ = 0, store_wait_ = 0;
   std::uint64_t sectors_ = 0, load_instructions_ = 0, store_instructions_ = 0, blocked_ = 0, deepest_ = 0;
 };
 

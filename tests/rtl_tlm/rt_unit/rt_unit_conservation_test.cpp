@@ -130,7 +130,9 @@ TEST_F(RtUnitConservationTest, FullWarpsUnderEveryPolicyAndTightResources) {
         options.rt.memory.queue = 32;
         options.rt.ray_box = options.rt.ray_triangle = options.rt.ray_transform = {1, 9, 3};
         options.rt.box_op_per_child = true;
-        options.rt.checkpoint = {1, 2, true, true};
+        options.rt.checkpoint.lanes = 1;
+        options.rt.checkpoint.write_queue = 2;
+        options.rt.checkpoint.write_combine = options.rt.checkpoint.read_buffer = true;
         options.rt.prefetcher = {1, 2};
         options.rt.any_hit.timeout = 3;
       }

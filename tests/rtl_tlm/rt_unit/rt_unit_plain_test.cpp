@@ -89,8 +89,11 @@ BenchOptions random_configuration(std::mt19937& random) {
   }
   rt.box_op_per_child = one_of({0, 1}) != 0;
   rt.any_hit.timeout = one_of({1, 5, 64, 1000});
-  rt.checkpoint = {one_of({1, 2, 4, 32}), one_of({2, 3, 16}), one_of({0, 1}) != 0, one_of({0, 1}) != 0,
-                   one_of({8, 16, 20, 28})};
+  rt.checkpoint.lanes = one_of({1, 2, 4, 32});
+  rt.checkpoint.write_queue = one_of({2, 3, 16});
+  rt.checkpoint.write_combine = one_of({0, 1}) != 0;
+  rt.checkpoint.read_buffer = one_of({0, 1}) != 0;
+  rt.checkpoint.entry_bytes = one_of({8, 16, 20, 28});
   if (one_of({0, 1}) != 0) rt.checkpoint.forward = modules::CheckpointForward::reference;
   rt.checkpoint.read_ahead = one_of({0, 1, 2, 5});
   rt.checkpoint.prefetch_nodes = one_of({0, 1}) != 0;

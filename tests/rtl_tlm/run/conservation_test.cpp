@@ -50,6 +50,8 @@ TEST(Conservation, EveryLevelAnswersItsRequests) {
   const std::vector<std::pair<Change, const char*>> cases = {
       {[](auto& c, auto&) { c.rt.prefetch.sectors = 1; }, "L1 accesses: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.prefetches = 1; }, "L1 responses: 0 instead of 1"},
+      {[](auto& c, auto&) { c.rt.checkpoint.store_read = 1; },
+       "checkpoint entries returned by the private store: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.sent_reads = 1; }, "L1 fills: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.sent_writes = 1; }, "packets into the request network: 0 instead of 1"},
       {[](auto& c, auto&) { c.crossbar.request.packets_in = 1; }, "packets out of the request network: 0 instead of 1"},
@@ -78,6 +80,9 @@ TEST(Conservation, EveryRegionIsCheckedOnEveryLevel) {
       {[](auto& c) { c.rt.stack.spills = 1; }, "L1 writes of stack entries: 0 instead of 1"},
       {[](auto& c) { c.rt.stack.fills = 1; }, "L1 reads of stack entries: 0 instead of 1"},
       {[](auto& c) { c.l1.region[index(Region::leaf)].reads = 1; }, "L1 reads of nodes: 1 instead of 0"},
+      {[](auto& c) { c.l1.region[index(Region::k_buffer)].reads = 1; }, "L1 reads of region k_buffer: 1 instead of 0"},
+      {[](auto& c) { c.simt.memory.stores[index(Region::eviction)] = 1; },
+       "L1 writes of region eviction: 0 instead of 1"},
       {[](auto& c) { c.l1.region[index(Region::sh)].misses = 1; }, "L2 reads of region sh: 0 instead of 1"},
       {[](auto& c) { c.l2.region[index(Region::blas)].misses = 1; }, "DRAM reads of region blas: 0 instead of 1"},
       {[](auto& c) {

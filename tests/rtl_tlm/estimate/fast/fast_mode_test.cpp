@@ -56,20 +56,25 @@ TEST_P(FastMode, GivesTheSameEachTime) {
 }
 
 // Twelve warps of random rays: their run ends with one of them, so single runs scatter.
-INSTANTIATE_TEST_SUITE_P(Machines, FastMode,
-                         ::testing::Values(Machine{"baseline", false, {}, 0.06}, Machine{"grtx", true, {}, 0.06},
-                                           Machine{"grtx_objects", true, {}, 0.06, 3},
-                                           Machine{"spilling", false, {"rt.warp_buffer.stack_entries=2"}, 0.06},
-                                           Machine{
-                                               "spilling_checkpoints", true, {"rt.warp_buffer.stack_entries=2"}, 0.06},
-                                           Machine{"perfect_l1", true, {"l1.perfect=true"}, 0.06},
-                                           Machine{"perfect_dram", true, {"dram.perfect=true"}, 0.06},
-                                           Machine{"two_mshrs", true, {"l1.mshr_entries=2"}, 0.12},
-                                           Machine{"l1_links_of_one", true, {"l1.link_capacity=1"}, 0.06},
-                                           Machine{"crossbar_links_of_one", true, {"crossbar.link_capacity=1"}, 0.06},
-                                           Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}, 0.06},
-                                           Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
-                         [](const auto& i) { return std::string(i.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Machines, FastMode,
+    ::testing::Values(Machine{"baseline", false, {}, 0.06}, Machine{"grtx", true, {}, 0.06},
+                      Machine{"grtx_objects", true, {}, 0.06, 3},
+                      Machine{"spilling", false, {"rt.warp_buffer.stack_entries=2"}, 0.06},
+                      Machine{"spilling_checkpoints", true, {"rt.warp_buffer.stack_entries=2"}, 0.06},
+                      Machine{"perfect_l1", true, {"l1.perfect=true"}, 0.06},
+                      Machine{"perfect_dram", true, {"dram.perfect=true"}, 0.06},
+                      Machine{"two_mshrs", true, {"l1.mshr_entries=2"}, 0.12},
+                      Machine{"l1_links_of_one", true, {"l1.link_capacity=1"}, 0.06},
+                      Machine{"crossbar_links_of_one", true, {"crossbar.link_capacity=1"}, 0.06},
+                      Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}, 0.06},
+                      Machine{"private_stores",
+                              true,
+                              {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",
+                               "rt.private_store.checkpoint_entries=3"},
+                              0.06},
+                      Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
+    [](const auto& i) { return std::string(i.param.name); });
 
 TEST(FastModeRefuses, WhatItDoesNotModel) {
   const test::ObservedRun run;
