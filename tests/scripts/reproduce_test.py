@@ -27,6 +27,8 @@ confirm = []
 dense_k = 64
 proxy_gaussians = 300
 fov_scales = [0.5]
+fov_scenes = ["object"]
+sequence_scenes = ["object"]
 resolutions = []
 resolution_scenes = []
 objects = { room = "object", statue = "object" }

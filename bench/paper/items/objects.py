@@ -1,4 +1,6 @@
 """Three-level scenes: objects that move, traced and simulated, with the cost of a frame's update."""
+from dataclasses import replace
+
 from .. import figures
 
 TITLE = "Scenes of several moving objects"
@@ -7,10 +9,12 @@ TURNS = [0.0, 10.0]  # degrees: two frames
 
 
 def build(study, page):
-    page.text(f"A room with {STATUES} placements of one statue in a ring before the camera, who move on by 10 degrees between two frames: a scene TLAS over the objects, a TLAS of each "
+    page.text(f"A room of at most {study.values['proxy_gaussians']:,} Gaussians with {STATUES} placements of one statue in a ring before the camera, who move on by 10 degrees between two frames: a scene TLAS over the objects, a TLAS of each "
               "file, one BLAS ([multi-object.md](../../model/multi-object.md)). A frame rebuilds the scene TLAS alone. The designs are sw and grtx, for a monolithic "
               "structure has no objects; *flattened* is the same Gaussians as one scene. The paper gives no number. More: [objects.md](../objects.md).")
-    room, statue = (next((s for s in study.scenes if s.name == study.values["objects"][part]), None) for part in ("room", "statue"))
+    most = study.values["proxy_gaussians"]
+    room, statue = (next(replace(s, count=min(s.count, most)) for s in study.scenes if s.name == study.values["objects"][part])
+                    for part in ("room", "statue"))
     for machine in study.values["side_machines"]:
         rows, groups, speed, share = [], [], {}, {}
         for turn in TURNS:

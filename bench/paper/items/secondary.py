@@ -9,9 +9,12 @@ def build(study, page):
     page.text("One glass sphere and one mirror, placed by the seed ([secondary-rays.md](../../model/secondary-rays.md)). Primary rays run first, secondary "
               "rays are a launch of their own; each is compared with its own part of the baseline.")
     for machine in study.values["side_machines"]:
-        groups, rows, ratio, own = [], [], {}, {}
+        groups, rows, ratio, own, without = [], [], {}, {}, []
         for scene in study.scenes:
             found = {d: study.point(scene, d, machine, t_secondary="both") for d in ("baseline", *DESIGNS)}
+            if found["baseline"]["gpu.rays.secondary_cycles"] == 0:
+                without.append(scene.name)
+                continue
             speed = {(kind, d): found["baseline"][f"gpu.rays.{kind}_cycles"] / found[d][f"gpu.rays.{kind}_cycles"]
                      for kind in ("primary", "secondary") for d in DESIGNS}
             for kind in ("primary", "secondary"):
@@ -26,3 +29,5 @@ def build(study, page):
         page.picture(f"speed-{machine}", figures.bars(f"Speed-up on primary and secondary rays, machine {machine}", groups, list(DESIGNS),
                                                       base=1.0), "Speed-up on primary and on secondary rays, by scene")
         page.table(["scene", "rays", *DESIGNS, "M cycles, baseline", "M cycles, hw"], rows)
+        if without:
+            page.text(f"No ray of the frame meets glass or mirror in {', '.join(without)}, so there are no secondary rays.")

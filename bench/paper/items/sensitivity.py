@@ -43,24 +43,25 @@ def fields_of_view(study, page, machine):
     page.text(f"## Field of view, machine `{machine}`",
               "The same number of pixels over a smaller field of view: rays lie closer. *As dense as* is the width of a whole image with that density.")
     side = study.frames["side"]
+    scenes = [s for s in study.scenes if s.name in study.values["fov_scenes"]]
     scales = study.values["fov_scales"]
     dense = [f"{side.width / scale:.0f}" for scale in scales]
     curves, hits, rows = {d: [] for d in DESIGNS}, {"baseline": [], "sw": []}, []
     for scale, width in zip(scales, dense):
         frame = Frame(side.width, side.height, scale, side.keys)
-        found = {(s.name, d): study.point(s, d, machine, frame) for s in study.scenes for d in ("baseline", *DESIGNS)}
+        found = {(s.name, d): study.point(s, d, machine, frame) for s in scenes for d in ("baseline", *DESIGNS)}
         speed = {(s.name, d): found[s.name, "baseline"]["gpu.cycles"] / found[s.name, d]["gpu.cycles"]
-                 for s in study.scenes for d in DESIGNS}
+                 for s in scenes for d in DESIGNS}
         for d in DESIGNS:
-            curves[d].append(geometric_mean(speed[s.name, d] for s in study.evaluation))
+            curves[d].append(geometric_mean(speed[s.name, d] for s in scenes))
         for d in hits:
-            hits[d].append(geometric_mean(found[s.name, d][HIT_RATE] for s in study.evaluation))
-        for s in study.scenes:
+            hits[d].append(geometric_mean(found[s.name, d][HIT_RATE] for s in scenes))
+        for s in scenes:
             rows.append([s.name, width, *[speed[s.name, d] for d in DESIGNS],
                          *[found[s.name, d][HIT_RATE] for d in ("baseline", *DESIGNS)]])
-            if scale == scales[-1] and s is study.scenes[-1]:
+            if scale == scales[-1] and s is scenes[-1]:
                 for d in ("sw", "hw", "grtx"):
-                    page.claim(f"small-fov-{d}", machine, {t.name: speed[t.name, d] for t in study.evaluation})
+                    page.claim(f"small-fov-{d}", machine, {t.name: speed[t.name, d] for t in scenes})
     for d in ("sw", "hw"):
         page.claim(f"fov-trend-{d}", machine, curves[d][-1] / curves[d][0])
     page.picture(f"fov-{machine}", figures.lines(f"Speed-up over density, machine {machine}", dense, curves,

@@ -14,7 +14,7 @@ def build(study, page):
     for machine in study.values["side_machines"]:
         groups, rows = [], []
         gains, change = {d: {} for d in DESIGNS}, {}
-        for scene in study.scenes:
+        for scene in [s for s in study.scenes if s.name in study.values["sequence_scenes"]]:
             for name, degrees in PANS:
                 found = study.run(scene, machine, pan=(degrees, FRAMES))
                 cycles = {d: [found[f"frames.cycles.{d}.{i}"] for i in range(FRAMES)] for d in DESIGNS}

@@ -11,13 +11,13 @@ def build(study, page):
               "`configs/intersection_only.toml`). Cycle mode, because fast mode does not model it, on a smaller frame.")
     for machine in study.values["side_machines"]:
         groups, rows, own = [], [], {}
-        for scene in study.scenes:
+        for scene in study.evaluation:
             for name, keys in (("RT unit fetches", {}), ("shader fetches", {"rt__memory__by_shader": True})):
                 cycles = {d: study.point(scene, d, machine, "cycle", "cycle", **keys)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
                 speed = {d: cycles["baseline"] / cycles[d] for d in DESIGNS}
                 groups.append((f"{scene.name}, {name}", speed))
                 rows.append([scene.name, name, *[speed[d] for d in DESIGNS], cycles["baseline"] / 1e6])
-                if keys and scene in study.evaluation:
+                if keys:
                     own[scene.name] = speed
         for d in DESIGNS:
             page.claim(f"by-shader-{d}", machine, {name: speed[d] for name, speed in own.items()})
