@@ -1,44 +1,142 @@
 #include "grtx/base/atomic_file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <set>
 
 #include "grtx/base/error.h"
 
 namespace grtx {
+namespace {
 
-AtomicFile::AtomicFile(std::string path)
-    : path_(std::move(path)), partial_(path_ + ".partial." + std::to_string(::getpid())) {
-  file_ = std::fopen(partial_.c_str(), "wb");
-  if (file_ == nullptr) throw Error(path_, "", std::string("cannot be written: ") + std::strerror(errno));
+namespace fs = std::filesystem;
+
+/// What this process is writing.
+class Targets {
+ public:
+  static Targets& all() {
+    static Targets targets;
+    return targets;
+  }
+  bool add(const std::string& target) {
+    const std::lock_guard lock(mutex_);
+    return names_.insert(target).second;
+  }
+  void remove(const std::string& target) {
+    const std::lock_guard lock(mutex_);
+    names_.erase(target);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<std::string> names_;
+};
+
+/// Where a path leads when its last part is a symbolic link, whether or not there is something.
+std::string followed(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as Linux
+  fs::path at = path;
+  std::error_code none;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(at, none)); ++i) {
+    const fs::path link = fs::read_symlink(at, none);
+    if (none) break;
+    at = link.is_absolute() ? link : at.parent_path() / link;
+  }
+  return at.string();
+}
+
+/// Opens the file in which `target` is written until it is complete, and locks it: "target.partial", which a killed run
+/// may have left, or, while another process writes that, or where there are no locks, one with this process's number.
+/// Returns the descriptor, or -1 with errno.
+int open_partial(const std::string& target, std::string& name) {
+  name = target + ".partial";
+  for (;;) {
+    const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+    if (file < 0 && errno != ELOOP && errno != ENXIO) return -1;
+    struct stat opened {
+    }, named{};
+    const bool locked =
+        file >= 0 && ::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode) && ::flock(file, LOCK_EX | LOCK_NB) == 0;
+    if (!locked) {
+      if (file >= 0) ::close(file);
+      break;
+    }
+    // Its writer may have given it its final name after it was opened here.
+    if (::stat(name.c_str(), &named) == 0 && named.st_ino == opened.st_ino && ::ftruncate(file, 0) == 0) return file;
+    ::close(file);
+  }
+  name += "." + std::to_string(::getpid());
+  return ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+}
+
+/// So that a rename is on the disk, too. Not every file system can; then it is as good as it gets.
+void sync_folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const int file = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
+}  // namespace
+
+void AtomicFile::fail(const std::string& place) const {
+  throw Error(path_, place, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(followed(path_)) {
+  struct stat status {};
+  const bool exists = ::stat(target_.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) throw Error(path_, "", "cannot be written: is a folder");
+  if (!Targets::all().add(target_)) throw Error(path_, "", "is written already: two outputs have one name");
+  const bool regular = !exists || S_ISREG(status.st_mode);
+  const int descriptor =
+      regular ? open_partial(target_, partial_) : ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+  if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
+  if (file_ != nullptr) return;
+  const int why = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  Targets::all().remove(target_);
+  errno = why;
+  fail("");
 }
 
 AtomicFile::~AtomicFile() {
-  if (file_ != nullptr) {
-    std::fclose(file_);
-    std::remove(partial_.c_str());
-  }
+  if (file_ == nullptr) return;
+  std::fclose(file_);
+  if (!partial_.empty()) std::remove(partial_.c_str());
+  Targets::all().remove(target_);
 }
 
 void AtomicFile::write(const void* bytes, std::size_t count) {
   if (count == 0) return;
-  if (std::fwrite(bytes, 1, count, file_) != count) {
-    throw Error(path_, "byte " + std::to_string(size_), std::string("cannot be written: ") + std::strerror(errno));
-  }
+  if (std::fwrite(bytes, 1, count, file_) != count) fail("byte " + std::to_string(size_));
   size_ += count;
 }
 
 void AtomicFile::commit() {
+  const bool regular = !partial_.empty();
+  const bool flushed = std::fflush(file_) == 0 && (!regular || ::fsync(::fileno(file_)) == 0);
+  const int why = errno;
   const bool closed = std::fclose(file_) == 0;
   file_ = nullptr;
-  if (!closed || std::rename(partial_.c_str(), path_.c_str()) != 0) {
-    const std::string why = std::strerror(errno);
-    std::remove(partial_.c_str());
-    throw Error(path_, "", "cannot be written: " + why);
+  Targets::all().remove(target_);
+  if (!flushed) errno = why;
+  if (flushed && closed && (!regular || std::rename(partial_.c_str(), target_.c_str()) == 0)) {
+    if (regular) sync_folder_of(target_);
+    return;
   }
+  const int reason = errno;
+  if (regular) std::remove(partial_.c_str());
+  errno = reason;
+  fail("");
 }
 
 void write_file(const std::string& path, std::string_view content) {

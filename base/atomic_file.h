@@ -8,8 +8,11 @@
 
 namespace grtx {
 
-/// Writes to "path.partial.PID" and renames to `path` on commit(); removes the partial file when destroyed uncommitted.
-/// Throws Error when the folder is missing or not writable, or the disk is full.
+/// Writes to "path.partial" (another name while another process writes that) and renames to `path` on commit(), when
+/// all of it is on the disk; removes the partial file when destroyed uncommitted, and takes over what a killed run has
+/// left. A symbolic link is followed: its target is replaced. What is no regular file (a device, a FIFO) is written
+/// directly. Throws Error when the folder is missing or not writable, when the disk is full, and when this process is
+/// writing the same file already.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -26,8 +29,11 @@ class AtomicFile {
   void commit();
 
  private:
-  std::string path_;
-  std::string partial_;
+  [[noreturn]] void fail(const std::string& place) const;
+
+  std::string path_;     ///< as given
+  std::string target_;   ///< where it ends up
+  std::string partial_;  ///< "": written directly
   std::FILE* file_ = nullptr;
   std::size_t size_ = 0;
 };
@@ -35,7 +41,7 @@ class AtomicFile {
 /// Writes a whole file atomically.
 void write_file(const std::string& path, std::string_view content);
 
-/// Reads a whole file. Throws Error when it cannot be opened or read.
+/// Reads a whole file. Throws Error when it cannot be opened or read, or is no regular file.
 std::string read_file(const std::string& path);
 
 }  // namespace grtx

@@ -3,10 +3,18 @@
 namespace grtx {
 namespace {
 
+constexpr std::size_t kMostQuoted = 300;  ///< bytes of a path, a place or a rule that a message shows
+
+/// Of a text that may be input of any length: its two ends.
+std::string shortened(const std::string& text) {
+  if (text.size() <= kMostQuoted) return text;
+  return text.substr(0, kMostQuoted / 2) + " ... " + text.substr(text.size() - kMostQuoted / 2);
+}
+
 std::string one_line(const std::string& file, const std::string& place, const std::string& rule) {
-  std::string text = file;
-  if (!place.empty()) text += (text.empty() ? "" : ": ") + place;
-  if (!rule.empty()) text += (text.empty() ? "" : ": ") + rule;
+  std::string text = shortened(file);
+  if (!place.empty()) text += (text.empty() ? "" : ": ") + shortened(place);
+  if (!rule.empty()) text += (text.empty() ? "" : ": ") + shortened(rule);
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';  // input quoted in a message must not break the line
   }

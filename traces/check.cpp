@@ -12,6 +12,7 @@
 #include "grtx/traces/check.h"
 #include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/codec/node_places.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::traces {
@@ -49,13 +50,21 @@ class GroupQueue {
   std::exception_ptr failure_;
 };
 
-void check_groups(const Reader& reader, GroupQueue& queue, Progress& progress, Totals& sum) {
+/// What one thread has found.
+struct Share {
+  explicit Share(const Header& header) : places(header) {}
+  Totals sum;
+  NodePlaces places;
+};
+
+void check_groups(const Reader& reader, GroupQueue& queue, Progress& progress, Share& share) {
   RayGroup group;
   std::uint64_t index = 0;
   while (queue.take(index)) {
     try {
       reader.read(index, group);
-      add_totals(sum, check_group(reader.path(), reader.header(), group));
+      add_totals(share.sum, check_group(reader.path(), reader.header(), group));
+      share.places.add(group);
     } catch (...) {
       queue.fail(index, std::current_exception());
       return;
@@ -100,18 +109,20 @@ Totals check(const Reader& reader, bool quiet) {
   const auto threads = static_cast<std::size_t>(std::min(wanted, std::max<std::uint64_t>(1, groups)));
   GroupQueue queue(groups);
   Progress progress("trace-check", groups, "groups", quiet);
-  std::vector<Totals> sums(threads);
+  std::vector<Share> shares(threads, Share(reader.header()));
   {
     std::vector<std::jthread> pool;
     for (std::size_t i = 1; i < threads; ++i) {
-      pool.emplace_back([&, i] { check_groups(reader, queue, progress, sums[i]); });
+      pool.emplace_back([&, i] { check_groups(reader, queue, progress, shares[i]); });
     }
-    check_groups(reader, queue, progress, sums[0]);
+    check_groups(reader, queue, progress, shares[0]);
   }
   progress.finish();
   queue.rethrow();
   Totals counted;
-  for (const Totals& sum : sums) add_totals(counted, sum);
+  for (const Share& share : shares) add_totals(counted, share.sum);
+  for (std::size_t i = 1; i < threads; ++i) shares[0].places.add(shares[i].places);
+  shares[0].places.check(reader.path());
   compare_totals(reader.path(), reader.totals(), counted);
   return counted;
 }

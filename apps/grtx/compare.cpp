@@ -22,13 +22,13 @@ int compare_images(const CompareOptions& options) {
   const frontend::Image a = frontend::read_image(options.a);
   const frontend::Image b = frontend::read_image(options.b);
   const frontend::Comparison result = frontend::compare(a, b);
-  const bool holds = !(result.psnr < options.min_psnr);  // infinity passes every limit
+  const bool holds = result.psnr >= options.min_psnr;  // infinity passes every limit, NaN none
   if (options.json) {
     nlohmann::ordered_json json;
     json["schema"] = "grtx.compare/1";
     json["a"] = options.a;
     json["b"] = options.b;
-    // JSON has no infinity: identical images have psnr null.
+    // JSON has no infinity: identical images have psnr null. So have those with NaN, which are not identical.
     json["psnr"] = std::isfinite(result.psnr) ? nlohmann::ordered_json(result.psnr) : nlohmann::ordered_json(nullptr);
     json["max_error"] = result.max_error;
     json["mean_error"] = result.mean_error;
@@ -54,8 +54,8 @@ void add_compare(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<CompareOptions>();
   CLI::App* command = make_command(app, common, "compare", "Compares two images of equal size",
                                    [options] { return compare_images(*options); });
-  command->add_option("A", options->a, "First image: .png, .exr or .pfm")->required();
-  command->add_option("B", options->b, "Second image")->required();
+  command->add_option("A", options->a, "First image: .png, .exr or .pfm")->type_name(kInputFile)->required();
+  command->add_option("B", options->b, "Second image")->type_name(kInputFile)->required();
   command->add_flag("--json", options->json, "Print JSON (default: off)");
   command->add_option("--min-psnr", options->min_psnr, "Exit 1 when the PSNR in dB is below this");
 }

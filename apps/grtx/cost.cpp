@@ -108,7 +108,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
                                    [options] { return cost(*options); });
   add_machine_option(command, options->machine);
-  command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)");
+  command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)")
+      ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--design", options->use.design, "Which units the machine has")
@@ -133,9 +134,11 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
   command->add_flag("--items", options->items, "Also what each module is made of (default: off)");
   command->add_flag("--json", options->json, "Print JSON (default: off)");
-  command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)");
-  command->add_option("--stats", options->statistics,
-                      "Statistics of a run on this machine: prints its energy by part (default: none)");
+  command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)")->type_name(kOutputFile);
+  command
+      ->add_option("--stats", options->statistics,
+                   "Statistics of a run on this machine: prints its energy by part (default: none)")
+      ->type_name(kInputFile);
   command->add_option("--dram-pj-per-bit", options->energy.dram_pj_per_bit, "Energy of the DRAM: GDDR6 7.5, HBM2E 6")
       ->check(CLI::PositiveNumber);
   command->add_flag("--coefficients", options->coefficients,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/pixel_font.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
@@ -68,6 +69,7 @@ void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, cons
                    fmt::format("NAME or NAME=F.png: picture of a number a pixel, and the raw values as F.exr; NAME is "
                                "one of {}; may be repeated (default: none)",
                                fmt::join(names, ", ")))
+      ->type_name(kOutputFile)
       ->allow_extra_args(false);
 }
 

@@ -25,6 +25,7 @@ void add_info(CLI::App& app, CommonOptions& common) {
         return 0;
       });
   command->add_option("SCENE", options->scene, "Scene file: .ply, compressed .ply, .splat or .spz (no default)")
+      ->type_name(kInputFile)
       ->required();
   command->add_flag("--json", options->json, "Print JSON (default: off)");
 }

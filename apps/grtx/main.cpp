@@ -1,8 +1,13 @@
 // The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
+#include <fcntl.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <iostream>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -69,7 +74,11 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
-    return app.exit(success);
+    const int code = app.exit(success);
+    if (std::cout.flush().fail() || std::fflush(stdout) != 0) {
+      throw grtx::Error("standard output", "", "cannot be written");
+    }
+    return code;
   } catch (const CLI::ParseError& error) {
     print_error(usage_error(app, error));
     return kBadInput;
@@ -96,6 +105,9 @@ int sc_main(int argc, char** argv) {
   } catch (const grtx::Error& error) {
     print_error(error);
     return kBadInput;
+  } catch (const std::filesystem::filesystem_error& error) {  // a path that the system does not take
+    print_error({error.path1().string(), "", error.code().message()});
+    return kBadInput;
   } catch (const std::bad_alloc&) {
     print_error({"internal error", "", "out of memory"});
     return kInternalError;
@@ -105,7 +117,16 @@ int sc_main(int argc, char** argv) {
   }
 }
 
+/// A file that is opened gets the lowest free descriptor. Were that 0, 1 or 2, what is printed would go into the file.
+void secure_standard_streams() {
+  for (int descriptor = 0; descriptor <= 2; ++descriptor) {
+    if (::fcntl(descriptor, F_GETFD) == -1 && errno == EBADF)
+      ::open("/dev/null", descriptor == 0 ? O_RDONLY : O_WRONLY);
+  }
+}
+
 int main(int argc, char** argv) {
+  secure_standard_streams();
   setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1);  // read by the kernel before it calls sc_main
   return sc_core::sc_elab_and_sim(argc, argv);
 }

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <utility>
@@ -12,12 +14,67 @@
 
 namespace grtx::sim {
 
+namespace {
+
+/// NaN lies in every range and passes every comparison that asks for less.
+void refuse_nan(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
+    for (const std::string& text : option->results()) {
+      char* end = nullptr;
+      if (std::isnan(std::strtod(text.c_str(), &end))) throw Error(option->get_name(), text, "must be a number");
+    }
+  }
+}
+
+struct NamedFile {
+  std::string option, text, path;
+  bool output = false;
+};
+
+/// What the options of kind kInputFile and kOutputFile were given; a heat map's as NAME=FILE.
+std::vector<NamedFile> named_files(const CLI::App& command) {
+  std::vector<NamedFile> files;
+  for (const CLI::Option* option : command.get_options()) {
+    const bool output = option->get_type_name() == kOutputFile;
+    if (!output && option->get_type_name() != kInputFile) continue;
+    for (const std::string& text : option->results()) {
+      const std::size_t equals = option->get_name() == "--heatmap" ? text.find('=') : text.npos;
+      const std::string name = equals == text.npos ? text : text.substr(equals + 1);
+      std::error_code unknown;
+      const std::filesystem::path path = std::filesystem::weakly_canonical(name, unknown);
+      files.push_back({option->get_name(), text, unknown ? name : path.string(), output});
+    }
+  }
+  return files;
+}
+
+void refuse_overwriting(const CLI::App& command) {
+  const std::vector<NamedFile> files = named_files(command);
+  for (const NamedFile& a : files) {
+    std::error_code unknown;
+    if (!a.output || std::filesystem::is_character_file(a.path, unknown)) continue;  // /dev/null takes all
+    for (const NamedFile& b : files) {
+      if (&a == &b || a.path != b.path) continue;
+      throw Error(
+          a.option, a.text,
+          b.output ? "two outputs have one name: " + b.option : "is an input, too, and would be lost: " + b.option);
+    }
+  }
+}
+
+}  // namespace
+
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body) {
   CLI::App* command = app.add_subcommand(name, description);
   command->option_defaults()->always_capture_default();
   command->add_flag("--quiet", common.quiet, "No progress and no informative text (default: off)");
-  command->callback([&common, body = std::move(body)] { common.action = body; });
+  command->callback([&common, command, body = std::move(body)] {
+    refuse_nan(*command);
+    refuse_overwriting(*command);
+    common.action = body;
+  });
   return command;
 }
 
@@ -35,6 +92,7 @@ CLI::Validator one_of(std::vector<std::string> names) {
 void add_view_options(CLI::App* command, ViewOptions& view) {
   command
       ->add_option("--cameras", view.cameras, "3DGS cameras.json, NeRF transforms.json or COLMAP folder (no default)")
+      ->type_name(kInputFile)
       ->required();
   command->add_option("--view", view.view, "Index of the view in the camera file");
   command->add_option("--width", view.width, "Image width in pixels; 0 takes the camera's")

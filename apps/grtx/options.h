@@ -17,6 +17,11 @@ namespace grtx::sim {
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body);
 
+/// Type names of options that name files. --help shows them, and an output that is an input or another output, too, is
+/// refused before anything is done.
+inline constexpr const char* kInputFile = "INPUT";
+inline constexpr const char* kOutputFile = "OUTPUT";
+
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
 

@@ -68,7 +68,7 @@ void add_reference(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "reference", "Renders by brute force in double precision",
                                    [options, &common] { return render(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file (no default)")->required();
+  command->add_option("--scene", options->scene, "Scene file (no default)")->type_name(kInputFile)->required();
   add_view_options(command, options->view);
   CLI::Option* proxy = command->add_option("--proxy", options->proxy, "Bounding geometry of a Gaussian")
                            ->check(one_of({"icosahedron20", "icosphere80", "sphere"}));
@@ -84,7 +84,9 @@ void add_reference(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated");
   add_secondary_options(command, options->secondary);
   command->add_option("--threads", options->render.threads, "Threads; 0 takes all");
-  command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")->required();
+  command->add_option("-o,--output", options->output, "Image to write: .pfm, .exr or .png (no default)")
+      ->type_name(kOutputFile)
+      ->required();
 }
 
 }  // namespace grtx::sim

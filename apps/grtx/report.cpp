@@ -27,11 +27,15 @@ void add_report(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("INPUT", options->report.inputs,
                    "Sweep databases, results.json of grtx run, statistics of grtx sim (no default)")
+      ->type_name(kInputFile)
       ->required();
-  command->add_option("-o,--output", options->output, "HTML file to write (no default)")->required();
+  command->add_option("-o,--output", options->output, "HTML file to write (no default)")
+      ->type_name(kOutputFile)
+      ->required();
   command
       ->add_option("--image", options->report.images,
                    "Picture to show, e.g. a heat map; PNG, JPEG, GIF or WebP; may be repeated (default: none)")
+      ->type_name(kInputFile)
       ->allow_extra_args(false);
   command->add_option("--title", options->report.title, "Title of the page");
 }

@@ -377,6 +377,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
                                    [options, &common] { return run(*options, common.quiet); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json: sw and grtx alone (no default)")
+      ->type_name(kInputFile)
       ->required();
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
@@ -384,8 +385,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   options->command = command;
   add_machine_option(command, options->machine);
-  command->add_option("--config", options->config,
-                      "Configuration file; its keys override the machine's (default: none)");
+  command
+      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
+      ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
   add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim");
   add_sampled_options(command, options->sampled);

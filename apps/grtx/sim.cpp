@@ -123,28 +123,34 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
                                    [options, &common] { return run_simulation(*options, common.quiet); });
-  command->add_option("TRACE", options->trace, "Trace file (no default)");
+  command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);
   add_machine_option(command, options->machine);
-  command->add_option("--config", options->config,
-                      "Configuration file; without one all keys have their defaults "
-                      "(default: none)");
+  command
+      ->add_option("--config", options->config,
+                   "Configuration file; without one all keys have their defaults "
+                   "(default: none)")
+      ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
+      ->type_name(kOutputFile);
   add_choice(command, "--mode", options->mode,
              "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps");
   add_sampled_options(command, options->sampled);
   command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
       ->check(CLI::PositiveNumber);
-  command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)");
+  command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")
+      ->type_name(kOutputFile);
   command->add_option(
       "--vcd-scope", options->simulation.waveform.scope,
       "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
   command->add_option("--vcd-window", options->window, "Core cycles A:B in the waveform (default: all)");
   add_choice(command, "--vcd-level", options->simulation.waveform.level,
              "units: their state and levels; signals: also warps, slots, links");
-  command->add_option("--timeline", options->simulation.timeline.path,
-                      "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)");
+  command
+      ->add_option("--timeline", options->simulation.timeline.path,
+                   "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)")
+      ->type_name(kOutputFile);
   command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
   add_heatmap_option(command, options->heatmaps, {"cycles"});
   command

@@ -5,9 +5,9 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/observe/stall_report.h"
+#include "grtx/rtl_tlm/run/json_file.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
 namespace {
@@ -18,11 +18,9 @@ struct Options {
 };
 
 int print_stalls(const Options& options) {
-  nlohmann::ordered_json document;
-  try {
-    document = nlohmann::ordered_json::parse(read_file(options.statistics));
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(options.statistics, fmt::format("byte {}", error.byte), "is not JSON");
+  const nlohmann::ordered_json document = read_json(options.statistics);
+  if (document.is_object() && document.contains("stats")) {
+    check_statistics(document.at("stats"), options.statistics, "");
   }
   fmt::print("{}", stall_text(stall_sections(document, options.statistics), options.columns));
   return 0;
@@ -34,7 +32,9 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "stalls", "Shows where the cycles of a simulation went, as text bars",
                                    [options] { return print_stalls(*options); });
-  command->add_option("STATS", options->statistics, "Statistics JSON of grtx sim --stats")->required();
+  command->add_option("STATS", options->statistics, "Statistics JSON of grtx sim --stats")
+      ->type_name(kInputFile)
+      ->required();
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(CLI::Range(1, 500));
 }
 

@@ -32,6 +32,7 @@ void add_synth(CLI::App& app, CommonOptions& common) {
   command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(CLI::Range(0U, 3U));
   command
       ->add_option("-o,--output", options->output, "Scene to write, F.ply; cameras go to F.cameras.json (no default)")
+      ->type_name(kOutputFile)
       ->required();
 }
 

@@ -167,7 +167,9 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common] { return trace(*options, common.quiet); });
-  command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")->required();
+  command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")
+      ->type_name(kInputFile)
+      ->required();
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
   add_views_option(command, options->view);
@@ -177,10 +179,13 @@ void add_trace(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   options->command = command;
   add_machine_option(command, options->machine);
-  command->add_option("-o,--output", options->output, "Trace file to write (default: none)");
-  command->add_option("--image", options->image,
-                      "Image to write: .png, .exr or .pfm; of a sequence one a frame, NAME_0.png on (default: none)");
-  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)");
+  command->add_option("-o,--output", options->output, "Trace file to write (default: none)")->type_name(kOutputFile);
+  command
+      ->add_option("--image", options->image,
+                   "Image to write: .png, .exr or .pfm; of a sequence one a frame, NAME_0.png on (default: none)")
+      ->type_name(kOutputFile);
+  command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
+      ->type_name(kOutputFile);
   add_heatmap_option(command, options->heatmaps, heatmap_names());
   command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
 }

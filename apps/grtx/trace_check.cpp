@@ -35,7 +35,7 @@ void add_trace_check(CLI::App& app, CommonOptions& common) {
   const auto path = std::make_shared<std::string>();
   CLI::App* command = make_command(app, common, "trace-check", "Proves a trace file consistent",
                                    [path, &common] { return check_trace(*path, common.quiet); });
-  command->add_option("TRACE", *path, "Trace file")->required();
+  command->add_option("TRACE", *path, "Trace file")->type_name(kInputFile)->required();
 }
 
 }  // namespace grtx::sim

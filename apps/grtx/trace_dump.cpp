@@ -42,7 +42,7 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command =
       make_command(app, common, "trace-dump", "Prints a trace file", [options] { return dump_trace(*options); });
-  command->add_option("TRACE", options->trace, "Trace file")->required();
+  command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();
   command->add_option("--warp", options->warp, "Only this warp (default: all)");
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
 }

@@ -9,6 +9,8 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/rtl_tlm/run/json_file.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
 namespace {
@@ -33,13 +35,12 @@ std::string text(const ordered_json& parent, const std::string& name) {
 
 DesignResult design_result(const std::string& name, const ordered_json& statistics, const ordered_json& inputs,
                            const std::string& path) {
-  if (!statistics.is_object()) throw Error(path, name, "must be an object of statistics");
+  check_statistics(statistics, path, name + ": ");
   DesignResult design;
   design.name = name;
   design.inputs = inputs;
   design.statistics = ordered_json::object();
   for (const auto& [key, entry] : statistics.items()) {
-    if (!entry.is_object() || !entry.contains("value")) throw Error(path, name + ": " + key, "must have a value");
     if (!of_the_host(key)) design.statistics[key] = entry;
   }
   return design;
@@ -107,12 +108,7 @@ std::string design_name(const std::string& accel, const std::string& checkpoint)
 RunResults read_run_results(const std::string& path) {
   RunResults run;
   const std::string bytes = read_file(path);
-  ordered_json document;
-  try {
-    document = ordered_json::parse(bytes);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(path, fmt::format("byte {}", error.byte), "is neither JSON nor an SQLite database");
-  }
+  const ordered_json document = parse_json(bytes, path);
   const std::string schema = document.is_object() ? text(document, "schema") : "";
   if (schema != "grtx.run/1" && schema != "grtx.stats/1") {
     throw Error(path, "schema", "must be grtx.run/1 (results.json of grtx run) or grtx.stats/1 (grtx sim --stats)");

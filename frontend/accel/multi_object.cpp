@@ -21,6 +21,9 @@ namespace {
 // transformed in double and the rays in double, too, and both are rounded to fp32 once.
 constexpr float kBoxMargin = 1.0f / (1 << 18);
 
+// Areas of boxes, which the builder compares, stay within fp32.
+constexpr float kLargestCoordinate = 1e18f;
+
 // glm's uniform scale of a rotation matrix; columns are the object's axes in the world.
 glm::dmat3 object_to_world(const Placement& placement) { return glm::mat3_cast(placement.rotate) * placement.scale; }
 
@@ -140,6 +143,10 @@ void MultiObjectWorld::place() {
                          (corner & 2) != 0 ? bounds.upper.y : bounds.lower.y,
                          (corner & 4) != 0 ? bounds.upper.z : bounds.lower.z);
       placed.box.extend(glm::vec3(out * p + placed.position));
+    }
+    if (!(placed.box.largest_coordinate() < kLargestCoordinate)) {
+      throw Error("object " + std::to_string(placed_.size()), "",
+                  "its place is beyond what fp32 boxes can hold (1e18)");
     }
     placed.box.inflate(placed.box.largest_coordinate() * kBoxMargin);
     placed_.push_back(placed);

@@ -77,6 +77,7 @@ Comparison compare(const Image& a, const Image& b) {
   Comparison result;
   double sum_squared = 0.0;
   double sum_absolute = 0.0;
+  bool undefined = false;
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     bool different = false;
     for (int c = 0; c < 3; ++c) {
@@ -85,6 +86,7 @@ Comparison compare(const Image& a, const Image& b) {
       if (std::memcmp(&x, &y, sizeof x) == 0) continue;
       different = true;
       double error = std::abs(static_cast<double>(x) - static_cast<double>(y));
+      undefined = undefined || std::isnan(x) != std::isnan(y);
       if (std::isnan(error)) error = std::numeric_limits<double>::infinity();
       result.max_error = std::max(result.max_error, error);
       sum_absolute += error;
@@ -95,8 +97,9 @@ Comparison compare(const Image& a, const Image& b) {
   }
   const double channels = 3.0 * static_cast<double>(a.pixels.size());
   result.mean_error = a.pixels.empty() ? 0.0 : sum_absolute / channels;
-  result.psnr =
-      sum_squared == 0.0 ? std::numeric_limits<double>::infinity() : -10.0 * std::log10(sum_squared / channels);
+  result.psnr = undefined            ? std::numeric_limits<double>::quiet_NaN()
+                : sum_squared == 0.0 ? std::numeric_limits<double>::infinity()
+                                     : -10.0 * std::log10(sum_squared / channels);
   return result;
 }
 

@@ -25,9 +25,9 @@ Image read_image(const std::string& path);
 
 /// Result of comparing two images of equal size on values clamped to [0, 1].
 struct Comparison {
-  double psnr = 0.0;                 ///< dB, peak 1; infinity when identical
-  double max_error = 0.0;            ///< largest absolute channel difference, unclamped values
-  double mean_error = 0.0;           ///< mean absolute channel difference, unclamped values
+  double psnr = 0.0;        ///< dB, peak 1; infinity when identical, NaN when a value is NaN in one image alone
+  double max_error = 0.0;   ///< largest absolute channel difference, unclamped values
+  double mean_error = 0.0;  ///< mean absolute channel difference, unclamped values
   std::size_t different_pixels = 0;  ///< pixels with any bit different
   bool identical() const { return different_pixels == 0; }
 };

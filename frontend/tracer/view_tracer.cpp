@@ -47,6 +47,9 @@ void add_plan(SecondaryPlan& sum, const SecondaryPlan& frame) {
 void trace_into(TracedView& view, const TracedStructure& structure, const std::vector<Camera>& cameras,
                 const TracerOptions& options, std::vector<RenderOptions> render, traces::Header header,
                 const std::string& trace_file, const std::map<std::string, std::string>& inputs) {
+  if (!trace_file.empty() && header.gaussians == 0) {
+    throw Error(header.inputs["scene"], "", "has no Gaussians, so there is nothing to trace: --no-trace renders it");
+  }
   header.inputs.insert(inputs.begin(), inputs.end());
   view.inputs = header.inputs;
   std::optional<traces::Writer> writer;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "grtx/base/error.h"
+
 namespace grtx::modules {
 namespace {
 
@@ -14,6 +16,14 @@ constexpr std::uint64_t kAlignment = 4096;
 constexpr std::uint64_t kMinimumEvictions = 256;
 
 constexpr std::uint64_t kCacheLine = 128;
+
+constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< as AddressIndex can tell sectors apart
+constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 32;  ///< of a ray's buffer; products stay within 64 bits
+
+std::uint64_t checked_entries(std::uint64_t entries, const char* name) {
+  if (entries > kMostEntries) throw Error("memory map", name, "a ray's buffer has at most 2^32 entries");
+  return entries;
+}
 
 constexpr std::uint64_t round_up(std::uint64_t bytes, std::uint64_t unit) { return (bytes + unit - 1) / unit * unit; }
 
@@ -40,6 +50,9 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   std::uint64_t cursor = 0;
   const auto place = [&](const char* name, std::uint64_t bytes) {
     const std::uint64_t base = cursor;
+    if (bytes > kAddressable - cursor) {
+      throw Error("memory map", name, "would end beyond the 128 GiB that the model addresses");
+    }
     extents_.push_back({name, base, bytes});
     cursor = round_up(cursor + bytes, kAlignment);
     return base;
@@ -49,7 +62,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   sh_ = place("sh", header.gaussians * sh_bytes_);
   k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
   if (header.checkpoint) {
-    checkpoint_capacity_ = header.checkpoint_capacity;
+    checkpoint_capacity_ = checked_entries(header.checkpoint_capacity, "checkpoint");
     // Eight entries of any size are whole sectors, so no entry lies across the ring's end.
     if (config.checkpoint_log) checkpoint_log_entries_ = round_up(4 * checkpoint_capacity_, 8);
     const std::uint64_t places = config.checkpoint_log ? checkpoint_log_entries_ : checkpoint_capacity_;
@@ -57,6 +70,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     checkpoint_ = place("checkpoint", rays * (config.checkpoint_log ? 1 : 2) * checkpoint_stride_);
     eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
                                                        : std::max(header.checkpoint_capacity, kMinimumEvictions);
+    checked_entries(eviction_capacity_, "eviction");
     const unsigned together = config.evictions == RayArrayLayout::by_ray ? 1 : header.warp_size;
     eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes * together);
     eviction_ = place("eviction", rays / together * eviction_stride_);

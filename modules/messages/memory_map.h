@@ -40,6 +40,7 @@ struct MemoryMapConfig {
 /// A ray slot is (sm * resident_warps + warp slot) * warp_size + lane.
 class MemoryMap {
  public:
+  /// Throws Error when it does not fit into 128 GiB.
   MemoryMap(const traces::Header& header, const MemoryMapConfig& config);
 
   std::uint64_t node(std::uint64_t image_address) const { return image_address; }  ///< the node image lies at 0

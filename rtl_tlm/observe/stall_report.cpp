@@ -80,9 +80,10 @@ std::string amount(double value) {
 }  // namespace
 
 std::vector<StallSection> stall_sections(const nlohmann::ordered_json& document, const std::string& file) {
-  if (!document.is_object() || document.value("schema", "") != "grtx.stats/1" || !document.contains("stats")) {
+  if (!document.is_object() || document.value("schema", Json()) != "grtx.stats/1" || !document.contains("stats")) {
     throw Error(file, "schema", "must be grtx.stats/1: what grtx sim --stats writes");
   }
+  if (!document.at("stats").is_object()) throw Error(file, "stats", "must be an object");
   const Json& stats = document.at("stats");
   std::vector<StallSection> sections;
   add_stalls(stats, sections);

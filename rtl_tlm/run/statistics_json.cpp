@@ -5,8 +5,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/run/json_file.h"
 
 namespace grtx::sim {
 
@@ -66,22 +66,30 @@ std::string statistics_text(const nlohmann::ordered_json& document) {
 }
 
 nlohmann::ordered_json read_statistics(const std::string& path) {
-  nlohmann::ordered_json document;
-  try {
-    document = nlohmann::ordered_json::parse(read_file(path));
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
-  }
+  nlohmann::ordered_json document = read_json(path);
   if (!document.is_object() || !document.contains("schema") || document.at("schema") != "grtx.stats/1") {
     throw Error(path, "schema", "must be grtx.stats/1");
   }
   for (const char* part : {"config", "inputs", "stats"}) {
     if (!document.contains(part) || !document.at(part).is_object()) throw Error(path, part, "must be an object");
   }
-  for (const auto& [name, statistic] : document.at("stats").items()) {
-    if (!statistic.is_object() || !statistic.contains("value")) throw Error(path, name, "must have a value");
-  }
+  check_statistics(document.at("stats"), path, "");
   return document;
+}
+
+void check_statistics(const nlohmann::ordered_json& statistics, const std::string& path, const std::string& place) {
+  if (!statistics.is_object()) throw Error(path, place, "must be an object of statistics");
+  for (const auto& [name, statistic] : statistics.items()) {
+    const std::string at = place + name;
+    if (!statistic.is_object() || !statistic.contains("value")) throw Error(path, at, "must have a value");
+    if (!statistic.at("value").is_number() && !statistic.at("value").is_null()) {
+      throw Error(path, at, "its value must be a number");
+    }
+    for (const char* text : {"unit", "description"}) {
+      if (statistic.contains(text) && !statistic.at(text).is_string())
+        throw Error(path, at, std::string("its ") + text + " must be a text");
+    }
+  }
 }
 
 }  // namespace grtx::sim

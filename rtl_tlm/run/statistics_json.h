@@ -23,6 +23,9 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
 /// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts.
 nlohmann::ordered_json read_statistics(const std::string& path);
 
+/// Throws Error for what is no object of statistics with a number (null: not finite) each. place: before their names.
+void check_statistics(const nlohmann::ordered_json& statistics, const std::string& path, const std::string& place);
+
 /// Text of such a document with one statistic (and one configuration key) a line.
 std::string statistics_text(const nlohmann::ordered_json& document);
 

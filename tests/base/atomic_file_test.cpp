@@ -1,8 +1,11 @@
 // A file appears under its final name only when it was committed.
 #include "grtx/base/atomic_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
-
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -44,6 +47,76 @@ TEST_F(AtomicFileTest, ReplacesOnCommit) {
 
 TEST_F(AtomicFileTest, MissingFolderIsAnError) {
   EXPECT_THROW(grtx::write_file(folder / "missing" / "a", "x"), grtx::Error);
+}
+
+TEST_F(AtomicFileTest, FollowsASymbolicLinkToItsTarget) {
+  std::filesystem::create_directories(folder / "there");
+  grtx::write_file(folder / "there" / "target", "old");
+  std::filesystem::create_symlink("there/target", folder / "link");
+  std::filesystem::create_symlink("there/new", folder / "dangling");
+  grtx::write_file(folder / "link", "new");
+  grtx::write_file(folder / "dangling", "made");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "dangling"));
+  EXPECT_EQ(grtx::read_file(folder / "there" / "target"), "new");
+  EXPECT_EQ(grtx::read_file(folder / "there" / "new"), "made");
+  EXPECT_EQ(files_in(folder), 3u);
+}
+
+TEST_F(AtomicFileTest, WritesWhatIsNoRegularFileDirectly) {
+  const std::filesystem::path fifo = folder / "fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
+  grtx::write_file(fifo, "text");
+  char text[8] = {};
+  EXPECT_EQ(::read(reader, text, sizeof text), 4);
+  EXPECT_STREQ(text, "text");
+  ::close(reader);
+  EXPECT_TRUE(std::filesystem::is_fifo(fifo));
+  grtx::write_file("/dev/null", "text");
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  EXPECT_THROW(grtx::write_file(folder, "text"), grtx::Error);
+}
+
+TEST_F(AtomicFileTest, ADeviceThatIsFullIsAnError) {
+  EXPECT_THROW(grtx::write_file("/dev/full", "text"), grtx::Error);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+}
+
+TEST_F(AtomicFileTest, TakesOverWhatAKilledRunLeft) {
+  grtx::write_file(folder / "a.partial", "a longer text that was left");
+  grtx::write_file(folder / "a", "new");
+  EXPECT_EQ(grtx::read_file(folder / "a"), "new");
+  EXPECT_EQ(files_in(folder), 1u);
+}
+
+TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileDoNotMix) {
+  grtx::AtomicFile mine(folder / "a");
+  mine.write("of the parent");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    // Another process, with its own view of what it writes: as a run of its own would.
+    const int other = ::open((folder / "a.partial").c_str(), O_WRONLY);
+    ::_exit(other >= 0 && ::flock(other, LOCK_EX | LOCK_NB) != 0 ? 0 : 1);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0) << "the partial file is not locked while it is written";
+  EXPECT_THROW(grtx::AtomicFile(folder / "a"), grtx::Error);  // the same process: two outputs with one name
+  mine.commit();
+  EXPECT_EQ(grtx::read_file(folder / "a"), "of the parent");
+  grtx::write_file(folder / "a", "again");
+  EXPECT_EQ(grtx::read_file(folder / "a"), "again");
+}
+
+TEST_F(AtomicFileTest, GoesByAnotherNameWhileAnotherProcessWrites) {
+  grtx::write_file(folder / "a.partial", "theirs");
+  const int theirs = ::open((folder / "a.partial").c_str(), O_RDWR);
+  ASSERT_EQ(::flock(theirs, LOCK_EX | LOCK_NB), 0);
+  grtx::write_file(folder / "a", "mine");
+  EXPECT_EQ(grtx::read_file(folder / "a"), "mine");
+  EXPECT_EQ(grtx::read_file(folder / "a.partial"), "theirs");
+  ::close(theirs);
 }
 
 }  // namespace

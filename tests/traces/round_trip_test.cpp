@@ -156,5 +156,34 @@ TEST(RoundTrip, EveryHeaderFieldIsKept) {
   EXPECT_EQ(back.inputs, header.inputs);
 }
 
+TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
+  const auto refusal = [](auto&& damage) {
+    Header header;
+    damage(header);
+    return header_fault(header);
+  };
+  EXPECT_EQ(refusal([](Header&) {}), "");
+  EXPECT_EQ(refusal([](Header& h) { h.node_image_bytes = 1ULL << 38; }),
+            "node image and records must take at most 64 GiB");
+  EXPECT_EQ(refusal([](Header& h) { h.gaussians = 1ULL << 31; }), "node image and records must take at most 64 GiB");
+  EXPECT_EQ(refusal([](Header& h) { h.sh_record_bytes = ~0ULL; }),
+            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+  EXPECT_EQ(refusal([](Header& h) { h.sh_degree = 1; }),
+            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+  EXPECT_EQ(refusal([](Header& h) {
+              h.sh_degree = ~0U;
+              h.sh_record_bytes = 0;
+            }),
+            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+  EXPECT_EQ(refusal([](Header& h) { h.gaussian_record_bytes = 1ULL << 32; }),
+            "gaussian_record_bytes must be a multiple of 16 and at most 256");
+  EXPECT_EQ(refusal([](Header& h) { h.width = h.height = 1U << 16; }), "width and height must be at most 2^28 pixels");
+  EXPECT_EQ(refusal([](Header& h) {
+              h.checkpoint = true;
+              h.checkpoint_capacity = 1ULL << 40;
+            }),
+            "checkpoint_capacity must be at most 2^24");
+}
+
 }  // namespace
 }  // namespace grtx::traces

@@ -203,6 +203,12 @@ std::string scene_fault(const Header& h) {
 
 }  // namespace
 
+// What a header may claim. The hardware model has addresses of 2^37 B, of which per-ray buffers take the rest.
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+constexpr unsigned kMostShDegree = 4;
+constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1} << 36;
+constexpr std::uint64_t kMostCheckpoints = std::uint64_t{1} << 24;
+
 std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
   if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
@@ -221,6 +227,19 @@ std::string header_fault(const Header& h) {
   if (h.two_level && (h.blas_base == 0 || h.blas_root < h.blas_base)) {
     return "blas_root must lie behind blas_base, which must not be 0, when two_level";
   }
+  if (h.width > kMostPixels || h.height > kMostPixels || std::uint64_t{h.width} * h.height > kMostPixels) {
+    return "width and height must be at most 2^28 pixels";
+  }
+  if (h.sh_degree > kMostShDegree || h.sh_record_bytes != 12ULL * (h.sh_degree + 1) * (h.sh_degree + 1)) {
+    return "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4";
+  }
+  if (h.gaussian_record_bytes % 16 != 0 || h.gaussian_record_bytes > 256) {
+    return "gaussian_record_bytes must be a multiple of 16 and at most 256";
+  }
+  if (h.node_image_bytes + h.gaussians * (h.gaussian_record_bytes + h.sh_record_bytes) > kMostSceneBytes) {
+    return "node image and records must take at most 64 GiB";
+  }
+  if (h.checkpoint_capacity > kMostCheckpoints) return "checkpoint_capacity must be at most 2^24";
   if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
   std::uint64_t left = h.groups;
   for (const std::uint64_t groups : h.frame_groups) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <set>
 
+#include "grtx/base/error.h"
+
 namespace grtx::modules {
 namespace {
 
@@ -34,6 +36,18 @@ void expect_inside(const MemoryMap& map, const std::string& name, std::uint64_t 
   const MemoryMap::Extent& e = extent(map, name);
   EXPECT_GE(first, e.base) << name;
   EXPECT_LE(first + bytes, e.base + e.bytes) << name;
+}
+
+TEST(MemoryMap, WhatCannotBeAddressedIsRefused) {
+  traces::Header header = header_of(true, 8, 32);
+  EXPECT_NO_THROW(MemoryMap(header, {170, 64, 0}));
+  header.checkpoint_capacity = 1ULL << 24;
+  EXPECT_THROW(MemoryMap(header, {170, 64, 0}), Error);
+  header = header_of(true, 8, 32);
+  for (const std::uint64_t entries : {1ULL << 30, ~0ULL}) {
+    MemoryMapConfig config{8, 32, entries};
+    EXPECT_THROW(MemoryMap(header, config), Error) << entries;
+  }
 }
 
 TEST(MemoryMap, RegionsFollowEachOtherWithoutOverlapFromZero) {

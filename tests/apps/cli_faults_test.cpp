@@ -1,0 +1,132 @@
+// What has gone wrong once, named after its symptom.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "apps/program.h"
+#include "grtx/frontend/image/image.h"
+
+namespace grtx::e2e {
+namespace {
+
+using ::testing::HasSubstr;
+
+class CliFaults : public ::testing::Test {
+ protected:
+  void make_scene() {
+    ASSERT_EQ(folder_.run("synth --preset object --count 300 --seed 1 --quiet -o s.ply").code, 0);
+    ASSERT_EQ(folder_.run(trace_ + "-o t.grtx --quiet").code, 0);
+  }
+  void expect_refused(const std::string& arguments, const std::string& text) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments << ": " << outcome.err;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << arguments << ": " << outcome.err;
+    EXPECT_LT(outcome.err.size(), 1200u) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(text)) << arguments;
+  }
+
+  Folder folder_;
+  const std::string trace_ =
+      "trace --scene s.ply --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 --checkpoint on ";
+};
+
+TEST_F(CliFaults, ProgressTextIsWrittenIntoTheTraceWhenStderrIsClosed) {
+  make_scene();
+  const std::string expected = folder_.read("t.grtx");
+  for (const char* closed : {"2>&-", "1>&-", "0<&-", "0<&- 1>&- 2>&-"}) {
+    std::filesystem::remove(folder_.path("c.grtx"));
+    // The shell of run() redirects after the command; a shell of its own closes what the program gets.
+    const std::string command =
+        "cd '" + folder_.path("") + "' && '" + grtx::paths::program() + "' " + trace_ + "-o c.grtx " + closed;
+    EXPECT_EQ(std::system(("sh -c \"" + command + "\"").c_str()), 0) << closed;
+    EXPECT_EQ(folder_.read("c.grtx"), expected) << closed;
+  }
+}
+
+TEST_F(CliFaults, ADeviceOrALinkIsReplacedByAFile) {
+  make_scene();
+  std::filesystem::create_directory(folder_.path("elsewhere"));
+  std::filesystem::create_symlink("elsewhere/real.grtx", folder_.path("link.grtx"));
+  EXPECT_EQ(folder_.run(trace_ + "-o link.grtx --quiet").code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_.path("link.grtx")));
+  EXPECT_EQ(folder_.read("elsewhere/real.grtx"), folder_.read("t.grtx"));
+  EXPECT_EQ(folder_.run(trace_ + "-o /dev/null --stats /dev/null --quiet").code, 0);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  expect_refused(trace_ + "-o /dev/full --quiet", "/dev/full: ");
+}
+
+TEST_F(CliFaults, NaNPassesEveryGate) {
+  make_scene();
+  expect_refused(trace_ + "--no-trace --ert nan", "--ert: nan: must be a number");
+  expect_refused(trace_ + "--no-trace --fov-scale NAN", "--fov-scale: NAN: must be a number");
+  expect_refused("cost --utilisation nan", "--utilisation: nan: must be a number");
+  frontend::Image black(4, 4), undefined(4, 4);
+  undefined.at(1, 1).y = std::numeric_limits<float>::quiet_NaN();
+  frontend::write_image(folder_.path("black.pfm"), black);
+  frontend::write_image(folder_.path("nan.pfm"), undefined);
+  expect_refused("compare black.pfm black.pfm --min-psnr nan", "--min-psnr: nan: must be a number");
+  EXPECT_EQ(folder_.run("compare black.pfm nan.pfm --min-psnr 10").code, 1);
+  EXPECT_EQ(folder_.run("compare nan.pfm black.pfm --min-psnr 0").code, 1);
+  EXPECT_EQ(folder_.run("compare nan.pfm nan.pfm --min-psnr inf").code, 0);  // identical
+}
+
+TEST_F(CliFaults, AnInputIsOverwrittenByAnOutput) {
+  make_scene();
+  const std::string trace = folder_.read("t.grtx");
+  expect_refused("sim t.grtx --stats t.grtx", "is an input, too, and would be lost: TRACE");
+  expect_refused("sim t.grtx --stats ./../$(basename $PWD)/t.grtx", "is an input, too");
+  std::filesystem::create_symlink("t.grtx", folder_.path("l.grtx"));
+  expect_refused("sim t.grtx --vcd l.grtx", "is an input, too");
+  expect_refused("sim t.grtx --stats a.json --timeline a.json", "two outputs have one name");
+  expect_refused(trace_ + "-o s.ply", "is an input, too");
+  expect_refused(trace_ + "--no-trace --image i.png --heatmap visits=i.png", "two outputs have one name");
+  EXPECT_EQ(folder_.read("t.grtx"), trace);
+}
+
+TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {
+  const std::string head = R"({"schema": "grtx.stats/1", "config": {}, "inputs": {}, "stats": {"gpu.rt.stall.a": )";
+  folder_.write("huge.json", head + R"({"value": 1e999}}})");
+  folder_.write("text.json", head + R"({"value": "many"}}})");
+  folder_.write("unit.json", head + R"({"value": 1, "unit": 7}}})");
+  folder_.write("list.json", R"({"schema": "grtx.stats/1", "config": {}, "inputs": {}, "stats": []})");
+  folder_.write("number.json", R"({"schema": 5, "config": {}, "inputs": {}, "stats": {}})");
+  for (const char* file : {"huge.json", "text.json", "unit.json", "list.json", "number.json"}) {
+    expect_refused(std::string("stalls ") + file, file);
+    expect_refused(std::string("report -o r.html ") + file, file);
+    expect_refused(std::string("cost --stats ") + file, file);
+  }
+  EXPECT_FALSE(folder_.has("r.html"));
+  const std::string path(5000, 'p');
+  expect_refused("stalls " + path, "ppp ... ppp");
+  expect_refused("run --scene s.ply --cameras s.cameras.json -o " + path, "ppp ... ppp");
+  expect_refused("info " + path + ".ply", "ppp ... ppp");
+}
+
+TEST_F(CliFaults, AnEmptySceneHasNoTraceAndIsAnInternalError) {
+  ASSERT_EQ(folder_.run("synth --preset stress-empty --quiet -o s.ply").code, 0);
+  expect_refused(trace_ + "-o t.grtx", "has no Gaussians");
+  EXPECT_FALSE(folder_.has("t.grtx"));
+  EXPECT_EQ(folder_.run(trace_ + "--no-trace --image i.png --quiet").code, 0);
+}
+
+TEST_F(CliFaults, ObjectsBeyondFloatRangeAbortTheBuilder) {
+  make_scene();
+  for (const char* place : {"[1e300, 0, 0]", "[0, -1e39, 0]", "[0, 1e19, 0]"}) {
+    folder_.write("o.json", std::string(R"([{"file": "s.ply"}, {"file": "s.ply", "translate": )") + place + "}]");
+    expect_refused("trace --scene o.json --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 --no-trace",
+                   "1e18");
+  }
+  folder_.write("o.json", R"([{"file": "s.ply", "scale": 1e30}])");
+  expect_refused("trace --scene o.json --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 --no-trace",
+                 "1e18");
+}
+
+TEST_F(CliFaults, HelpIntoAFullDeviceSucceeds) {
+  for (const char* what : {"--help", "sim --help", "--version"}) {
+    EXPECT_EQ(std::system(("'" + grtx::paths::program() + "' " + what + " > /dev/full 2>/dev/null").c_str()) >> 8, 2)
+        << what;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::e2e
