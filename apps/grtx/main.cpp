@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   grtx::sim::add_stalls(app, common);
   grtx::sim::add_report(app, common);
   grtx::sim::add_sweep(app, common);
+  grtx::sim::add_search(app, common);
   grtx::sim::add_selftest(app, common);
   try {
     app.parse(argc, argv);

@@ -6,6 +6,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/sweep/points.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
@@ -13,14 +14,6 @@ namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::vector<std::string> settings_of(const ordered_json& config) {
-  std::vector<std::string> settings;
-  for (const auto& [key, value] : config.items()) {
-    settings.push_back(key + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
-  }
-  return settings;
-}
 
 ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
                        const std::vector<modules::Inventory>& inventories) {
@@ -49,7 +42,7 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
-    const GpuConfig machine = load_config("", settings_of(config));
+    const GpuConfig machine = config_from(config);
     MachineUse use;
     if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
     use.objects = levels == "3";

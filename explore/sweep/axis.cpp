@@ -27,8 +27,6 @@ class Random {
   std::uint64_t state_;
 };
 
-double nine_digits(double value) { return std::stod(fmt::format("{:.9g}", value)); }
-
 /// At a share of the way through the range, ends included.
 SweepValue in_range(const Axis& axis, double share) {
   const double value =
@@ -49,6 +47,8 @@ std::vector<SweepValue> grid_values(const Axis& axis) {
 }
 
 }  // namespace
+
+double nine_digits(double value) { return std::stod(fmt::format("{:.9g}", value)); }
 
 std::vector<Coordinates> grid_points(const std::vector<Axis>& axes) {
   std::vector<Coordinates> points = {{}};

@@ -34,6 +34,9 @@ std::vector<Coordinates> latin_points(const std::vector<Axis>& axes, unsigned co
 /// that a mathematical library's last bit is no new point.
 SweepValue value_at(const Axis& axis, double u);
 
+/// Rounded to nine significant digits.
+double nine_digits(double value);
+
 /// As `--set` and command lines take it: texts without quotes.
 std::string text_of(const SweepValue& value);
 

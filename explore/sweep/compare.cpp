@@ -25,7 +25,7 @@ constexpr Query kQueries[] = {
      "point.key, name",
      2},
     {"quantity", "SELECT name, unit, description FROM quantity ORDER BY name", 3},
-    {"meta", "SELECT key, value FROM meta WHERE key IN ('schema', 'plan', 'program') ORDER BY key", 2}};
+    {"meta", "SELECT key, value FROM meta WHERE key IN ('schema', 'plan', 'program', 'search') ORDER BY key", 2}};
 
 }  // namespace
 

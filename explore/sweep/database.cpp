@@ -34,9 +34,6 @@ std::string now_text() {
   return text;
 }
 
-/// Area and leakage go through logarithms, whose last bit differs between mathematical libraries.
-double stable(double value) { return std::stod(fmt::format("{:.9g}", value)); }
-
 /// The cost of one RT unit: sm0.rt, or the first of several.
 const ordered_json* rt_unit(const ordered_json& node) {
   for (const ordered_json& sm : node.at("children")) {
@@ -53,8 +50,9 @@ const ordered_json* rt_unit(const ordered_json& node) {
 std::vector<CostValue> cost_values(const ordered_json& cost) {
   const ordered_json& tree = cost.at("tree");
   const std::string at = fmt::format(" at {} nm", cost.at("technology").at("nm").get<int>());
+  // Area and leakage go through logarithms, whose last bit differs between mathematical libraries.
   const auto area = [&](const ordered_json& node, const char* end) {
-    return stable(node.at("area_mm2").at(end).get<double>());
+    return nine_digits(node.at("area_mm2").at(end).get<double>());
   };
   const ordered_json* unit = rt_unit(tree);
   const double bits = tree.at("flip_flop_bits").get<double>() + tree.at("memory_bits").get<double>();
@@ -65,7 +63,7 @@ std::vector<CostValue> cost_values(const ordered_json& cost) {
       {"cost.rt_unit_mm2", "mm2", "area of one RT unit, central" + at, unit == nullptr ? 0.0 : area(*unit, "central")},
       {"cost.storage_bits", "bits", "flip-flops and memories of the modelled part of the chip", bits},
       {"cost.leakage_mw", "mW", "leakage of the modelled part of the chip, central" + at,
-       stable(tree.at("leakage_mw").at("central").get<double>())},
+       nine_digits(tree.at("leakage_mw").at("central").get<double>())},
       {"cost.checkpoint_bytes", "B", "storage that checkpointing adds to an RT unit (the paper's table)",
        cost.at("checkpoint_storage").at("bytes").get<double>()}};
 }
@@ -93,8 +91,7 @@ SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::
 }
 
 std::string SweepDatabase::meta(const std::string& key) {
-  SqliteStatement select(database_, "SELECT value FROM meta WHERE key = ?1");
-  return select.bind(1, key).step() ? select.text(0) : "";
+  return text_of("SELECT value FROM meta WHERE key = ?1", key);
 }
 
 void SweepDatabase::set_meta(const std::string& key, const std::string& value) {
@@ -102,17 +99,11 @@ void SweepDatabase::set_meta(const std::string& key, const std::string& value) {
   insert.bind(1, key).bind(2, value).run();
 }
 
-void SweepDatabase::begin(const SweepPlan& plan, const SweepPoints& points, const std::string& program,
-                          const std::string& build, bool retry) {
+void SweepDatabase::begin(const std::string& plan, const std::string& program, const std::string& build, bool retry) {
   SqliteTransaction transaction(database_);
-  set_meta("plan", plan.text);
+  set_meta("plan", plan);
   set_meta("program", program);
   if (meta("build").empty()) set_meta("build", build);
-  SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
-  for (const SweepTrace& t : points.traces) {
-    trace.bind(1, t.key).bind(2, t.scene).bind(3, t.options.dump()).bind(4, "traces/" + trace_name(t.key)).run();
-  }
-  insert(points.points);
   const std::string again = retry ? "status IN ('running', 'failed', 'killed', 'timeout')" : "status = 'running'";
   for (const char* table : {"trace", "point"}) {
     database_.execute(fmt::format("UPDATE {} SET status = 'pending', reason = NULL WHERE {}", table, again));
@@ -120,35 +111,41 @@ void SweepDatabase::begin(const SweepPlan& plan, const SweepPoints& points, cons
   transaction.commit();
 }
 
-void SweepDatabase::add(const std::vector<SweepPoint>& points) {
+void SweepDatabase::add(const SweepPoints& points) {
   SqliteTransaction transaction(database_);
-  insert(points);
-  transaction.commit();
-}
-
-void SweepDatabase::insert(const std::vector<SweepPoint>& points) {
+  SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
+  for (const SweepTrace& t : points.traces) {
+    trace.bind(1, t.key).bind(2, t.scene).bind(3, t.options.dump()).bind(4, "traces/" + trace_name(t.key)).run();
+  }
   SqliteStatement point(database_,
                         "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, config, status, "
                         "seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, 'pending', 0)");
-  for (const SweepPoint& p : points) {
+  for (const SweepPoint& p : points.points) {
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
     point.bind(6, p.coordinates.dump()).bind(7, p.config.dump()).run();
   }
+  transaction.commit();
+}
+
+std::string SweepDatabase::text_of(const char* sql, const std::string& key) {
+  SqliteStatement select(database_, sql);
+  return select.bind(1, key).step() ? select.text(0) : "";
 }
 
 std::string SweepDatabase::status_of_point(const std::string& key) {
-  SqliteStatement select(database_, "SELECT status FROM point WHERE key = ?1");
-  return select.bind(1, key).step() ? select.text(0) : "";
+  return text_of("SELECT status FROM point WHERE key = ?1", key);
 }
 
 std::string SweepDatabase::status_of_trace(const std::string& key) {
-  SqliteStatement select(database_, "SELECT status FROM trace WHERE key = ?1");
-  return select.bind(1, key).step() ? select.text(0) : "";
+  return text_of("SELECT status FROM trace WHERE key = ?1", key);
+}
+
+std::string SweepDatabase::reason_of_point(const std::string& key) {
+  return text_of("SELECT reason FROM point WHERE key = ?1", key);
 }
 
 std::string SweepDatabase::reason_of_trace(const std::string& key) {
-  SqliteStatement select(database_, "SELECT reason FROM trace WHERE key = ?1");
-  return select.bind(1, key).step() ? select.text(0) : "";
+  return text_of("SELECT reason FROM trace WHERE key = ?1", key);
 }
 
 double SweepDatabase::value(const std::string& key, const std::string& name) {
@@ -156,6 +153,15 @@ double SweepDatabase::value(const std::string& key, const std::string& name) {
       database_, "SELECT value.value FROM value JOIN point ON point.id = point_id WHERE key = ?1 AND name = ?2");
   if (!select.bind(1, key).bind(2, name).step()) throw Error(database_.path(), key, "has no value " + name);
   return select.real(0);
+}
+
+std::vector<std::string> SweepDatabase::value_names(const std::string& key) {
+  SqliteStatement select(database_,
+                         "SELECT name FROM value JOIN point ON point.id = point_id WHERE key = ?1 ORDER BY name");
+  select.bind(1, key);
+  std::vector<std::string> names;
+  while (select.step()) names.push_back(select.text(0));
+  return names;
 }
 
 void SweepDatabase::set_running(const std::vector<Task>& tasks) {

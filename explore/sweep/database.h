@@ -24,20 +24,23 @@ class SweepDatabase {
   /// Makes it when there is none. Throws Error when the file is no such database.
   explicit SweepDatabase(const std::string& path);
 
-  /// Inserts what is new as pending and notes the plan. What was "running" when a sweep was killed is pending again;
-  /// with `retry`, so is what failed, was killed or took too long.
-  void begin(const SweepPlan& plan, const SweepPoints& points, const std::string& program, const std::string& build,
-             bool retry);
-  /// Adds points, as the confirmation of a front does.
-  void add(const std::vector<SweepPoint>& points);
+  /// Notes the plan's text. What was "running" when a sweep was killed is pending again; with `retry`, so is what
+  /// failed, was killed or took too long.
+  void begin(const std::string& plan, const std::string& program, const std::string& build, bool retry);
+  /// Adds what is new as pending, as the confirmation of a front and the generations of a search do.
+  void add(const SweepPoints& points);
 
   std::string status_of_point(const std::string& key);
   std::string status_of_trace(const std::string& key);
+  std::string reason_of_point(const std::string& key);
   std::string reason_of_trace(const std::string& key);
-  /// A value of a finished point.
+  /// A value of a finished point. Throws Error when it has none of that name.
   double value(const std::string& key, const std::string& name);
+  /// Names of all values of a finished point.
+  std::vector<std::string> value_names(const std::string& key);
   /// "" when there is none.
   std::string meta(const std::string& key);
+  void set_meta(const std::string& key, const std::string& value);
 
   void set_running(const std::vector<Task>& tasks);
   void record(const TaskOutcome& outcome);
@@ -50,8 +53,8 @@ class SweepDatabase {
   std::map<std::string, std::size_t> summary(const std::vector<SweepPoint>& points);
 
  private:
-  void insert(const std::vector<SweepPoint>& points);
-  void set_meta(const std::string& key, const std::string& value);
+  /// The first column of the row of a key; "" when there is none.
+  std::string text_of(const char* sql, const std::string& key);
   void record_values(const std::string& key, const TaskOutcome& outcome);
 
   Sqlite database_;

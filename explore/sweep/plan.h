@@ -24,12 +24,16 @@ struct PlanScene {
   std::vector<unsigned> views = {0};
   unsigned width = 0, height = 0;  ///< pixels; 0: the camera's
   double fov_scale = 1.0;
+  bool evaluation = false;  ///< of a search: kept for the end (role = "evaluation")
 };
 
 struct PlanLimits {
   double seconds = 3600.0;    ///< wall time of one simulation or trace
   double memory_mb = 4096.0;  ///< 10^6 bytes of its memory
 };
+
+/// The paper's designs: baseline, sw, hw, grtx.
+const std::vector<std::string>& design_names();
 
 struct SweepPlan {
   std::string path;

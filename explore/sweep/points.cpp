@@ -19,36 +19,9 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
+constexpr const char* kDesign = "design";
+
 std::string key_of(const ordered_json& inputs) { return hex(xxh3(inputs.dump())); }
-
-/// A scene of the plan with what its keys need.
-struct Scene {
-  const PlanScene* plan = nullptr;
-  ordered_json identity;
-  std::string file, cameras;
-  std::vector<std::string> synth;
-};
-
-Scene scene_of(const PlanScene& plan, const std::string& program) {
-  Scene scene;
-  scene.plan = &plan;
-  if (plan.preset.empty()) {
-    scene.identity = {{"scene", content_hash(plan.file)}, {"cameras", content_hash(plan.cameras)}};
-    scene.file = fs::absolute(plan.file).string();
-    scene.cameras = fs::absolute(plan.cameras).string();
-  } else {
-    scene.identity = {
-        {"preset", plan.preset}, {"count", plan.count}, {"seed", plan.seed}, {"sh_degree", plan.sh_degree}};
-    const std::string stem = "scene-" + key_of({{"synth", scene.identity}, {"program", program}});
-    scene.file = stem + ".ply";
-    scene.cameras = stem + ".cameras.json";
-    scene.synth = {"--preset",    plan.preset,
-                   "--count",     std::to_string(plan.count),
-                   "--seed",      std::to_string(plan.seed),
-                   "--sh-degree", std::to_string(plan.sh_degree)};
-  }
-  return scene;
-}
 
 struct Structure {
   std::string accel;
@@ -61,23 +34,26 @@ Structure structure_of(const std::string& design) {
 
 /// The paper's name of a structure that it has, else a plain description.
 std::string design_name(const Structure& s) {
-  for (const char* name : {"baseline", "sw", "hw", "grtx"}) {
+  for (const std::string& name : design_names()) {
     const Structure known = structure_of(name);
     if (known.accel == s.accel && known.checkpoint == s.checkpoint) return name;
   }
   return s.accel + (s.checkpoint ? "+checkpoint" : "");
 }
 
-/// tracer: resolved options.
-std::vector<std::string> cost_arguments(const Structure& s, const ordered_json& tracer) {
+/// tracer: resolved options, which leave out defaults; of a combination that cannot go together, the given ones.
+MachineUse machine_use(const Structure& s, const ordered_json& tracer) {
   const bool two_level = s.accel.starts_with("tlas-");
-  std::vector<std::string> arguments = {"--design",
-                                        s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline")};
-  if (s.accel == "ellipsoid" || s.accel == "tlas-sphere") arguments.push_back("--spheres");
+  MachineUse use;
+  use.design = s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  use.spheres = s.accel == "ellipsoid" || s.accel == "tlas-sphere";
   if (tracer.contains("pop_test")) {
-    arguments.insert(arguments.end(), {"--pop-test", tracer.at("pop_test").get<std::string>()});
+    use.pop_test = value_of<traces::PopTest>(tracer.at("pop_test").get<std::string>(), "tracer", "pop_test");
   }
-  return arguments;
+  if (tracer.contains("layout")) {
+    use.layout = value_of<traces::NodeLayout>(tracer.at("layout").get<std::string>(), "tracer", "layout");
+  }
+  return use;
 }
 
 std::string option_name(std::string name) {
@@ -85,45 +61,12 @@ std::string option_name(std::string name) {
   return name;
 }
 
-SweepTrace trace_of(const Scene& scene, unsigned view, const Structure& structure,
-                    const std::map<std::string, std::string>& given, const TracerRules& tracer,
-                    const std::string& program, std::string& broken) {
-  SweepTrace trace;
-  trace.scene = scene.plan->name;
-  trace.scene_file = scene.file;
-  trace.cameras = scene.cameras;
-  trace.synth = scene.synth;
-  trace.options = scene.identity;
-  trace.options["view"] = view;
-  trace.options["width"] = scene.plan->width;
-  trace.options["height"] = scene.plan->height;
-  trace.options["fov_scale"] = scene.plan->fov_scale;
-  try {
-    trace.options["tracer"] = tracer.resolve(given, structure.accel, structure.checkpoint);
-  } catch (const Error& error) {
-    trace.options["tracer"] = given;
-    broken = error.what();
-  }
-  trace.options["program"] = program;
-  trace.options["trace_format"] = traces::kFormatVersion;
-  trace.key = key_of(trace.options);
-  const auto& p = *scene.plan;
-  trace.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),
-                     "--height", std::to_string(p.height), "--fov-scale",  fmt::format("{}", p.fov_scale),
-                     "--accel",  structure.accel,          "--checkpoint", structure.checkpoint ? "on" : "off"};
-  for (const auto& [name, value] : given) {
-    trace.arguments.push_back("--" + option_name(name));
-    trace.arguments.push_back(value);
-  }
-  return trace;
-}
-
 /// The configuration with a point's values; `broken` says why there is none.
 ordered_json config_of(const GpuConfig& base, const Coordinates& values, std::string& broken) {
   GpuConfig config = base;
   const std::vector<modules::Parameter> keys = config_keys(config);
   for (const auto& [name, value] : values) {
-    if (!name.starts_with("tracer.")) apply_setting(name + "=" + text_of(value), keys);
+    if (name != kDesign && !name.starts_with("tracer.")) apply_setting(name + "=" + text_of(value), keys);
   }
   try {
     check_config(config, "configuration");
@@ -154,44 +97,124 @@ std::string content_hash(const std::string& path) {
   return hex(xxh3(hashes));
 }
 
+/// A scene of the plan with what its keys need.
+struct PointMaker::Scene {
+  const PlanScene* plan = nullptr;
+  ordered_json identity;
+  std::string file, cameras;
+  std::vector<std::string> synth;
+
+  Scene(const PlanScene& scene, const std::string& program);
+  SweepTrace trace(unsigned view, const Structure& structure, const std::map<std::string, std::string>& given,
+                   const TracerRules& tracer, const std::string& program, std::string& broken) const;
+};
+
+PointMaker::Scene::Scene(const PlanScene& from, const std::string& program) : plan(&from) {
+  if (from.preset.empty()) {
+    identity = {{"scene", content_hash(from.file)}, {"cameras", content_hash(from.cameras)}};
+    file = fs::absolute(from.file).string();
+    cameras = fs::absolute(from.cameras).string();
+  } else {
+    identity = {{"preset", from.preset}, {"count", from.count}, {"seed", from.seed}, {"sh_degree", from.sh_degree}};
+    const std::string stem = "scene-" + key_of({{"synth", identity}, {"program", program}});
+    file = stem + ".ply";
+    cameras = stem + ".cameras.json";
+    synth = {"--preset",    from.preset,
+             "--count",     std::to_string(from.count),
+             "--seed",      std::to_string(from.seed),
+             "--sh-degree", std::to_string(from.sh_degree)};
+  }
+}
+
+SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
+                                    const std::map<std::string, std::string>& given, const TracerRules& tracer,
+                                    const std::string& program, std::string& broken) const {
+  SweepTrace made;
+  made.scene = plan->name;
+  made.scene_file = file;
+  made.cameras = cameras;
+  made.synth = synth;
+  made.options = identity;
+  made.options["view"] = view;
+  made.options["width"] = plan->width;
+  made.options["height"] = plan->height;
+  made.options["fov_scale"] = plan->fov_scale;
+  try {
+    made.options["tracer"] = tracer.resolve(given, structure.accel, structure.checkpoint);
+  } catch (const Error& error) {
+    made.options["tracer"] = given;
+    broken = error.what();
+  }
+  made.options["program"] = program;
+  made.options["trace_format"] = traces::kFormatVersion;
+  made.key = key_of(made.options);
+  const PlanScene& p = *plan;
+  made.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),
+                    "--height", std::to_string(p.height), "--fov-scale",  fmt::format("{}", p.fov_scale),
+                    "--accel",  structure.accel,          "--checkpoint", structure.checkpoint ? "on" : "off"};
+  for (const auto& [name, value] : given) {
+    made.arguments.push_back("--" + option_name(name));
+    made.arguments.push_back(value);
+  }
+  return made;
+}
+
+PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program)
+    : plan_(plan), tracer_(tracer), program_(std::move(program)) {
+  for (const PlanScene& scene : plan.scenes) {
+    for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
+    scenes_.emplace_back(scene, program_);
+  }
+}
+
+PointMaker::~PointMaker() = default;
+
+PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) const {
+  const Scene& scene = scenes_.at(place.scene);
+  Coordinates values = plan_.settings;
+  values.insert(values.end(), varied.begin(), varied.end());
+  Structure structure = structure_of(design);
+  for (const auto& [name, value] : varied) {
+    if (name == kDesign) structure = structure_of(text_of(value));
+  }
+  std::map<std::string, std::string> given;
+  for (const auto& [name, value] : values) {
+    if (!name.starts_with("tracer.")) continue;
+    if (name == "tracer.accel") {
+      structure.accel = text_of(value);
+    } else if (name == "tracer.checkpoint") {
+      structure.checkpoint = text_of(value) == "on";
+    } else {
+      given[name.substr(7)] = text_of(value);
+    }
+  }
+  Made made;
+  SweepPoint& point = made.point;
+  made.trace = scene.trace(place.view, structure, given, tracer_, program_, point.broken);
+  point.trace_key = made.trace.key;
+  point.mode = plan_.mode;
+  point.scene = scene.plan->name;
+  point.design = design_name(structure);
+  point.coordinates = ordered_json::object();
+  if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
+  for (const auto& [name, value] : varied) point.coordinates[name] = value;
+  point.config = config_of(plan_.machine, values, point.broken);
+  point.use = machine_use(structure, made.trace.options.at("tracer"));
+  point.key = point_key(point, program_);
+  return made;
+}
+
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program) {
+  const PointMaker maker(plan, tracer, program);
   SweepPoints all;
   std::set<std::string> traces, points;
   const std::vector<std::string> designs = plan.designs.empty() ? std::vector<std::string>{""} : plan.designs;
-  for (const PlanScene& plan_scene : plan.scenes) {
-    const Scene scene = scene_of(plan_scene, program);
-    for (const unsigned view : plan_scene.views) {
-      for (const std::string& design : designs) {
-        for (const Coordinates& varied : plan.points) {
-          Coordinates values = plan.settings;
-          values.insert(values.end(), varied.begin(), varied.end());
-          Structure structure = structure_of(design);
-          std::map<std::string, std::string> given;
-          for (const auto& [name, value] : values) {
-            if (!name.starts_with("tracer.")) continue;
-            if (name == "tracer.accel") {
-              structure.accel = text_of(value);
-            } else if (name == "tracer.checkpoint") {
-              structure.checkpoint = text_of(value) == "on";
-            } else {
-              given[name.substr(7)] = text_of(value);
-            }
-          }
-          SweepPoint point;
-          SweepTrace trace = trace_of(scene, view, structure, given, tracer, program, point.broken);
-          point.trace_key = trace.key;
-          point.mode = plan.mode;
-          point.scene = plan_scene.name;
-          point.design = design_name(structure);
-          point.coordinates = ordered_json::object();
-          if (plan_scene.views.size() > 1) point.coordinates["view"] = view;
-          for (const auto& [name, value] : varied) point.coordinates[name] = value;
-          point.config = config_of(plan.machine, values, point.broken);
-          point.cost_arguments = cost_arguments(structure, trace.options.at("tracer"));
-          point.key = point_key(point, program);
-          if (traces.insert(trace.key).second) all.traces.push_back(std::move(trace));
-          if (points.insert(point.key).second) all.points.push_back(std::move(point));
-        }
+  for (const PointMaker::Place& place : maker.places()) {
+    for (const std::string& design : designs) {
+      for (const Coordinates& varied : plan.points) {
+        PointMaker::Made made = maker.make(place, design, varied);
+        if (traces.insert(made.trace.key).second) all.traces.push_back(std::move(made.trace));
+        if (points.insert(made.point.key).second) all.points.push_back(std::move(made.point));
       }
     }
   }
@@ -209,6 +232,12 @@ std::string config_toml(const ordered_json& config) {
   std::string text;
   for (const auto& [name, value] : config.items()) text += fmt::format("\"{}\" = {}\n", name, value.dump());
   return text;
+}
+
+GpuConfig config_from(const ordered_json& config) {
+  std::vector<std::string> settings;
+  for (const auto& [name, value] : config.items()) settings.push_back(name + "=" + text_of(value));
+  return load_config("", settings);
 }
 
 }  // namespace grtx::sim

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/explore/sweep/plan.h"
+#include "grtx/rtl_tlm/gpu/machine_use.h"
 
 namespace grtx::sim {
 
@@ -27,8 +28,8 @@ struct SweepPoint {
   std::string design;
   nlohmann::ordered_json coordinates;
   nlohmann::ordered_json config;
-  std::vector<std::string> cost_arguments;  ///< of `grtx cost`: which units the machine has
-  std::string broken;                       ///< why it cannot run at all; "" when it can
+  MachineUse use;      ///< which units the machine has, for its cost
+  std::string broken;  ///< why it cannot run at all; "" when it can
 };
 
 struct SweepPoints {
@@ -39,6 +40,40 @@ struct SweepPoints {
 /// XXH3 of the bytes of a file, or of all files in a folder (a COLMAP reconstruction). Throws Error.
 std::string content_hash(const std::string& path);
 
+/// Makes the points of a plan's scenes, whose files are read once.
+class PointMaker {
+ public:
+  /// A view of one of the plan's scenes.
+  struct Place {
+    std::size_t scene = 0;  ///< index in the plan
+    unsigned view = 0;
+  };
+  struct Made {
+    SweepTrace trace;
+    SweepPoint point;
+  };
+  /// plan and tracer must outlive it. program: version, part of every key. Throws Error when a scene or camera file
+  /// cannot be read.
+  PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program);
+  ~PointMaker();
+  PointMaker(const PointMaker&) = delete;
+  PointMaker& operator=(const PointMaker&) = delete;
+
+  /// Scenes in the plan's order, each with its views.
+  const std::vector<Place>& places() const { return places_; }
+  /// design: "" when tracer.accel and tracer.checkpoint say it. varied: what this point sets besides the plan's
+  /// settings; "design" among it overrides the design.
+  Made make(const Place& place, const std::string& design, const Coordinates& varied) const;
+
+ private:
+  struct Scene;
+  const SweepPlan& plan_;
+  const TracerRules& tracer_;
+  std::string program_;
+  std::vector<Scene> scenes_;
+  std::vector<Place> places_;
+};
+
 /// Points that resolve to the same inputs are one. A combination of values that no machine or tracer takes is a point
 /// with `broken` set. program: version, part of every key. Throws Error when a scene or camera file cannot be read.
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program);
@@ -48,5 +83,8 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
 
 /// A configuration as a file that `--config` takes.
 std::string config_toml(const nlohmann::ordered_json& config);
+
+/// The configuration of a point. Throws Error for one of another version of the program.
+GpuConfig config_from(const nlohmann::ordered_json& config);
 
 }  // namespace grtx::sim

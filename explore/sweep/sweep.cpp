@@ -14,6 +14,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
+#include "grtx/explore/sweep/dominance.h"
 
 namespace grtx::sim {
 namespace {
@@ -122,7 +123,7 @@ SweepLock::~SweepLock() {
 void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                 const SweepSetting& setting) {
   Queue queue(all, database, setting);
-  Progress progress("sweep", queue.pending(), "points", setting.quiet || queue.pending() == 0);
+  Progress progress(setting.what, queue.pending(), "points", setting.quiet || queue.pending() == 0);
   progress.add(queue.begin());
   std::size_t under_way = 0;
   for (;;) {
@@ -144,26 +145,24 @@ void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launc
 }
 
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database) {
-  struct Place {
-    const SweepPoint* point;
-    std::string group;
-    double time, area;
-  };
-  std::vector<Place> places;
-  for (const SweepPoint& point : points) {
-    if (database.status_of_point(point.key) != "done") continue;
-    const std::string view = point.coordinates.contains("view") ? point.coordinates.at("view").dump() : "";
-    places.push_back({&point, point.scene + " " + view, database.value(point.key, "gpu.time_us"),
-                      database.value(point.key, "cost.mm2")});
+  std::map<std::string, std::vector<std::size_t>> groups;  // by scene and view
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (database.status_of_point(points[i].key) != "done") continue;
+    const auto& coordinates = points[i].coordinates;
+    groups[points[i].scene + " " + (coordinates.contains("view") ? coordinates.at("view").dump() : "")].push_back(i);
+  }
+  std::vector<bool> chosen(points.size(), false);
+  for (const auto& [name, members] : groups) {
+    std::vector<std::vector<double>> costs;
+    for (const std::size_t i : members) {
+      costs.push_back({database.value(points[i].key, "gpu.time_us"), database.value(points[i].key, "cost.mm2")});
+    }
+    const std::vector<bool> on_front = non_dominated(costs);
+    for (std::size_t m = 0; m < members.size(); ++m) chosen[members[m]] = on_front[m];
   }
   std::vector<SweepPoint> front;
-  for (const Place& a : places) {
-    bool beaten = false;
-    for (const Place& b : places) {
-      beaten = beaten ||
-               (a.group == b.group && b.time <= a.time && b.area <= a.area && (b.time < a.time || b.area < a.area));
-    }
-    if (!beaten) front.push_back(*a.point);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (chosen[i]) front.push_back(points[i]);
   }
   return front;
 }

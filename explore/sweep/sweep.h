@@ -26,6 +26,7 @@ struct SweepSetting {
   std::string traces;   ///< folder of the traces, absolute
   PlanLimits limits;
   bool quiet = false;
+  std::string what = "sweep";  ///< for the progress
 };
 
 /// Makes the traces that pending points need and runs the points; every outcome is recorded as it comes. Points whose

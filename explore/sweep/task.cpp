@@ -106,6 +106,15 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   return result;
 }
 
+/// Of `grtx cost`: which units the machine has.
+std::vector<std::string> cost_arguments(const MachineUse& use) {
+  std::vector<std::string> arguments = {"--design",   use.design,
+                                        "--pop-test", std::string(name_of(use.pop_test)),
+                                        "--layout",   std::string(name_of(use.layout))};
+  if (use.spheres) arguments.push_back("--spheres");
+  return arguments;
+}
+
 ordered_json limits_json(const PlanLimits& limits) {
   return {{"seconds", limits.seconds}, {"memory_mb", limits.memory_mb}};
 }
@@ -141,7 +150,7 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"trace", folder + "/" + trace_name(point.trace_key)},
            {"config", point.config},
            {"mode", point.mode},
-           {"cost", point.cost_arguments}}};
+           {"cost", cost_arguments(point.use)}}};
 }
 
 void run_task(const std::string& description, const std::string& result, const std::string& scratch) {

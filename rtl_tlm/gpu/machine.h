@@ -3,24 +3,15 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/machine_use.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 
 namespace grtx::sim {
-
-/// Which units the machine must have.
-struct MachineUse {
-  std::string design = "grtx";                     ///< baseline, sw, hw or grtx: two levels, checkpointing
-  bool spheres = false;                            ///< sphere units in place of triangle units
-  traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
-  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
-  bool objects = false;  ///< of sw and grtx: a scene TLAS above, three levels
-};
 
 /// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.
 std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem& memory);

@@ -1,4 +1,4 @@
-// A sweep through the program, in a folder of its own.
+// A sweep or a search through the program, in a folder of its own.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ class SweepBench : public testing::Test {
                                           more);
   }
   std::string arguments(const std::string& database, const std::string& more = "") const {
-    return "sweep " + folder + "/plan.toml -o " + folder + "/" + database + " " + more;
+    return command + " " + folder + "/plan.toml -o " + folder + "/" + database + " " + more;
   }
   Outcome sweep(const std::string& database, const std::string& more = "") const {
     return shell(grtx::paths::program() + " " + arguments(database, more));
@@ -64,10 +64,10 @@ class SweepBench : public testing::Test {
   /// Starts a sweep in a process of its own, kills it after a while, and waits for its end. Returns whether it was
   /// still running.
   bool kill_sweep(const std::string& database, std::chrono::milliseconds after, const std::string& more = "") const {
-    const std::string command = "exec " + grtx::paths::program() + " " + arguments(database, more + " --quiet");
+    const std::string line = "exec " + grtx::paths::program() + " " + arguments(database, more + " --quiet");
     const pid_t child = ::fork();
     if (child == 0) {
-      ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
       ::_exit(127);
     }
     std::this_thread::sleep_for(after);
@@ -97,6 +97,7 @@ class SweepBench : public testing::Test {
   }
 
   std::string folder;
+  std::string command = "sweep";
 };
 
 }  // namespace grtx::sim::test

@@ -1,0 +1,53 @@
+// grtx search: looks for the best machines of a design space.
+#include "grtx/explore/search/search.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/machine.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/session_cli.h"
+#include "grtx/apps/grtx/sweep_tracer_rules.h"
+#include "grtx/base/error.h"
+#include "grtx/explore/search/search_plan.h"
+#include "grtx/explore/sweep/session.h"
+
+namespace grtx::sim {
+namespace {
+
+struct Options {
+  std::string plan;
+  SessionOptions session;
+  std::string machine;
+};
+
+int search(const Options& options, bool quiet) {
+  if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
+  const CliTracerRules tracer;
+  SearchPlan plan = load_search_plan(options.plan, tracer);
+  put_on_machine(plan.common, options.machine);
+  SessionOptions with = options.session;
+  with.quiet = quiet;
+  with.modes = {plan.common.mode, plan.confirm};
+  SweepSession session(with, plan.common);
+  const nlohmann::ordered_json result = run_search(plan, tracer, session, quiet);
+  session.end();
+  if (!quiet) fmt::print("{}", search_text(result));
+  return search_succeeded(result) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_search(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      make_command(app, common, "search", "Finds the front of a design space; results in a sweep's SQLite database",
+                   [options, &common] { return search(*options, common.quiet); });
+  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/search.md (no default)")->required();
+  add_session_options(command, options->session);
+  add_machine_option(command, options->machine);
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,30 @@
+#include "grtx/apps/grtx/session_cli.h"
+
+#include "grtx/apps/grtx/machine.h"
+#include "grtx/apps/grtx/options.h"
+
+namespace grtx::sim {
+
+void add_session_options(CLI::App* command, SessionOptions& options) {
+  command->add_option("-o,--output", options.database,
+                      "Database to fill; points that it holds are not run again; traces go to the folder traces beside "
+                      "it (no default)");
+  command->add_option("--launcher", options.launcher, "Processes of this machine, or a job array of Slurm")
+      ->check(one_of({"local", "slurm"}));
+  command->add_option("--jobs", options.jobs, "Points at a time; 0: one a core, or as many as Slurm grants");
+  command->add_option("--sbatch", options.slurm_options,
+                      "Further options for sbatch, in one text: \"-p long -A project\" (default: none)");
+  command->add_option("--program", options.program, "The grtx that traces and simulates (default: this one)");
+  command->add_flag("--retry", options.retry,
+                    "Run points again that failed, were killed or took too long (default: off)");
+}
+
+void put_on_machine(SweepPlan& plan, const std::string& machine) {
+  if (machine.empty()) return;
+  plan.machine = load_machine_config(machine, plan.base, {});
+  Coordinates settings;
+  for (const auto& [name, value] : machine_tracer(machine)) settings.emplace_back("tracer." + name, value);
+  plan.settings.insert(plan.settings.begin(), settings.begin(), settings.end());
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,28 @@
+#include "grtx/explore/search/price.h"
+
+#include <fmt/format.h>
+
+#include "grtx/base/child_process.h"
+#include "grtx/explore/cost/cost_report.h"
+#include "grtx/explore/sweep/database.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+
+namespace grtx::sim {
+
+const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
+  const MachineUse& use = point.use;
+  const std::string machine = fmt::format("{} {} {} {} {} {}", use.design, use.spheres, name_of(use.pop_test),
+                                          name_of(use.layout), use.objects, point.config.dump());
+  if (const auto found = known_.find(machine); found != known_.end()) return found->second;
+  ChildProcess child("cost of " + point.design, [&] {
+    const GpuConfig config = config_from(point.config);
+    return cost_json(machine_cost(config, use.design, machine_inventory(config, use), CostOptions())).dump();
+  });
+  std::map<std::string, double>& prices = known_[machine];
+  for (const CostValue& cost : cost_values(nlohmann::ordered_json::parse(child.result()))) {
+    prices[cost.name] = cost.value;
+  }
+  return prices;
+}
+
+}  // namespace grtx::sim
