@@ -150,6 +150,94 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
   return spec;
 }
 
+ordered_json search_chart(const ordered_json& rows, const ChartField& x_field, const ChartField& y_field,
+                          const std::vector<ChartField>& tooltip, const std::vector<std::string>& stages, bool line) {
+  ordered_json x = quantity(x_field.field, x_field.title);
+  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  ordered_json y = quantity(y_field.field, y_field.title);
+  y["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  const std::string front = stages.at(stages.size() - 2);
+  ordered_json spec = base(rows);
+  spec["height"] = 300;
+  spec["layer"] = ordered_json::array();
+  if (line) {
+    ordered_json steps;
+    steps["transform"] = {{{"filter", {{"field", "stage"}, {"equal", front}}}}};
+    steps["mark"] = {
+        {"type", "line"}, {"interpolate", "step-after"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
+    steps["encoding"] = {{"x", x}, {"y", y}, {"order", {{"field", x_field.field}}}};
+    spec["layer"].push_back(steps);
+  }
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const bool drawn = std::any_of(rows.begin(), rows.end(), [&](const ordered_json& row) {
+      return row.at("stage").get<std::string>() == stages[i];
+    });
+    if (!drawn) continue;  // Vega warns of a layer without marks
+    ordered_json points;
+    points["transform"] = {{{"filter", {{"field", "stage"}, {"equal", stages[i]}}}}};
+    points["mark"] = {{"type", "point"},         {"filled", true},
+                      {"stroke", "var(--card)"}, {"size", i + 2 < stages.size() ? 40 : 130},
+                      {"strokeWidth", 0.5},      {"opacity", i == 0 ? 0.45 : 0.95}};
+    points["encoding"] = {{"x", x},
+                          {"y", y},
+                          {"color",
+                           {{"field", "stage"},
+                            {"type", "nominal"},
+                            {"scale", {{"domain", stages}, {"range", palette()}}},
+                            {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+                          {"tooltip", tooltips(tooltip)}};
+    spec["layer"].push_back(points);
+  }
+  return spec;
+}
+
+ordered_json waterfall(const ordered_json& rows, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = kBarPixels * rows.size();
+  spec["mark"] = {{"type", "bar"}};
+  spec["encoding"] = {
+      {"y",
+       {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
+      {"x", quantity("before", value_title)},
+      {"x2", {{"field", "after"}}},
+      {"color",
+       {{"field", "change"},
+        {"type", "nominal"},
+        {"scale", {{"domain", {"whole", "gain", "loss"}}, {"range", palette()}}},
+        {"legend", nullptr}}},
+      {"tooltip",
+       {{{"field", "label"}, {"title", "change"}},
+        {{"field", "before"}, {"type", "quantitative"}, {"format", ".4~f"}},
+        {{"field", "after"}, {"type", "quantitative"}, {"format", ".4~f"}}}}};
+  return spec;
+}
+
+ordered_json factor_chart(const ordered_json& rows, const std::vector<std::string>& parameters,
+                          const std::string& factor_title) {
+  constexpr std::size_t kRow = 38;  // pixels: marks and the values above them
+  ordered_json spec = base(rows);
+  spec["height"] = kRow * std::max<std::size_t>(1, parameters.size());
+  const ordered_json y = {{"field", "parameter"}, {"type", "nominal"}, {"title", nullptr}, {"sort", parameters}};
+  ordered_json x = quantity("factor", factor_title);
+  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 16}};
+  ordered_json range, points, words;
+  range["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
+  range["encoding"] = {{"y", y}, {"x", x}, {"x2", {{"field", "factor"}, {"aggregate", "max"}}}};
+  range["encoding"]["x"]["aggregate"] = "min";
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"size", 60}, {"color", "var(--c1)"}};
+  points["encoding"] = {{"y", y},
+                        {"x", x},
+                        {"tooltip",
+                         {{{"field", "parameter"}},
+                          {{"field", "value"}},
+                          {{"field", "factor"}, {"type", "quantitative"}, {"format", ".4~f"}},
+                          {{"field", "candidates"}, {"type", "quantitative"}}}}};
+  words["mark"] = {{"type", "text"}, {"dy", -10}, {"fontSize", 11}};
+  words["encoding"] = {{"y", y}, {"x", x}, {"text", {{"field", "value"}}}};
+  spec["layer"] = ordered_json::array({range, points, words});
+  return spec;
+}
+
 ordered_json series_lines(const ordered_json& rows, const std::string& value_title) {
   ordered_json spec = base(rows);
   spec["height"] = 160;

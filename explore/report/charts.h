@@ -32,6 +32,20 @@ nlohmann::ordered_json ratio_bars(const nlohmann::ordered_json& rows, const nloh
                                   const std::vector<std::string>& labels, const std::vector<std::string>& series,
                                   const std::string& value_title);
 
+/// Candidates of a search in two of its objectives, with hover. rows: {x, y, stage, ...}; stages: in the order of their
+/// colours, drawn one over the other; the last but one is the front, which `line` joins.
+nlohmann::ordered_json search_chart(const nlohmann::ordered_json& rows, const ChartField& x, const ChartField& y,
+                                    const std::vector<ChartField>& tooltip, const std::vector<std::string>& stages,
+                                    bool line);
+
+/// Changes one after another, each a bar from what was before to what is after. rows: {label, order, before, after,
+/// change}; `change` is "whole" (a bar from 0), "gain" or "loss".
+nlohmann::ordered_json waterfall(const nlohmann::ordered_json& rows, const std::string& value_title);
+
+/// Factors of the values of parameters. rows: {parameter, value, factor, candidates}; parameters: in order.
+nlohmann::ordered_json factor_chart(const nlohmann::ordered_json& rows, const std::vector<std::string>& parameters,
+                                    const std::string& factor_title);
+
 /// Lines over time. rows: {cycle, series, value}.
 nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
 

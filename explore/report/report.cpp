@@ -192,9 +192,9 @@ std::string report_page(const ReportOptions& options) {
   const Inputs inputs = read_inputs(options.inputs);
   std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n";
   for (const ReportRun& run : inputs.runs) body += run_headline(run);
-  for (const ReportSweep& sweep : inputs.sweeps) body += sweep_headline(sweep);
+  for (const ReportSweep& sweep : inputs.sweeps) body += search_headline(sweep) + sweep_headline(sweep);
   body += "</section>\n";
-  for (const ReportSweep& sweep : inputs.sweeps) body += sweep_section(sweep);
+  for (const ReportSweep& sweep : inputs.sweeps) body += search_section(sweep) + sweep_section(sweep);
   if (!inputs.runs.empty()) body += paper_section(inputs.runs);
   for (std::size_t r = 0; r < inputs.runs.size(); ++r) body += run_section(inputs.runs[r], r + 1);
   if (!inputs.runs.empty()) body += bars_section(inputs.runs);

@@ -50,6 +50,10 @@ std::string bars_section(const std::vector<ReportRun>& runs);
 std::string sweep_headline(const ReportSweep& sweep);
 std::string sweep_section(const ReportSweep& sweep);
 
+// Searches: what meta.search of a sweep's database holds.
+std::string search_headline(const ReportSweep& sweep);
+std::string search_section(const ReportSweep& sweep);
+
 // Both.
 /// Storage and area by hierarchy. cost: as `grtx cost --json`; title: plain text.
 std::string cost_section(const MachineFigures& machine, const std::string& title);

@@ -98,6 +98,11 @@ SweepResults read_sweep_results(const std::string& path) {
                   [&](const Database::Row& row) { sweep.meta[row.text(0)] = row.text(1); });
   if (sweep.meta["schema"] != "grtx.sweep/1") throw Error(path, "meta.schema", "must be grtx.sweep/1");
 
+  if (const auto search = sweep.meta.find("search"); search != sweep.meta.end()) {
+    sweep.search = object(search->second, path, "meta.search");
+    if (sweep.search.value("schema", "") != "grtx.search/1") throw Error(path, "meta.search", "must be grtx.search/1");
+  }
+
   std::map<std::int64_t, std::size_t> place;
   database.select(
       "SELECT id, key, mode, scene, design, coordinates, config, status, reason FROM point ORDER BY id",

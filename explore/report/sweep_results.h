@@ -35,6 +35,7 @@ struct SweepResults {
   std::string file;                         ///< without its folder
   std::string hash;                         ///< XXH3 of keys, states and documents in the order of the keys
   std::map<std::string, std::string> meta;  ///< schema, plan, program, ...
+  nlohmann::ordered_json search;            ///< grtx.search/1, null when no search filled the database
   std::vector<ReportedPoint> points;        ///< by id
   std::vector<ReportedTrace> traces;        ///< by key
   std::vector<std::string> coordinates;     ///< names of all coordinates, in order of appearance

@@ -10,6 +10,7 @@
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/pareto.h"
 #include "grtx/explore/report/sections.h"
+#include "grtx/explore/sweep/axis.h"
 
 namespace grtx::sim {
 namespace {
@@ -24,13 +25,11 @@ constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
 /// Points that compare with each other: their fronts are drawn apart.
 std::string group_of(const ReportedPoint& p) { return p.scene + "\n" + p.mode; }
 
-std::string plain(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
-
 /// The point's coordinates in words: "l1.bytes = 65536, k = 8".
 std::string words(const ReportedPoint& p) {
   std::string text = p.design;
   for (const auto& [name, value] : p.coordinates.items()) {
-    text += (text.empty() ? "" : ", ") + name + " = " + plain(value);
+    text += (text.empty() ? "" : ", ") + name + " = " + text_of(value);
   }
   return text;
 }
