@@ -89,7 +89,7 @@ def wrapped(text, letters):
 
 def heading(canvas, title):
     y = 22
-    for line in wrapped(title, 62):
+    for line in wrapped(title, 56):
         canvas.text(12, y, line, size=14, weight="bold")
         y += 18
     return y
