@@ -34,11 +34,13 @@ constexpr auto enum_names(NodeLayout) {
 }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
-/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader.
-enum class Tracing : std::uint8_t { multi, single, closest };
+/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. stochastic: the nearest of
+/// those for which the any-hit shader's coin says so; each round is a sample of its own.
+enum class Tracing : std::uint8_t { multi, single, closest, stochastic };
 constexpr auto enum_names(Tracing) {
   using enum Tracing;
-  return std::to_array<EnumName<Tracing>>({{multi, "multi"}, {single, "single"}, {closest, "closest"}});
+  return std::to_array<EnumName<Tracing>>(
+      {{multi, "multi"}, {single, "single"}, {closest, "closest"}, {stochastic, "stochastic"}});
 }
 
 /// Order in which a replay round reads the source buffer (traces/orders/checkpoint_order.h).

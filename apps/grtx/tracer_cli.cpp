@@ -18,6 +18,12 @@ std::vector<std::string> tracing_names() {
   return names;
 }
 
+bool keeps_one_hit(Tracing tracing) { return tracing == Tracing::closest || tracing == Tracing::stochastic; }
+bool keeps_one_hit(const std::string& tracing) {
+  const auto known = from_name<Tracing>(tracing);
+  return known && keeps_one_hit(*known);
+}
+
 unsigned bvh_width(const TracerCli& cli) { return cli.bvh_width.value_or(traces::default_width(cli.layout)); }
 
 }  // namespace
@@ -59,9 +65,12 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_secondary_options(command, cli.secondary);
   command
       ->add_option("--tracing", cli.tracing,
-                   "Rounds of k hits, one round that sorts all (--k holds them), a hit each, or the same image without "
-                   "rounds, by tiles of rays (trace --no-trace)")
+                   "Rounds of k hits, one round that sorts all (--k holds them), a hit each, the same image without "
+                   "rounds, by tiles of rays (trace --no-trace), or a noisy image of random samples")
       ->check(one_of(tracing_names()));
+  command->add_option("--samples", cli.samples, "Of a ray, with --tracing stochastic")
+      ->check(CLI::Range(1U, kMaxSamples));
+  command->add_option("--sample-seed", cli.sample_seed, "Of the coins of --tracing stochastic");
   add_choice(command, "--triangle-test", cli.triangle_test,
              "Hit test of triangles: canonical, or their stored vertices");
   command->add_option("--box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)")
@@ -98,7 +107,9 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.triangle_test = cli.triangle_test;
   o.response_precision = cli.response_precision;
   o.skips = skips_from_text(cli.skip);
-  if (o.tracing == Tracing::closest) o.k = 1;
+  o.samples = cli.samples;
+  o.sample_seed = cli.sample_seed;
+  if (keeps_one_hit(o.tracing)) o.k = 1;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
   }
@@ -128,30 +139,33 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
 }
 
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, AccelKind accel) {
-  std::map<std::string, std::string> inputs = {
-      {"accel", accel_name(accel)},
-      {"k", std::to_string(cli.tracing == name_of(Tracing::closest) ? 1 : cli.k)},
-      {"checkpoint", checkpoint ? "on" : "off"},
-      {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
-      {"ert", fmt::format("{}", cli.ert)},
-      {"sort_key", std::string(name_of(cli.sort_key))},
-      {"resume", std::string(name_of(cli.resume))},
-      {"kernel_radius", std::string(name_of(cli.kernel_radius))},
-      {"child_order", std::string(name_of(cli.child_order))},
-      {"tmax_update", std::string(name_of(cli.tmax_update))},
-      {"checkpoint_order", std::string(name_of(cli.checkpoint_order))},
-      {"replay_tmax", std::string(name_of(cli.replay_tmax))},
-      {"inside", std::string(name_of(cli.inside))},
-      {"sh_dir", std::string(name_of(cli.sh_dir))},
-      {"instance_bounds", std::string(name_of(cli.instance_bounds))},
-      {"bvh_width", std::to_string(bvh_width(cli))},
-      {"mapping", std::string(name_of(cli.mapping))},
-      {"warp_size", std::to_string(cli.warp_size)},
-      {"tracing", cli.tracing},
-      {"triangle_test", std::string(name_of(cli.triangle_test))},
-      {"box_bits", std::to_string(cli.box_bits)},
-      {"response_precision", std::string(name_of(cli.response_precision))}};
+  std::map<std::string, std::string> inputs = {{"accel", accel_name(accel)},
+                                               {"k", std::to_string(keeps_one_hit(cli.tracing) ? 1 : cli.k)},
+                                               {"checkpoint", checkpoint ? "on" : "off"},
+                                               {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
+                                               {"ert", fmt::format("{}", cli.ert)},
+                                               {"sort_key", std::string(name_of(cli.sort_key))},
+                                               {"resume", std::string(name_of(cli.resume))},
+                                               {"kernel_radius", std::string(name_of(cli.kernel_radius))},
+                                               {"child_order", std::string(name_of(cli.child_order))},
+                                               {"tmax_update", std::string(name_of(cli.tmax_update))},
+                                               {"checkpoint_order", std::string(name_of(cli.checkpoint_order))},
+                                               {"replay_tmax", std::string(name_of(cli.replay_tmax))},
+                                               {"inside", std::string(name_of(cli.inside))},
+                                               {"sh_dir", std::string(name_of(cli.sh_dir))},
+                                               {"instance_bounds", std::string(name_of(cli.instance_bounds))},
+                                               {"bvh_width", std::to_string(bvh_width(cli))},
+                                               {"mapping", std::string(name_of(cli.mapping))},
+                                               {"warp_size", std::to_string(cli.warp_size)},
+                                               {"tracing", cli.tracing},
+                                               {"triangle_test", std::string(name_of(cli.triangle_test))},
+                                               {"box_bits", std::to_string(cli.box_bits)},
+                                               {"response_precision", std::string(name_of(cli.response_precision))}};
   if (cli.pop_test != TracerOptions{}.pop_test) inputs["pop_test"] = name_of(cli.pop_test);
+  if (cli.tracing == name_of(Tracing::stochastic)) {
+    inputs["samples"] = std::to_string(cli.samples);
+    inputs["sample_seed"] = std::to_string(cli.sample_seed);
+  }
   if (cli.kernel_degree != 2) inputs["kernel_degree"] = std::to_string(cli.kernel_degree);
   if (cli.layout != traces::NodeLayout::vulkan_sim) inputs["layout"] = name_of(cli.layout);
   inputs.merge(secondary_inputs(cli.secondary));

@@ -46,6 +46,8 @@ struct TracerCli {
   InstanceBounds instance_bounds = InstanceBounds::tight;
   traces::WarpMapping mapping = traces::WarpMapping::tile8x4;
   std::string tracing = "multi";  ///< a name of Tracing, or "tiles"
+  unsigned samples = frontend::TracerOptions{}.samples;
+  std::uint32_t sample_seed = frontend::TracerOptions{}.sample_seed;
   frontend::TriangleTest triangle_test = frontend::TriangleTest::canonical;
   frontend::ResponsePrecision response_precision = frontend::ResponsePrecision::fp32;
   unsigned box_bits = 8;

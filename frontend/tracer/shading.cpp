@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
-#include "grtx/frontend/gaussian/response_precision.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 
@@ -12,7 +13,7 @@ namespace grtx::frontend {
 
 Shading::Shading(const TracedStructure& structure, const TracerOptions& options)
     : scene_(structure.scene),
-      gaussians_(structure.gaussians),
+      records_(structure, options),
       world_(structure.world),
       options_(options),
       sh_degree_(options.skips.has(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree)) {
@@ -27,9 +28,9 @@ template <typename Recorder>
 void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder) {
   if (world_ == nullptr) prefetch_colours(state.k_buffer);
   for (const KEntry& entry : state.k_buffer.entries()) {
-    const GaussianRecord& g = record(entry.id);
-    const float alpha = alpha_of(entry, g);
-    if (Recorder::kEnabled) recorder.processed(record_number(entry.id), alpha > 0.0f);
+    const GaussianRecord& g = records_.of(entry.id);
+    const float alpha = records_.alpha(entry, g);
+    if (Recorder::kEnabled) recorder.processed(records_.number(entry.id), alpha > 0.0f);
     ++round.processed_count;
     ++state.counters.processed;
     if (options_.triangle_test == TriangleTest::world) count_doubled(entry.id, state);
@@ -52,6 +53,30 @@ template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRec
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, GroupRecorder&);
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, EncodingRecorder&);
 
+template <typename Recorder>
+void Shading::shade_sample(const TraceRay& ray, float share, RayState& state, traces::Round& round,
+                           Recorder& recorder) {
+  const KEntry* const hit = state.k_buffer.size() > 0 ? &state.k_buffer.back() : nullptr;
+  if (state.looked_at.size() > std::numeric_limits<decltype(round.processed_count)>::max()) {
+    throw Error("stochastic tracing", "a sample", "looks at more than 65535 hits");
+  }
+  round.processed_count = static_cast<std::uint16_t>(state.looked_at.size());
+  state.counters.processed += state.looked_at.size();
+  if (Recorder::kEnabled) {
+    for (const std::uint32_t id : state.looked_at) {
+      recorder.processed(records_.number(id), hit != nullptr && id == hit->id);
+    }
+  }
+  if (hit == nullptr) return;
+  state.colour += share * colour_of(*hit, records_.of(hit->id), ray, state.counters);
+  ++state.counters.blended;
+  if (blended_ids_ != nullptr) blended_ids_->push_back(hit->id);
+}
+
+template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, NullRecorder&);
+template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, GroupRecorder&);
+template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, EncodingRecorder&);
+
 void Shading::prefetch_colours(const KBuffer& hits) const {
   const unsigned coefficients = scene_.sh_coefficients();
   for (const KEntry& entry : hits.entries()) {
@@ -64,12 +89,6 @@ void Shading::prefetch_colours(const KBuffer& hits) const {
   }
 }
 
-float Shading::alpha_of(const KEntry& entry, const GaussianRecord& g) const {
-  return options_.response_precision == ResponsePrecision::fp32
-             ? hit_alpha(g.opacity, g.kappa2, entry.d2, options_.kernel.degree)
-             : hit_alpha_16(g.opacity, g.kappa2, entry.d2, options_.response_precision, options_.kernel.degree);
-}
-
 /// Entries behind the one that ended the ray.
 void Shading::skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first) {
   for (std::size_t i = first; i < state.k_buffer.size(); ++i) {
@@ -78,7 +97,7 @@ void Shading::skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size
       continue;
     }
     const KEntry& entry = state.k_buffer.entries()[i];
-    unused_colour_ = colour_of(entry, record(entry.id), ray, state.counters);
+    unused_colour_ = colour_of(entry, records_.of(entry.id), ray, state.counters);
   }
 }
 

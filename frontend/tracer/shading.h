@@ -8,6 +8,7 @@
 
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/tracer/hit_records.h"
 #include "grtx/frontend/tracer/ray_state.h"
 #include "grtx/frontend/tracer/traced_structure.h"
 #include "grtx/frontend/tracer/tracer_options.h"
@@ -27,22 +28,19 @@ class Shading {
   /// The entries of the k-buffer, which are in order. Recorder: frontend/tracer/ray_recorder.h.
   template <typename Recorder>
   void blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder);
+  /// Stochastic: adds `share` of the colour of the sample's hit, if there is one.
+  template <typename Recorder>
+  void shade_sample(const TraceRay& ray, float share, RayState& state, traces::Round& round, Recorder& recorder);
 
  private:
   void prefetch_colours(const KBuffer& hits) const;
-  const GaussianRecord& record(std::uint32_t id) const {
-    return world_ != nullptr ? world_->record(id) : gaussians_.record(id);
-  }
-  /// What a trace calls the Gaussian: the number of its record, which placements of one file share.
-  std::uint32_t record_number(std::uint32_t id) const { return world_ != nullptr ? world_->record_number(id) : id; }
-  float alpha_of(const KEntry& entry, const GaussianRecord& g) const;
   glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray, TracerCounters& counters);
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
   void skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first);
   void count_doubled(std::uint32_t gaussian, RayState& state);
 
   const Scene& scene_;
-  const PreparedGaussians& gaussians_;
+  const HitRecords records_;
   const MultiObjectWorld* const world_;
   const TracerOptions options_;
   /// Of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.

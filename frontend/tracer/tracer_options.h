@@ -75,7 +75,9 @@ struct TracerOptions {
   PopTest pop_test = PopTest::on;
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< that of the Gaussians that are traced
-  Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
+  Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest and stochastic need k = 1
+  unsigned samples = 16;             ///< stochastic: rounds of a ray
+  std::uint32_t sample_seed = 1;     ///< stochastic: of the coins
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
   Skips skips = kFaithfulSkips;      ///< change no bit of the image
@@ -83,5 +85,6 @@ struct TracerOptions {
 };
 
 inline constexpr unsigned kMaxK = 2048;
+inline constexpr unsigned kMaxSamples = 65536;
 
 }  // namespace grtx::frontend

@@ -40,6 +40,7 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       checkpoint_(header.checkpoint),
       single_(header.tracing == traces::Tracing::single),
       closest_(header.tracing == traces::Tracing::closest),
+      stochastic_(header.tracing == traces::Tracing::stochastic),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
       gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
@@ -47,6 +48,15 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       coalescer_(most_sectors(header)) {
   if (header.warp_size == 0 || header.warp_size > kMaxLanes) {
     throw Error("trace header", "warp_size", "must be 1 to " + std::to_string(kMaxLanes) + " for the hardware model");
+  }
+  if (store.insertion && header.tracing != traces::Tracing::multi) {
+    throw Error("configuration", "simt.private_store.insertion",
+                "inserts into sorted k-buffers, which only traces of tracing multi have");
+  }
+  if (store.insertion && store.k_buffer_entries < header.k) {
+    throw Error("configuration", "simt.private_store.insertion",
+                "needs whole k-buffers on chip: simt.private_store.k_buffer_entries of at least k, here " +
+                    std::to_string(header.k));
   }
 }
 
@@ -77,6 +87,7 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   warp.fill.fill(0);
   warp.evictions.fill(0);
   warp.first_processed.fill(0);
+  warp.looked_at.fill(0);
   find_active(warp);
 }
 
@@ -134,6 +145,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.any_hit_batches;
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   if (single_) return any_hit_single(batch, phase);
+  if (stochastic_) return any_hit_stochastic(batch, phase);
 
   // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
   // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
@@ -167,13 +179,22 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   });
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
 
-  for_each_entry(
-      warp_slot, batch.lanes, reads, [&](unsigned lane, std::uint32_t i) { return last_read[lane] - i; }, false, phase,
-      [this](std::uint32_t) { return costs_.dependent_loads; });
-  close_steps(phase);
-  for_each_entry(
-      warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
-      phase);
+  if (store_.insertion) {
+    phase.instructions = 0;
+    for_each_bit(batch.lanes, [&](unsigned lane) {
+      phase.insertion_accesses[lane] = reads[lane] + writes[lane];
+      counters_.store_entries_read += reads[lane];
+      counters_.store_entries_written += writes[lane];
+    });
+  } else {
+    for_each_entry(
+        warp_slot, batch.lanes, reads, [&](unsigned lane, std::uint32_t i) { return last_read[lane] - i; }, false,
+        phase, [this](std::uint32_t) { return costs_.dependent_loads; });
+    close_steps(phase);
+    for_each_entry(
+        warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
+        phase);
+  }
   if (evicting != 0) {
     access_evictions(
         batch.slot, evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
@@ -198,6 +219,7 @@ void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) 
 
 void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
+  if (stochastic_) return blend_sample(warp, phase);
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
   LaneCounts first{};  // where the sorted entries of a lane begin
@@ -233,15 +255,61 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
   }
 
+  end_round(warp);
+}
+
+void ShaderProgram::end_round(Warp& warp) {
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
     warp.first_processed[lane] += round.processed_count;
+    warp.looked_at[lane] = 0;
     warp.fill[lane] = 0;
     warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
   });
   warp.sort_pass = 0;
   ++warp.round;
   find_active(warp);
+}
+
+// Response and coin of each hit; what is accepted stays in registers.
+void ShaderProgram::any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase) {
+  Warp& warp = warps_[batch.slot];
+  phase.reset(PhaseKind::any_hit, std::uint64_t{costs_.any_hit_fixed} + costs_.blend_per_entry + costs_.coin);
+  load(Region::gaussian, phase);
+  for_each_bit(batch.lanes, [&](unsigned lane) {
+    const std::uint32_t seen = warp.looked_at[lane]++;
+    if (seen < round_of(warp, lane).processed_count) {  // else the trace is at fault, and blend_sample() counts it
+      const traces::Processed hit = warp.group->rays[lane].processed[warp.first_processed[lane] + seen];
+      coalescer_.touch(map_.gaussian_record(hit.gaussian), gaussian_bytes_);
+    }
+    if (batch.outcome[lane] != traces::LeafOutcome::ignored) warp.fill[lane] = 1;
+  });
+}
+
+// The colour of the hit that stopped the sample.
+void ShaderProgram::blend_sample(Warp& warp, ShaderPhase& phase) {
+  phase.reset(PhaseKind::blend, costs_.blend_fixed);
+  LaneMask stopped = 0;
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    counters_.entries_processed += round.processed_count;
+    if (warp.fill[lane] != round.k_count || warp.looked_at[lane] != round.processed_count) {
+      ++counters_.k_buffer_mismatches;
+    }
+    if (round.k_count > 0) stopped |= bit(lane);
+  });
+  if (stopped != 0) {
+    counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(stopped));
+    load(Region::sh, phase);
+    for_each_bit(stopped, [&](unsigned lane) {
+      const traces::Processed* entry = warp.group->rays[lane].processed.data() + warp.first_processed[lane];
+      const traces::Processed* const end = entry + round_of(warp, lane).processed_count;
+      entry = std::find_if(entry, end, [](traces::Processed p) { return p.blended != 0; });
+      if (entry != end) coalescer_.touch(map_.sh_record(entry->gaussian), sh_bytes_);
+    });
+    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
+  }
+  end_round(warp);
 }
 
 void ShaderProgram::epilogue(unsigned slot, ShaderPhase& phase) {

@@ -31,6 +31,7 @@ struct ShaderCosts {
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
   unsigned sort_per_entry = 6;        ///< compare, select, advance
   bool dependent_loads = true;        ///< of the any-hit shader's loop over the k-buffer
+  unsigned coin = 12;                 ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
   unsigned sh_per_coefficient = 4;
@@ -49,6 +50,7 @@ struct ShaderCosts {
     add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
     add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
     add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
+    add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha");
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
     add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
@@ -92,6 +94,8 @@ struct ShaderPhase {
   /// step where its loads end. Empty: all loads go out at once.
   std::vector<LoadStep> steps;
   std::uint64_t step_instructions = 0;  ///< executed after each step but the last; part of `instructions`
+  /// Reads and writes of entries at the bank of each lane, when the private store inserts hits by itself.
+  std::array<std::uint32_t, kMaxLanes> insertion_accesses{};
 
   void reset(PhaseKind k, std::uint64_t n) {
     kind = k;
@@ -125,7 +129,7 @@ struct ShaderCounters {
 /// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend; at last epilogue.
 class ShaderProgram {
  public:
-  /// Throws Error if the header's warp size exceeds kMaxLanes.
+  /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store is to insert hits that it cannot hold.
   ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
                 unsigned resident_warps, const PrivateStore::Config& store = {});
 
@@ -142,7 +146,9 @@ class ShaderProgram {
   void prologue(unsigned slot, ShaderPhase& phase);
   void evict_move(unsigned slot, ShaderPhase& phase);
   void trace_call(unsigned slot, ShaderPhase& phase);
+  /// When the private store inserts hits, the phase has no instructions but insertion_accesses of the batch's lanes.
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
+  bool inserts_at_store() const { return store_.insertion; }
   void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
   /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
   bool sorts(unsigned slot) const;
@@ -162,6 +168,7 @@ class ShaderProgram {
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
+    std::array<std::uint32_t, kMaxLanes> looked_at{};        ///< stochastic: hits of the present round
   };
   using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
 
@@ -169,6 +176,9 @@ class ShaderProgram {
     return warp.group->rays[lane].rounds[warp.round];
   }
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
+  void any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase);
+  void blend_sample(Warp& warp, ShaderPhase& phase);
+  void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
   /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step. A step of
   /// the phase's loads ends after the iterations for which ends_step(i) holds.
@@ -204,6 +214,7 @@ class ShaderProgram {
   bool checkpoint_;
   bool single_;   ///< header.tracing
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
+  bool stochastic_;
   unsigned sh_coefficients_;
   std::uint64_t gaussian_bytes_;
   std::uint64_t sh_bytes_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <ostream>
 #include <string_view>
@@ -268,6 +269,7 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
     warp.any_hit_lanes = batch->lanes;
     program_.any_hit(*batch, phase_);
     batches_.erase(batch);
+    if (program_.inserts_at_store()) return insert_at_store(slot, now);
   } else {
     const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
     assert(fetch != fetches_.end());
@@ -277,6 +279,19 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
     fetches_.erase(fetch);
   }
   load(slot, now);
+}
+
+void SimtCore::insert_at_store(unsigned slot, Cycle now) {
+  Slot& warp = slots_[slot];
+  warp.kind = phase_.kind;
+  warp.instructions = 0;
+  warp.stores.swap(phase_.stores);
+  warp.store_writes = phase_.store_writes;
+  warp.steps.clear();
+  warp.next_step = 0;
+  warp.ready = store_.insert(warp.any_hit_lanes, phase_.insertion_accesses, now);
+  next_ready_ = std::min(next_ready_, warp.ready);
+  enter(slot, WarpActivity::any_hit, now);
 }
 
 void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
@@ -446,6 +461,16 @@ Inventory SimtCore::inventory() const {
     inventory.storage.push_back({"private_store", StorageKind::ram, places * PrivateStore::kEntryBytes * 8, 1, 0, false,
                                  store.lane_bytes * 8, kMaxLanes});
     inventory.operators.push_back({"int_add", 16, kMaxLanes});  // slot's first entry + index
+    if (store.insertion) {
+      // A bank's hit (t and id) and the entry that moves; how full each k-buffer is; t and id compared; the next index.
+      inventory.storage.push_back({"insertion_registers", StorageKind::flip_flop, std::uint64_t{kMaxLanes} * 2 * 64});
+      inventory.storage.push_back({"insertion_fill", StorageKind::ram,
+                                   std::uint64_t{kMaxLanes} * config_.resident_warps *
+                                       static_cast<unsigned>(std::bit_width(store.k_buffer_entries))});
+      inventory.operators.push_back({"fp_compare", 32, kMaxLanes});
+      inventory.operators.push_back({"int_compare", 32, kMaxLanes});
+      inventory.operators.push_back({"int_add", 16, kMaxLanes});
+    }
   }
   inventory.operators.push_back({"fp_fma", 32, lanes});
   inventory.operators.push_back({"int_add", 32, lanes});

@@ -134,6 +134,8 @@ class SimtCore final : public SimtCoreModule {
   void finish_ray_generation(unsigned slot, Cycle now);
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);
+  /// The banks of the private store insert the hits of phase_.
+  void insert_at_store(unsigned slot, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void load(unsigned slot, Cycle now);

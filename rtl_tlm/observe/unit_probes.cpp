@@ -172,6 +172,9 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
     store_reads_ = wires.add(scope + ".private_store.reads", kCounterBits);
     store_writes_ = wires.add(scope + ".private_store.writes", kCounterBits);
     store_busy_ = wires.add(scope + ".private_store.busy", 1);
+    if (simt.private_store().config().insertion) {
+      store_insertions_ = wires.add(scope + ".private_store.insertions", kCounterBits);
+    }
   }
   const std::size_t units = wires.selected();
   for (unsigned i = 0; i < simt.slots(); ++i) {
@@ -212,6 +215,7 @@ void SimtProbe::sample(Cycle now) {
   in_flight_.set(simt_.load_store().in_flight());
   store_reads_.set(simt_.private_store().counters().reads);
   store_writes_.set(simt_.private_store().counters().writes);
+  store_insertions_.set(simt_.private_store().counters().insertions);
 }
 
 L1Probe::L1Probe(Wires& wires, const std::string& scope, const modules::L1Cache& l1) : l1_(l1) {

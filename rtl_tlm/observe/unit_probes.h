@@ -60,7 +60,7 @@ class SimtProbe {
   Cycle seen_ = modules::kNever;  ///< last cycle of activity that was shown
   bool selected_ = false;
   bool slots_selected_ = false;
-  Wire resident_, queued_, in_flight_, store_reads_, store_writes_, store_busy_;
+  Wire resident_, queued_, in_flight_, store_reads_, store_writes_, store_busy_, store_insertions_;
   std::array<Wire, modules::kWarpActivities> warps_;
   std::vector<Slot> slots_;
 };

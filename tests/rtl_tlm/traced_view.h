@@ -13,10 +13,8 @@ namespace grtx::sim::test {
 
 /// Traces `width` x `height` pixels of the camera's view with one design and writes them to `path`.
 inline void write_view(const std::string& path, const frontend::Scene& scene, const frontend::Camera& view,
-                       unsigned width, unsigned height, frontend::AccelKind kind, bool checkpoint) {
+                       unsigned width, unsigned height, frontend::AccelKind kind, frontend::TracerOptions options) {
   const frontend::Camera camera = view.resized(width, height);
-  frontend::TracerOptions options;
-  options.checkpoint = checkpoint;
   frontend::RenderOptions render;
   render.threads = 1;
   const frontend::PreparedGaussians gaussians(scene, options.kernel);
@@ -24,6 +22,12 @@ inline void write_view(const std::string& path, const frontend::Scene& scene, co
   traces::Writer writer(path, frontend::trace_header(scene, camera, accel, options, render));
   frontend::render(scene, gaussians, accel, camera, options, render, &writer);
   writer.finish();
+}
+inline void write_view(const std::string& path, const frontend::Scene& scene, const frontend::Camera& view,
+                       unsigned width, unsigned height, frontend::AccelKind kind, bool checkpoint) {
+  frontend::TracerOptions options;
+  options.checkpoint = checkpoint;
+  write_view(path, scene, view, width, height, kind, options);
 }
 
 }  // namespace grtx::sim::test

@@ -267,7 +267,15 @@ void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
   warp.service_lanes = batch.lanes;
   warp.in_service = true;
   run_any_hit(batch, timed_any_hits_);
-  load(now, batch.slot);
+  if (!program_.inserts_at_store()) return load(now, batch.slot);
+  warp.kind = PhaseKind::any_hit;
+  warp.shortened = false;
+  warp.stores.swap(shared_.phase.stores);
+  warp.store_writes = shared_.phase.store_writes;
+  warp.steps.clear();
+  warp.next_step = 0;
+  enter(now, warp, WarpActivity::any_hit);
+  add(store_.insert(batch.lanes, shared_.phase.insertion_accesses, now), batch.slot);
 }
 
 void Simt::warm_any_hit(const AnyHitBatch& batch) {

@@ -99,6 +99,12 @@ const std::vector<Mutation>& mutations() {
       {"simt.private_store.eviction_entries", "8", kBoth},
       {"simt.private_store.latency", "4", kTiming, kFixedTime, {"simt.private_store.k_buffer_entries=8"}},
       {"simt.private_store.lane_bytes", "8", kBoth, "", {"simt.private_store.k_buffer_entries=8"}},
+      {"simt.private_store.insertion", "true", kBoth, "", {"simt.private_store.k_buffer_entries=8"}},
+      {"simt.private_store.insertion_latency",
+       "40",
+       kTiming,
+       kFixedTime,
+       {"simt.private_store.k_buffer_entries=8", "simt.private_store.insertion=true"}},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},
@@ -108,6 +114,7 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.any_hit_fixed", "24", kTiming, kShader},
       {"simt.cost.any_hit_per_shift", "6", kTiming, kShader},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
+      {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
       {"simt.cost.blend_per_entry", "48", kTiming, kShader},
       {"simt.cost.sh_per_coefficient", "8", kTiming, kShader},
@@ -214,10 +221,12 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.seed = 11;
       random.groups = 8;
       random.warp_size = 32;
-      random.two_level = kind != "single";
+      const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
+      random.two_level = tracing == traces::Tracing::multi;
       random.blas_root_is_leaf = kind == "sphere";
-      random.checkpoint = kind != "single";
-      random.tracing = kind == "single" ? traces::Tracing::single : traces::Tracing::multi;
+      random.checkpoint = tracing == traces::Tracing::multi;
+      random.tracing = tracing;
+      if (tracing == traces::Tracing::stochastic) random.k = 1;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
@@ -235,7 +244,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const MachineUse use{kind == "single" ? "baseline" : "grtx", kind == "sphere"};
+      const MachineUse use{kind == "single" || kind == "stochastic" ? "baseline" : "grtx", kind == "sphere"};
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {
         return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;

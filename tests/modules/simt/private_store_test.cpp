@@ -165,6 +165,67 @@ TEST_F(SimtPrivateStore, EvictionsLikewise) {
   }
 }
 
+TEST(PrivateStore, InsertionsTakeTheirLanesBankAlone) {
+  PrivateStore::Config config = store_of(8);
+  config.insertion = true;
+  config.insertion_latency = 4;
+  PrivateStore store(config);
+  EXPECT_EQ(store.insert(3, 5, 100), 100 + 10 - 1 + 4u);
+  EXPECT_EQ(store.insert(4, 1, 101), 101 + 2 - 1 + 4u);  // another bank
+  EXPECT_EQ(store.insert(3, 1, 101), 110 + 2 - 1 + 4u);  // behind the first
+  EXPECT_EQ(store.insert(5, 0, 101), 101 + 4u);          // nothing to access
+  EXPECT_EQ(store.free_from(), 112u);
+  EXPECT_EQ(store.read(1, 101), 112 + 2 - 1 + 19u);      // a warp's access needs all banks
+  EXPECT_EQ(store.insert(9, 1, 102), 114 + 2 - 1 + 4u);  // and what comes later waits for it
+  EXPECT_EQ(store.counters().insertions, 5u);
+  EXPECT_EQ(store.counters().insertion_words, 16u);
+  EXPECT_EQ(store.counters().insertion_wait, 9 + 12u);
+  EXPECT_EQ(store.counters().wait_cycles, 11u);
+}
+
+TEST_F(SimtPrivateStore, InsertsWithoutAShader) {
+  PrivateStore::Config store = store_of(4);
+  store.insertion = true;
+  store.insertion_latency = 3;
+  // Into a buffer of two: one shift reads two entries and writes two; evicted entries go to memory as ever.
+  struct Case {
+    unsigned before;
+    LeafOutcome outcome;
+    unsigned shifts;
+    Cycle accesses;
+  };
+  for (const Case& c : {Case{0, LeafOutcome::inserted, 0, 1}, Case{2, LeafOutcome::inserted, 1, 4},
+                        Case{4, LeafOutcome::displaced, 3, 8}, Case{4, LeafOutcome::rejected, 0, 1}}) {
+    SimtBench bench(fresh(store));
+    RoundScript round;
+    for (unsigned i = 0; i < c.before; ++i) round.any_hits.push_back({LeafOutcome::inserted, 0});
+    round.any_hits.push_back({c.outcome, c.shifts});
+    const traces::RayGroup group = uniform_group(32, {round});
+    bench.start(0, group, 1);
+    bench.run();
+    ASSERT_EQ(bench.batches.size(), c.before + 1);
+    EXPECT_EQ(bench.any_hits_done[c.before].first, bench.batches[c.before].first + 2 * c.accesses - 1 + 3 + 1)
+        << "shifts " << c.shifts << " after " << c.before;
+    EXPECT_EQ(requests(bench, Region::k_buffer), 0u);
+    const SimtCounters counters = bench.core->counters();
+    EXPECT_EQ(counters.private_store.insertions, 32 * (c.before + 1));
+    EXPECT_EQ(counters.instructions[static_cast<std::size_t>(PhaseKind::any_hit)], 0u);
+    EXPECT_EQ(counters.phases[static_cast<std::size_t>(PhaseKind::any_hit)], 0u);
+    EXPECT_EQ(counters.shader.any_hit_calls, 32 * (c.before + 1));
+    EXPECT_TRUE(bench.core->idle());
+  }
+}
+
+TEST_F(SimtPrivateStore, InsertionNeedsWholeKBuffersOfMultiRoundTracing) {
+  PrivateStore::Config store = store_of(3);  // the bench's k is 4
+  store.insertion = true;
+  EXPECT_THROW(SimtBench bench(fresh(store)), Error);
+  store.k_buffer_entries = 4;
+  SimtBench::Options options = fresh(store);
+  options.header.tracing = traces::Tracing::single;
+  EXPECT_THROW(SimtBench bench(options), Error);
+}
+
 TEST_F(SimtPrivateStore, IsPricedByItsBitsAndBanks) {
   PrivateStore::Config store = store_of(6, 2);
   store.lane_bytes = 8;

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "frontend/tracer/random_scene.h"
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/rtl_tlm/run/simulation.h"
@@ -78,7 +79,8 @@ TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
   for (unsigned seed = GetParam(); seed < traces; seed += kShares) {
     test::Random random(seed);
     const RandomOptions options = test::random_options(random, seed);
-    const GpuConfig config = test::random_machine(random);
+    GpuConfig config = test::random_machine(random);
+    test::make_insertion_possible(config, options);
     auto trace = random_trace(options);
     // Secondary groups follow the primary ones.
     std::stable_sort(trace.groups.begin(), trace.groups.end(),
@@ -111,6 +113,20 @@ TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
         if (!all) break;
       }
     }
+  }
+}
+
+TEST(PlainGpuStochastic, AgreesOnSamples) {
+  const frontend::Scene scene = grtx::test::random_scene(65, {.count = 200, .sh_degree = 2});
+  frontend::TracerOptions options;
+  options.tracing = frontend::Tracing::stochastic;
+  options.k = 1;
+  options.samples = 4;
+  for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_sphere}) {
+    const traces::testing::TemporaryFile file("plain");
+    test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 2.0), 32, 16, kind, options);
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/paper.toml", {});
+    EXPECT_EQ(differences(file.path(), config), "") << frontend::accel_name(kind);
   }
 }
 

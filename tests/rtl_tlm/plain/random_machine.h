@@ -43,8 +43,9 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   trace.child_order = random.coin() ? traces::ChildOrder::near_first : traces::ChildOrder::slot;
   trace.tracing = random.one_of({traces::Tracing::multi, traces::Tracing::multi, traces::Tracing::multi,
                                  traces::Tracing::single, traces::Tracing::closest});
+  if (trace.tracing == traces::Tracing::closest && seed % 2 == 0) trace.tracing = traces::Tracing::stochastic;
   trace.checkpoint = trace.tracing == traces::Tracing::multi && random.upto(2) != 0;
-  if (trace.tracing == traces::Tracing::closest) trace.k = 1;
+  if (trace.tracing == traces::Tracing::closest || trace.tracing == traces::Tracing::stochastic) trace.k = 1;
   if (trace.tracing == traces::Tracing::single) trace.k = random.one_of({1U, 3U, 8U, 100U});
   trace.capacity = trace.checkpoint ? random.one_of({6U, 1000U, 1000U}) : 0;
   trace.checkpoint_order =
@@ -184,8 +185,19 @@ inline GpuConfig random_machine(Random& random) {
     rt.checkpoint.store.latency = stores.one_of({1U, 2U, 7U});
     rt.checkpoint.store.read_ports = stores.one_of({1U, 2U, 8U});
   }
+  Random insertion = random;  // likewise
+  insertion.upto(5);
+  c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
+  c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
   check_config(c, "a random machine");
   return c;
+}
+
+/// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them.
+inline void make_insertion_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
+  modules::PrivateStore::Config& store = config.simt.private_store;
+  if (trace.tracing != traces::Tracing::multi) store.insertion = false;
+  if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);
 }
 
 }  // namespace grtx::sim::test

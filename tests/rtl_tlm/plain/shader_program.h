@@ -29,6 +29,8 @@ struct Phase {
   /// empty: one step.
   std::vector<std::pair<std::size_t, unsigned>> steps;
   unsigned store_reads = 0, store_writes = 0;  ///< of the private store, by the warp
+  /// Lanes whose banks insert their hit, with their reads and writes of an entry there.
+  std::vector<std::pair<unsigned, std::size_t>> insertions;
 };
 
 /// What the shaders counted of what they did.
@@ -54,12 +56,12 @@ class ShaderProgram {
                        [round](const traces::Ray& ray) { return round < ray.rounds.size(); });
   }
 
-  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0, 0}; }
-  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0, 0}; }
+  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0, 0, {}}; }
+  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0, 0, {}}; }
 
   /// The first phase of a round when the trace has checkpoints, and what a round begins with when it has none.
   Phase evict_move(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}, 0, 0};
+    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) { most = std::max(most, lanes_[l].evicted); });
     phase.instructions += costs_.evict_move_per_entry * most;
@@ -99,6 +101,7 @@ class ShaderProgram {
   }
 
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
+    if (header_.tracing == traces::Tracing::stochastic) return any_hit_stochastic(batch, counts);
     return header_.tracing == traces::Tracing::single ? any_hit_single(batch, counts) : any_hit_multi(batch, counts);
   }
 
@@ -109,7 +112,7 @@ class ShaderProgram {
     return most;
   }
   Phase sort(unsigned round, unsigned pass, ShaderCounts& counts) const {
-    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0, 0};
+    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0, 0, {}};
     std::uint64_t most = 0;
     const auto entries = [&](unsigned l) -> std::uint64_t {
       const unsigned n = this->round(l, round).k_count;
@@ -131,7 +134,8 @@ class ShaderProgram {
   }
 
   Phase blend(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0};
+    if (header_.tracing == traces::Tracing::stochastic) return blend_stochastic(round, counts);
+    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
@@ -183,14 +187,14 @@ class ShaderProgram {
   }
 
   Phase epilogue() const {
-    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}, 0, 0};
+    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}, 0, 0, {}};
     Instruction store(phase.stores, phase.store_instructions, Region::ray, true);
     for (const traces::Ray& ray : group_->rays) store.touch(map_.pixel(ray.pixel), 16);
     return phase;
   }
 
   Phase node_fetch(const NodeFetchBatch& batch) const {
-    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}, 0, 0};
+    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}, 0, 0, {}};
   }
 
  private:
@@ -271,8 +275,18 @@ class ShaderProgram {
   /// step_ends: whether a step of loads ends behind an iteration.
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
-    Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0, 0};
+    Phase phase{
+        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0, 0, {}};
+    if (store_.insertion) {
+      phase.instructions = 0;
+      for (const Walk& w : walks) {
+        phase.insertions.emplace_back(w.lane, w.reads.size() + w.writes.size());
+        counts.store_entries_read += w.reads.size();
+        counts.store_entries_written += w.writes.size();
+      }
+    }
     for (const bool store : {false, true}) {
+      if (store_.insertion) break;
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
       for (std::size_t i = 0; i < most; ++i) {
@@ -295,6 +309,45 @@ class ShaderProgram {
       counts.evictions += w.evicts ? 1 : 0;
     }
     counts.any_hit_calls += walks.size();
+    return phase;
+  }
+  /// Response and coin of the hits that a sample meets one after the other.
+  Phase any_hit_stochastic(const AnyHitBatch& batch, ShaderCounts& counts) {
+    Phase phase{
+        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.blend_per_entry + costs_.coin, {}, {}, 0, 0, {}, 0, 0, {}};
+    Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
+    for (const AnyHitBatch::Call& call : batch.calls) {
+      Lane& lane = lanes_[call.lane];
+      const auto& hits = group_->rays[call.lane].processed;
+      record.touch(map_.gaussian(hits[lane.processed + lane.filled].gaussian), header_.gaussian_record_bytes);
+      ++lane.filled;
+    }
+    counts.any_hit_calls += batch.calls.size();
+    return phase;
+  }
+  /// Of a sample the one hit that stopped it is shaded.
+  Phase blend_stochastic(unsigned round, ShaderCounts& counts) {
+    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
+    bool any = false;
+    {
+      Instruction sh(phase.loads, phase.load_instructions, Region::sh, false);
+      for_active(round, [&](unsigned l) {
+        Lane& lane = lanes_[l];
+        const traces::Round& r = this->round(l, round);
+        if (lane.filled != r.processed_count) ++counts.k_buffer_mismatches;
+        for (std::uint64_t i = 0; i < r.processed_count; ++i) {
+          const traces::Processed& hit = group_->rays[l].processed[lane.processed + i];
+          if (hit.blended == 0) continue;
+          sh.touch(map_.sh(hit.gaussian), header_.sh_record_bytes);
+          ++counts.blended;
+          any = true;
+        }
+        counts.processed += r.processed_count;
+        lane.processed += r.processed_count;
+        lane.filled = 0;
+      });
+    }
+    if (any) phase.instructions += costs_.sh_per_coefficient * (header_.sh_record_bytes / 12);
     return phase;
   }
   Phase any_hit_multi(const AnyHitBatch& batch, ShaderCounts& counts) {

@@ -57,13 +57,13 @@ class SimtCore {
     });
     begin_phases(now);
     in_order([&](Slot& slot) {
-      if (slot.phase && slot.phase->ready == kNotYet && slot.phase->loads == 0) arrive(now, slot);
+      if (slot.phase && slot.phase->ready == kNotYet && slot.phase->loads + slot.phase->hits == 0) arrive(now, slot);
     });
     send(now);
     count_states();
   }
   bool idle() const {
-    return queue_.empty() && store_queue_.empty() &&
+    return queue_.empty() && std::all_of(banks_.begin(), banks_.end(), [](const auto& b) { return b.empty(); }) &&
            std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
   }
   std::uint64_t instructions() const { return instructions_total_; }
@@ -107,6 +107,9 @@ class SimtCore {
     s.add(p + "private_store.reads", store_reads_);
     s.add(p + "private_store.writes", store_writes_);
     s.add(p + "private_store.wait_cycles", store_wait_);
+    s.add(p + "private_store.insertions", insertions_);
+    s.add(p + "private_store.insertion_busy_cycles", insertion_words_);
+    s.add(p + "private_store.insertion_wait_cycles", insertion_wait_);
     s.add(p + "private_store.entries_read", counts_.store_entries_read);
     s.add(p + "private_store.entries_written", counts_.store_entries_written);
   }
@@ -123,6 +126,7 @@ class SimtCore {
     Phase phase;
     std::size_t loads = 0;  ///< that are not back yet
     std::size_t step = 0;   ///< of the loads that wait for each other
+    std::size_t hits = 0;   ///< that banks of the private store have not inserted
     Cycle ready = kNotYet;  ///< known from its arrival at the scheduler on
     AnyHitBatch batch;      ///< of an any_hit phase
     NodeFetchBatch fetch;   ///< of a node_fetch phase
@@ -226,9 +230,24 @@ class SimtCore {
   /// Accesses of a warp in words of its lanes, behind all that wait. Returns how many words.
   std::size_t access_store(const Slot& slot, bool write, unsigned accesses, Cycle now) {
     const std::size_t words = std::size_t{accesses} * (8 / config_.private_store.lane_bytes);
-    for (std::size_t i = 0; i < words; ++i) store_queue_.push_back({number(slot), write, i == 0, now});
+    for (std::size_t i = 0; i < words; ++i) {
+      for (auto& bank : banks_) bank.push_back({number(slot), write, i == 0, now, false, false});
+    }
     (write ? store_writes_ : store_reads_) += accesses;
     return words;
+  }
+  /// Each hit waits at its lane's bank for its reads and writes of an entry.
+  void insert(Slot& slot, Cycle now) {
+    for (const auto& [lane, accesses] : slot.phase->phase.insertions) {
+      const std::size_t words = accesses * (8 / config_.private_store.lane_bytes);
+      for (std::size_t i = 0; i < words; ++i) {
+        banks_[lane].push_back({number(slot), true, i == 0, now, true, i + 1 == words});
+      }
+      ++insertions_;
+      insertion_words_ += words;
+      slot.phase->hits += words > 0 ? 1 : 0;
+    }
+    if (slot.phase->hits == 0) slot.phase->ready = now + config_.private_store.insertion_latency;
   }
   void finish_phase(Slot& slot, Cycle now) {
     const Running done = std::move(*slot.phase);
@@ -320,6 +339,11 @@ class SimtCore {
     Phase& phase = slot.phase->phase;
     const auto kind = static_cast<std::size_t>(phase.kind);
     if (!config_.costs.dependent_loads) phase.steps.clear();
+    if (!phase.insertions.empty()) {
+      insert(slot, now);
+      store_instructions_ += phase.store_instructions;
+      return;
+    }
     load_step(slot, now);
     ++phases_[kind];
     instructions_[kind] += phase.instructions;
@@ -375,13 +399,26 @@ class SimtCore {
     }
   }
 
-  /// A word of each lane a cycle.
+  /// A word of each lane a cycle, of a warp or of hits.
   void serve_store(Cycle now) {
-    if (store_queue_.empty()) return;
-    const StoreWord word = store_queue_.front();
-    store_queue_.pop_front();
-    if (word.first) store_wait_ += now - word.since;
-    if (!word.write) store_returns_.emplace_back(now + config_.private_store.latency, word.slot);
+    const bool whole_warp =
+        std::all_of(banks_.begin(), banks_.end(), [](const auto& bank) { return !bank.empty() && !bank.front().hit; });
+    if (whole_warp) {
+      const StoreWord word = banks_[0].front();
+      for (auto& bank : banks_) bank.pop_front();
+      if (word.first) store_wait_ += now - word.since;
+      if (!word.write) store_returns_.emplace_back(now + config_.private_store.latency, word.slot);
+      return;
+    }
+    // A bank in front of a warp's word waits until all banks have come there.
+    for (auto& bank : banks_) {
+      if (bank.empty() || !bank.front().hit) continue;
+      const StoreWord word = bank.front();
+      bank.pop_front();
+      if (word.first) insertion_wait_ += now - word.since;
+      Running& running = *slots_[word.slot].phase;
+      if (word.last && --running.hits == 0) running.ready = now + config_.private_store.insertion_latency;
+    }
   }
 
   State state(const Slot& slot) const {
@@ -417,14 +454,16 @@ class SimtCore {
     unsigned slot;
     bool write, first;  ///< first of what a phase accesses at a time
     Cycle since;
+    bool hit, last;  ///< of an insertion
   };
-  std::deque<StoreWord> store_queue_;                     ///< of the private store
+  std::array<std::deque<StoreWord>, 32> banks_;           ///< of the private store; a warp's words wait at all
   std::deque<std::pair<Cycle, unsigned>> store_returns_;  ///< cycle and slot of words that have been read
   std::deque<TraceCall> calls_;
   std::deque<AnyHitDone> shaded_;
   std::deque<std::pair<unsigned, NodeFetchDone>> fetched_;  ///< with the slot
   std::deque<WarpEnded> ends_;
 
+  std::uint64_t insertions_ = 0, insertion_words_ = 0, insertion_wait_ = 0;
   ShaderCounts counts_;
   std::array<std::uint64_t, kPhases> phases_{}, instructions_{};
   std::array<std::uint64_t, kStates> state_cycles_{};
