@@ -92,6 +92,11 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
           (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
           prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
       "entries written and read");
+  if (config.rt.prefetcher.stack.depth > 0) {
+    add("rt.stack_prefetch.reads", value("gpu.rt.prefetch.stack_looks"),
+        prices.access(".sibling_prefetcher", "stack_tops", false), "looks at a lane's stack");
+    add("rt.stack_prefetch.writes", events, prices.access(".sibling_prefetcher", "stack_tops", true), "lane steps");
+  }
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
   add("simt", value("gpu.simt.instructions.total"),
       prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +

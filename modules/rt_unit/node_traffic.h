@@ -5,6 +5,7 @@
 
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/instance_levels.h"
 #include "grtx/traces/node_layout.h"
@@ -24,6 +25,17 @@ struct NodeTrafficConfig {
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
   }
 };
+
+/// Slot of the child at `address` (in units); kMaxWidth: there is none. units(kind): that a node takes in the image.
+template <typename Units>
+unsigned child_slot(const traces::NodeDefinition& node, std::uint32_t address, Units&& units) {
+  std::uint32_t child = node.child_base;  // children are contiguous in slot order
+  for (unsigned i = 0; i < node.child_count; ++i) {
+    if (child == address) return i;
+    child += units(node.child_kinds[i]);
+  }
+  return traces::kMaxWidth;
+}
 
 /// Sectors that follow each other in memory.
 struct SectorRun {

@@ -45,6 +45,7 @@ void RtScheduler::end_of_elaboration() {
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
   if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
+  prefetches_stacks_ = prefetcher_ != nullptr && prefetcher_->reads_stacks();
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
@@ -68,7 +69,9 @@ void RtScheduler::begin(unsigned entry) {
       }
       checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries);
     }
-    if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
+    if (prefetcher_ != nullptr) {
+      prefetcher_->begin_lane(id, warp.slot, replays, *warp.group, {warp.lane[i].next, warp.lane[i].left});
+    }
     if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes({warp.lane[i].next, warp.lane[i].left});
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
   });
@@ -161,6 +164,9 @@ void RtScheduler::move_stack(LaneId id) {
   const EventEffect effect(lane.event);
   if (!effect.move_stack(lane.stack_depth)) refuse(id, kRuleNodeOnStack);
   if (effect.pushed() != 0) buffer_->note_stack_depth(lane.stack_depth);
+  if (prefetches_stacks_) {
+    prefetcher_->note_stack(id, lane.left, lane.stack_depth - (stack_ != nullptr ? stack_->in_memory(id) : 0));
+  }
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {

@@ -116,6 +116,7 @@ class RtScheduler final : public RtSchedulerModule {
   checkpoint_if* checkpoint_ = nullptr;
   prefetch_if* prefetcher_ = nullptr;
   stack_if* stack_ = nullptr;
+  bool prefetches_stacks_ = false;
   Counters counters_;
 };
 

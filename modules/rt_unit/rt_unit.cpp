@@ -32,6 +32,7 @@ void RtUnitConfig::parameters(ParameterList& list) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);
   });
+  list.part("stack_prefetch", prefetcher.stack);
   const Origin as_triangle = assumed("this project: as the ray-triangle unit");
   list.under("box", [&](ParameterList& box) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",

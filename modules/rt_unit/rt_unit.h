@@ -41,7 +41,7 @@ struct RtUnitConfig {
   SiblingPrefetcher::Config prefetcher;
   /// Whether anything of a trace with this header is prefetched.
   bool has_prefetcher(const traces::Header& header) const {
-    return sibling_prefetch || (header.checkpoint && checkpoint.prefetch_nodes);
+    return sibling_prefetch || prefetcher.stack.depth > 0 || (header.checkpoint && checkpoint.prefetch_nodes);
   }
   /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {

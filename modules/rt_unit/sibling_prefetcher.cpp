@@ -26,17 +26,34 @@ const CounterTable<SiblingPrefetcher::Counters>& SiblingPrefetcher::Counters::ta
           .sum(&C::entry_nodes)
           .sum(&C::entry_merged)
           .sum(&C::entry_dropped)
+          .sum(&C::stack_looks)
+          .sum(&C::stack_nodes)
+          .sum(&C::stack_merged)
+          .sum(&C::stack_dropped)
+          .sum(&C::stack_culled)
           .described([](const C& c, StatisticList& list, const std::string& prefix) {
             if (list.lists_kinds() || c.replayed > 0) {
               list.add(prefix + ".replayed", c.replayed, "visits",
                        "replayed leaves whose siblings were prefetched, of the triggers");
             }
-            if (!list.lists_kinds() && c.entry_nodes == 0) return;
-            list.add(prefix + ".entry_nodes", c.entry_nodes, "nodes", "nodes of source entries queued for prefetch");
-            list.add(prefix + ".entry_merged", c.entry_merged, "nodes",
-                     "nodes of source entries that were queued to be prefetched already");
-            list.add(prefix + ".entry_dropped", c.entry_dropped, "nodes",
-                     "nodes of source entries dropped because the queue was full");
+            if (list.lists_kinds() || c.entry_nodes > 0) {
+              list.add(prefix + ".entry_nodes", c.entry_nodes, "nodes", "nodes of source entries queued for prefetch");
+              list.add(prefix + ".entry_merged", c.entry_merged, "nodes",
+                       "nodes of source entries that were queued to be prefetched already");
+              list.add(prefix + ".entry_dropped", c.entry_dropped, "nodes",
+                       "nodes of source entries dropped because the queue was full");
+            }
+            if (list.lists_kinds() || c.stack_looks > 0) {
+              list.add(prefix + ".stack_looks", c.stack_looks, "looks",
+                       "times that a lane's stack was looked at for nodes to prefetch");
+              list.add(prefix + ".stack_nodes", c.stack_nodes, "nodes", "nodes of stack entries queued for prefetch");
+              list.add(prefix + ".stack_merged", c.stack_merged, "nodes",
+                       "nodes of stack entries that were queued to be prefetched already");
+              list.add(prefix + ".stack_dropped", c.stack_dropped, "nodes",
+                       "nodes of stack entries dropped because the queue was full; they may be asked for again");
+              list.add(prefix + ".stack_culled", c.stack_culled, "nodes",
+                       "nodes of stack entries queued for prefetch whose entry was culled in the end");
+            }
           });
   return table;
 }
@@ -48,6 +65,7 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
       triggers_(triggers),
       traffic_(traffic),
       records_(std::size_t{entries} * kMaxLanes, config.records, triggers.replayed, traffic),
+      stacks_(std::size_t{entries} * kMaxLanes, config.stack, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
   require_allowed("rt.prefetch", config);
 }
@@ -66,6 +84,18 @@ void SiblingPrefetcher::note_leaf(LaneId id, const traces::RayGroup& group, std:
 
 void SiblingPrefetcher::note_entry(NodeKind kind, std::uint64_t address) {
   if (push(kind, address, counters_.entry_merged, counters_.entry_dropped)) ++counters_.entry_nodes;
+}
+
+void SiblingPrefetcher::note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) {
+  const bool looked = stacks_.moved(id, left, on_chip, [&](const StackPrefetch::Node& node) {
+    const std::uint64_t dropped = counters_.stack_dropped;
+    if (push(node.kind, node.address, counters_.stack_merged, counters_.stack_dropped)) {
+      ++counters_.stack_nodes;
+      if (node.culled) ++counters_.stack_culled;
+    }
+    return counters_.stack_dropped == dropped;
+  });
+  if (looked) ++counters_.stack_looks;
 }
 
 // Whether it is queued; else which of the two is counted.
@@ -125,6 +155,18 @@ Inventory SiblingPrefetcher::inventory() const {
   if (triggers_.replayed) {
     const std::uint64_t lanes = records_.size() / config_.records;
     inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});
+  }
+  if (stacks_.enabled()) {
+    // A copy of the addresses that are looked at, the top one included, with a bit that says which have been asked for:
+    // the stack's own port serves the lanes. And pops in succession.
+    const std::uint64_t bits = (stacks_.config().depth + std::uint64_t{1}) * (48 + 3 + 1);
+    const std::uint64_t lanes = records_.size() / config_.records;
+    inventory.storage.push_back(
+        {"stack_tops", StorageKind::ram, lanes * bits, 1, 1, false, static_cast<unsigned>(bits)});
+    if (stacks_.config().trigger == StackTrigger::pop) {
+      const auto count = static_cast<unsigned>(std::bit_width(stacks_.config().pops));
+      inventory.storage.push_back({"pops", StorageKind::flip_flop, lanes * count});
+    }
   }
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (48 + 3 + 3)});
   return inventory;

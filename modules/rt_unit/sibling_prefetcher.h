@@ -1,4 +1,5 @@
 // Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit.
+// Its queue and port also serve nodes of source entries (checkpoint unit) and of the traversal stack (StackPrefetch).
 // Paper: Section V, "Simulation Infrastructure" (stands for undisclosed optimisations of real GPUs; not part of GRTX).
 // Cost: a few records {node, hit children} a lane and a small queue.
 #pragma once
@@ -6,6 +7,7 @@
 #include <cassert>
 #include <cstdint>
 #include <iosfwd>
+#include <span>
 #include <systemc>
 
 #include "grtx/modules/kernel/bounded_queue.h"
@@ -19,6 +21,7 @@
 #include "grtx/modules/rt_unit/node_traffic.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
 #include "grtx/modules/rt_unit/sibling_records.h"
+#include "grtx/modules/rt_unit/stack_prefetch.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -30,6 +33,8 @@ class SiblingPrefetcher final : public PrefetchModule {
     unsigned records = 4;   ///< a new one replaces the oldest
     unsigned queue = 32;    ///< a prefetch that finds it full is dropped
     bool replayed = false;  ///< a replayed leaf brings the siblings that were checkpointed with it
+    StackPrefetch::Config stack{};
+    /// But for the stack, which is a table of its own.
     void parameters(ParameterList& list) {
       list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
       list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
@@ -48,6 +53,11 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t entry_nodes = 0;    ///< nodes that source entries name, queued
     std::uint64_t entry_merged = 0;   ///< ... that were queued already
     std::uint64_t entry_dropped = 0;  ///< ... that found the queue full
+    std::uint64_t stack_looks = 0;    ///< times that a lane's stack was looked at
+    std::uint64_t stack_nodes = 0;    ///< nodes of stack entries queued
+    std::uint64_t stack_merged = 0;   ///< ... that were queued already
+    std::uint64_t stack_dropped = 0;  ///< ... that found the queue full
+    std::uint64_t stack_culled = 0;   ///< of stack_nodes, those whose entry is culled in the end
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -62,8 +72,10 @@ class SiblingPrefetcher final : public PrefetchModule {
                     const NodeTraffic& traffic, unsigned entries);
 
   /// A lane begins a round: what it remembers is void.
-  void begin_lane(LaneId id, std::uint16_t slot, bool replays) override {
+  void begin_lane(LaneId id, std::uint16_t slot, bool replays, const traces::RayGroup& group,
+                  std::span<const traces::Event> events) override {
     records_.begin(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays);
+    if (stacks_.enabled()) stacks_.begin(id, group, events);
   }
   void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
                      unsigned checkpointed) override {
@@ -75,6 +87,8 @@ class SiblingPrefetcher final : public PrefetchModule {
   /// The lane asks for the leaf at `address` (in units).
   void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
   void note_entry(traces::NodeKind kind, std::uint64_t address) override;
+  bool reads_stacks() const override { return stacks_.enabled(); }
+  void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) override;
 
   void respond(Cycle now) override;
   void issue(Cycle now) override;
@@ -104,6 +118,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   LinkReader<MemoryResponse> responses_;
   SiblingRecords records_;
   SiblingRequests asked_;
+  StackPrefetch stacks_;
   BoundedQueue<Pending> queue_;
   std::uint64_t outstanding_ = 0;
   Counters counters_;

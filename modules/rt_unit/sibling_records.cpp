@@ -134,12 +134,7 @@ Siblings SiblingRecords::take_replayed(std::size_t lane, const traces::RayGroup&
 }
 
 unsigned SiblingRecords::slot_of(const NodeDefinition& node, std::uint32_t address) const {
-  std::uint32_t child = node.child_base;
-  for (unsigned i = 0; i < node.child_count; ++i) {
-    if (child == address) return i;
-    child += units_[static_cast<std::size_t>(node.child_kinds[i])];
-  }
-  return traces::kMaxWidth;
+  return child_slot(node, address, [this](NodeKind kind) { return units_[static_cast<std::size_t>(kind)]; });
 }
 
 }  // namespace grtx::modules

@@ -88,6 +88,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   if (prefetcher_ != nullptr) {
     prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
     prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
+    if (prefetcher_->reads_stacks()) prefetch_stack_nodes_ = add("sibling_prefetcher.stack_nodes", kCounterBits);
   }
   if (warps_of_ != nullptr) {
     for (unsigned entry = 0; entry < warps; ++entry) {
@@ -139,6 +140,7 @@ void RtUnitProbe::sample(Cycle now) {
   if (prefetcher_ != nullptr) {
     prefetch_queue_.set(prefetcher_->queued());
     prefetch_outstanding_.set(prefetcher_->outstanding());
+    prefetch_stack_nodes_.set(prefetcher_->counters().stack_nodes);
   }
   for (WarpProbe& warp : warps_) warp.sample();
 }

@@ -42,7 +42,7 @@ class RtUnitProbe {
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
   Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
-  Wire prefetch_queue_, prefetch_outstanding_;
+  Wire prefetch_queue_, prefetch_outstanding_, prefetch_stack_nodes_;
   std::vector<Unit> units_;
   std::vector<WarpProbe> warps_;
 };

@@ -12,7 +12,9 @@ Prefetcher::Prefetcher(Shared& shared, L1& l1)
       l1_(l1),
       siblings_(shared.config.rt.sibling_prefetch),
       records_(std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes, shared.config.rt.prefetcher.records,
-               shared.config.rt.names_siblings_in_entries(shared.header), shared.traffic) {}
+               shared.config.rt.names_siblings_in_entries(shared.header), shared.traffic),
+      stacks_(std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes, shared.config.rt.prefetcher.stack,
+              shared.traffic) {}
 
 void Prefetcher::prefetch(Cycle now, const traces::RayGroup& group, const Siblings& siblings) {
   ++counters_.triggers;
@@ -36,6 +38,28 @@ void Prefetcher::warm_entry(NodeKind kind, std::uint64_t address) {
   const SectorRun run = shared_.traffic.run(kind, address);
   l1_.for_each_line(run, l1_.sectors(), [&](std::uint64_t line, std::uint8_t sectors) {
     l1_.warm(kPrefetch, line, sectors, run.region, false);
+  });
+}
+
+void Prefetcher::note_stack(Cycle now, std::uint32_t lane, std::size_t left, std::uint32_t on_chip) {
+  const bool idle = l1_.idle(kPrefetch);
+  const bool looked = stacks_.moved(lane, left, on_chip, [&](const StackPrefetch::Node& node) {
+    const std::uint64_t dropped = counters_.stack_dropped;
+    if (push(node.kind, node.address, counters_.stack_merged, counters_.stack_dropped)) {
+      ++counters_.stack_nodes;
+      if (node.culled) ++counters_.stack_culled;
+    }
+    return counters_.stack_dropped == dropped;
+  });
+  if (!looked) return;
+  ++counters_.stack_looks;
+  if (idle) l1_.serve(now);
+}
+
+void Prefetcher::warm_stack(std::uint32_t lane, std::size_t left, std::uint32_t on_chip) {
+  stacks_.moved(lane, left, on_chip, [&](const StackPrefetch::Node& node) {
+    warm_entry(node.kind, node.address);
+    return true;
   });
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
 #include "grtx/modules/rt_unit/sibling_records.h"
@@ -13,8 +14,10 @@ class Prefetcher {
  public:
   Prefetcher(Shared& shared, L1& l1);
 
-  void begin_lane(std::uint32_t lane, unsigned slot, bool replays) {
+  void begin_lane(std::uint32_t lane, unsigned slot, bool replays, const traces::RayGroup& group,
+                  std::span<const traces::Event> events) {
     records_.begin(lane, std::size_t{slot} * modules::kMaxLanes + lane % modules::kMaxLanes, replays);
+    if (stacks_.enabled()) stacks_.begin(lane, group, events);
   }
   /// The visits of one warp in one cycle begin.
   void begin_warp() { requests_.begin(); }
@@ -29,6 +32,12 @@ class Prefetcher {
   void note_entry(Cycle now, traces::NodeKind kind, std::uint64_t address);
   /// The same without time.
   void warm_entry(traces::NodeKind kind, std::uint64_t address);
+  bool reads_stacks() const { return stacks_.enabled(); }
+  /// The lane's event, with which `left` of the round are left, has moved its stack, of which `on_chip` entries are in
+  /// the warp buffer.
+  void note_stack(Cycle now, std::uint32_t lane, std::size_t left, std::uint32_t on_chip);
+  /// The same without time.
+  void warm_stack(std::uint32_t lane, std::size_t left, std::uint32_t on_chip);
   /// The lane asks for the leaf at `address` (in units).
   void note_leaf(Cycle now, std::uint32_t lane, const traces::RayGroup& group, std::uint32_t address) {
     if (const modules::Siblings siblings = records_.take(lane, group, address); siblings.mask != 0) {
@@ -54,6 +63,7 @@ class Prefetcher {
   bool siblings_;
   modules::SiblingRecords records_;
   modules::SiblingRequests requests_;
+  modules::StackPrefetch stacks_;
   modules::SiblingPrefetcher::Counters counters_;
 };
 

@@ -24,6 +24,8 @@ class Stacks {
   Cycle settle(Cycle now, std::uint32_t lane, std::uint32_t depth, bool takes_top);
   /// The same without time.
   void warm(std::uint32_t lane, std::uint32_t depth, bool takes_top);
+  /// Entries of the lane that lie in memory, or are on their way there.
+  std::uint32_t in_memory(std::uint32_t lane) const { return lanes_[lane].stack.in_memory; }
   /// The L1 has answered.
   void answered(std::uint32_t lane, Cycle seen, bool write);
 

@@ -152,6 +152,14 @@ TEST_P(WaveformExactness, PrivateStoresAreCounted) {
   EXPECT_EQ(last(file, unit + "read"), statistic(stats_, counted + "read"));
 }
 
+TEST_P(WaveformExactness, PrefetchesFromStacksAreCounted) {
+  const std::string signal = "rt.sibling_prefetcher.stack_nodes";
+  EXPECT_FALSE(record().changes.contains("gpu.sm0." + signal));
+  const VcdFile file = record({}, {"rt.stack_prefetch.depth=2", "rt.stack_prefetch.pops=1"});
+  EXPECT_GT(last(file, signal), 0U);
+  EXPECT_EQ(last(file, signal), statistic(stats_, "gpu.rt.prefetch.stack_nodes"));
+}
+
 TEST_P(WaveformExactness, LanesOfAWarpAreInOneStateEach) {
   const VcdFile file = record();
   std::uint64_t rounds = 0;

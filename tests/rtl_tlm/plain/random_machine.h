@@ -189,6 +189,12 @@ inline GpuConfig random_machine(Random& random) {
   insertion.upto(5);
   c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
   c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
+  Random prefetch = stores;  // likewise
+  if (prefetch.upto(2) == 0) {
+    rt.prefetcher.stack.depth = prefetch.one_of({1U, 2U, 4U, 16U});
+    rt.prefetcher.stack.trigger = prefetch.coin() ? modules::StackTrigger::pop : modules::StackTrigger::push;
+    rt.prefetcher.stack.pops = prefetch.one_of({1U, 2U, 3U});
+  }
   check_config(c, "a random machine");
   return c;
 }

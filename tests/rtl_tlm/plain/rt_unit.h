@@ -1,5 +1,5 @@
 // Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
-// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit}.md.
+// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_prefetch,stack_unit}.md.
 #pragma once
 
 #include <algorithm>
@@ -124,6 +124,11 @@ class RtUnit {
     s.add(p + "prefetch.merged", prefetch_merged_);
     s.add(p + "prefetch.dropped", prefetch_dropped_);
     s.add(p + "prefetch.sectors", prefetch_sectors_);
+    s.add(p + "prefetch.stack_looks", stack_looks_);
+    s.add(p + "prefetch.stack_nodes", stack_nodes_);
+    s.add(p + "prefetch.stack_merged", stack_merged_);
+    s.add(p + "prefetch.stack_dropped", stack_dropped_);
+    s.add(p + "prefetch.stack_culled", stack_culled_);
     s.add(p + "stack.spills", spills_);
     s.add(p + "stack.fills", fills_);
     s.most(p + "stack.max_spilled", max_spilled_);
@@ -164,6 +169,9 @@ class RtUnit {
     // stack unit
     std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
     unsigned held_back = 0;                // checkpoint entries that wait for the stack
+    // prefetches from the stack
+    unsigned climbs = 0;              // events in succession that took an entry and pushed none
+    std::set<std::size_t> requested;  // entries that have been asked for, by the event that takes them
   };
   struct Warp {
     bool used = false;
@@ -277,6 +285,7 @@ class RtUnit {
       lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
       max_depth_ = std::max(max_depth_, lane.depth);
     }
+    look_at_stack(name);
     if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
@@ -402,6 +411,7 @@ class RtUnit {
   void entry_read(LaneName name) {
     Lane& lane = this->lane(name);
     if (event(lane).kind() == traces::EventKind::replay_take) max_depth_ = std::max(max_depth_, ++lane.depth);
+    lane.climbs = 0;
     finish_event(name, event(lane).checkpoints);
   }
 
@@ -661,6 +671,7 @@ class RtUnit {
         return;
       case EventKind::cull:
         --lane.depth;
+        look_at_stack(name);
         finish_event(name, e.checkpoints);
         return;
       default:
@@ -785,6 +796,85 @@ class RtUnit {
       return;
     }
   }
+  // --- prefetches from the stack -----------------------------------------------------------------------------------
+  // The lane's present event has moved its stack.
+  void look_at_stack(LaneName name) {
+    const auto& config = config_.prefetcher.stack;
+    if (config.depth == 0) return;
+    using traces::EventKind;
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    const traces::Event& e = event(lane);
+    const int pushed = e.kind() == EventKind::visit_internal ? std::popcount(e.pushed()) : 0;
+    const bool climbs = e.kind() != EventKind::visit_instance && pushed == 0;
+    lane.climbs = climbs ? lane.climbs + 1 : 0;
+    if (config.trigger == modules::StackTrigger::pop ? lane.climbs < config.pops : pushed < 2) return;
+    ++stack_looks_;
+    const bool shader_first = e.kind() == EventKind::visit_leaf && traces::calls_any_hit(e.outcome());
+    const std::uint64_t lowest = lane.spilled;  // of the entries that are not in memory
+    std::uint64_t position = lane.depth;
+    if (!shader_first && position > 0) --position;  // the top is fetched at once
+    for (unsigned i = 0; i < config.depth && position > lowest; ++i, --position) {
+      const std::size_t taker = taker_of(lane, position);
+      if (lane.requested.contains(taker)) continue;
+      const traces::Event& takes = lane.ray->events[taker];
+      const std::uint64_t at = std::uint64_t{takes.node} * traces::kNodeUnit;
+      std::pair<traces::NodeKind, std::uint64_t> node;
+      switch (takes.kind()) {
+        case EventKind::visit_internal:
+          node = {traces::NodeKind::internal, std::uint64_t{definition(warp, takes).address} * traces::kNodeUnit};
+          break;
+        case EventKind::visit_instance:
+          node = {traces::NodeKind::instance, at};
+          break;
+        case EventKind::visit_leaf:
+          node = {leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle, at};
+          break;
+        default:
+          node = {kind_in_tree(*warp.group, at), at};
+      }
+      if (std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
+                      [&](const Prefetch& p) { return p.address == node.second; })) {
+        ++stack_merged_;
+      } else if (prefetch_queue_.size() >= config_.prefetcher.queue) {
+        ++stack_dropped_;
+        continue;
+      } else {
+        const std::uint64_t bytes =
+            node.first == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(node.first);
+        prefetch_queue_.push_back(
+            {node.second, region_of(node.first, node.second), static_cast<unsigned>(bytes / kSector)});
+        ++stack_nodes_;
+        if (takes.kind() == EventKind::cull) ++stack_culled_;
+      }
+      lane.requested.insert(taker);
+    }
+  }
+  // The event that takes the entry in this place of the stack, 1 being the lowest: walks the rest of the round and sees
+  // which event finds the stack so deep and handles its top.
+  std::size_t taker_of(const Lane& lane, std::uint64_t place) const {
+    using traces::EventKind;
+    std::uint64_t depth = lane.depth;
+    for (std::size_t i = lane.next + 1; i < lane.end; ++i) {
+      const traces::Event& e = lane.ray->events[i];
+      if (depth == place) return i;
+      if (e.kind() == EventKind::visit_instance) continue;
+      depth = depth - 1 + (e.kind() == EventKind::visit_internal ? std::popcount(e.pushed()) : 0);
+    }
+    throw std::logic_error("an entry that nobody takes");
+  }
+  // A culled entry's event does not say what its node is: the node whose child it is does.
+  traces::NodeKind kind_in_tree(const traces::RayGroup& group, std::uint64_t address) const {
+    for (const traces::NodeDefinition& node : group.nodes) {
+      std::uint64_t child = std::uint64_t{node.child_base} * traces::kNodeUnit;
+      for (unsigned s = 0; s < node.child_count; ++s) {
+        if (child == address) return node.child_kinds[s];
+        child += stored(node.child_kinds[s]);
+      }
+    }
+    return traces::NodeKind::internal;
+  }
+
   /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
   bool queued_now(std::uint64_t node, std::uint64_t sibling) {
     if (asked_cycle_ != now_) asked_.clear();
@@ -870,6 +960,7 @@ class RtUnit {
   std::uint64_t store_written_ = 0, store_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0, prefetch_sectors_ = 0;
+  std::uint64_t stack_looks_ = 0, stack_nodes_ = 0, stack_merged_ = 0, stack_dropped_ = 0, stack_culled_ = 0;
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
 };
 

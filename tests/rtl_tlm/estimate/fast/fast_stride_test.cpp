@@ -83,6 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
         Machine{"two_mshrs", true, {"l1.mshr_entries=2"}}, Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}},
         Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}},
         Machine{"spilling", true, {"rt.warp_buffer.stack_entries=2"}},
+        Machine{"stack_prefetch", true, {"rt.stack_prefetch.depth=4", "rt.stack_prefetch.pops=1"}},
         Machine{"private_stores",
                 true,
                 {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",
