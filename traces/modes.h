@@ -26,11 +26,13 @@ constexpr bool has_procedural_leaves(AccelKind kind) {
 }
 
 /// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.
-/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B.
-enum class NodeLayout : std::uint8_t { vulkan_sim, compact };
+/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. obb: vulkan_sim
+/// with child boxes in a rotated frame of their node. compressed: eight children in 64 B, and leaves of 64 B.
+enum class NodeLayout : std::uint8_t { vulkan_sim, compact, obb, compressed };
 constexpr auto enum_names(NodeLayout) {
   using enum NodeLayout;
-  return std::to_array<EnumName<NodeLayout>>({{vulkan_sim, "vulkan_sim"}, {compact, "compact"}});
+  return std::to_array<EnumName<NodeLayout>>(
+      {{vulkan_sim, "vulkan_sim"}, {compact, "compact"}, {obb, "obb"}, {compressed, "compressed"}});
 }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k

@@ -1,4 +1,4 @@
-// Sizes of the nodes of an image: what one node fetch reads. Those of layout vulkan_sim, and the type codes of both,
+// Sizes of the nodes of an image: what one node fetch reads. Those of layout vulkan_sim, and the type codes of all,
 // follow the Intel Xe / Vulkan-Sim layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which
 // reproduces the paper's BVH size table; those of layout compact the compressed wide BVH of Ylitie, Karras, Laine (HPG
 // 2017).
@@ -25,6 +25,9 @@ inline constexpr std::uint64_t kInstanceLeafBytes = 128;
 inline constexpr std::uint64_t kCompactUnit = 80;
 inline constexpr unsigned kTrianglesOfPatch = 4;  ///< a triangle leaf of layout compact holds as many at most
 
+// Layout compressed: whatever it is, a node is one unit of 64 B.
+inline constexpr std::uint64_t kCompressedBytes = kNodeUnit;
+
 inline constexpr unsigned kMaxWidth = 8;
 
 /// Bytes of an internal node of a BVH with `width` children (2..8): six quantised boxes fill 64 B, eight need two
@@ -50,32 +53,44 @@ constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
 /// count them in units.
 class NodeSizes {
  public:
-  constexpr NodeSizes(NodeLayout layout, unsigned width) : compact_(layout == NodeLayout::compact), width_(width) {}
+  constexpr NodeSizes(NodeLayout layout, unsigned width) : layout_(layout), width_(width) {}
 
-  constexpr NodeLayout layout() const { return compact_ ? NodeLayout::compact : NodeLayout::vulkan_sim; }
+  constexpr NodeLayout layout() const { return layout_; }
   constexpr unsigned width() const { return width_; }  ///< children of an internal node, at most
-  constexpr std::uint64_t unit() const { return compact_ ? kCompactUnit : kNodeUnit; }  ///< bytes
+  constexpr std::uint64_t unit() const { return compact() ? kCompactUnit : kNodeUnit; }  ///< bytes
   constexpr unsigned units(NodeKind kind) const {
-    if (compact_) return kind == NodeKind::instance ? 2 : 1;
+    if (compact()) return kind == NodeKind::instance ? 2 : 1;
+    if (compressed()) return 1;
     return static_cast<unsigned>(node_bytes(kind, width_) / kNodeUnit);
   }
   constexpr std::uint64_t bytes(NodeKind kind) const { return units(kind) * unit(); }
   constexpr std::uint64_t header_bytes() const { return unit(); }
   /// Boxes that an internal node has room for: 6 or 8.
-  constexpr unsigned slots() const { return compact_ || width_ > 6 ? 8 : 6; }
+  constexpr unsigned slots() const { return compact() || compressed() || width_ > 6 ? 8 : 6; }
   /// Bytes of a visited node that traversal reads: of a compact instance leaf, its first unit.
-  constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact_ ? unit() : bytes(kind); }
+  constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact() ? unit() : bytes(kind); }
+  /// All that traversal needs of an instance is in what read_bytes() says, and no header is read below it.
+  constexpr bool short_instances() const { return compact() || compressed(); }
+  /// Child boxes lie in a frame that their node names.
+  constexpr bool oriented() const { return layout_ == NodeLayout::obb; }
+  /// The price of the ray-box unit includes decoding the boxes' codes (docs/model/node-image.md).
+  constexpr bool decoder_priced() const { return compact() || compressed(); }
   /// Triangles that a visit of a triangle leaf tests.
-  constexpr unsigned triangles() const { return compact_ ? kTrianglesOfPatch : 1; }
+  constexpr unsigned triangles() const { return compact() ? kTrianglesOfPatch : 1; }
   friend constexpr bool operator==(const NodeSizes&, const NodeSizes&) = default;
 
  private:
-  bool compact_;
+  constexpr bool compact() const { return layout_ == NodeLayout::compact; }
+  constexpr bool compressed() const { return layout_ == NodeLayout::compressed; }
+
+  NodeLayout layout_;
   unsigned width_;
 };
 
 /// Children of an internal node unless somebody says otherwise: as many as one unit of the layout holds.
-constexpr unsigned default_width(NodeLayout layout) { return layout == NodeLayout::compact ? 8 : 6; }
+constexpr unsigned default_width(NodeLayout layout) {
+  return layout == NodeLayout::compact || layout == NodeLayout::compressed ? 8 : 6;
+}
 
 /// Checkpoint buffer entry: node address 8 B, TLAS leaf address 8 B, t 4 B (paper, Section IV-B).
 inline constexpr std::uint64_t kCheckpointEntryBytes = 20;

@@ -11,6 +11,25 @@ void put(std::uint8_t* to, T value) {
   std::memcpy(to, &value, sizeof value);
 }
 
+// Eight codes, multiples of 2, in 7 bytes.
+void put_packed(std::uint8_t* to, const std::uint8_t (&codes)[traces::kMaxWidth]) {
+  std::uint64_t packed = 0;
+  for (unsigned i = 0; i < traces::kMaxWidth; ++i) packed |= std::uint64_t{codes[i]} >> 1 << (kPackedBits * i);
+  std::memcpy(to, &packed, kPackedBits);
+}
+
+// All leaves of a structure's level are of one kind, so a bit says which children are leaves.
+void write_packed_children(std::uint8_t* node, const ChildRecord* children, unsigned count) {
+  node[kPackedUsed] = static_cast<std::uint8_t>((1u << count) - 1);
+  for (unsigned i = 0; i < count; ++i) {
+    if (children[i].kind == NodeKind::internal) continue;
+    const auto kind = static_cast<std::uint8_t>(children[i].kind);
+    assert(node[kPackedLeafKind] == 0 || node[kPackedLeafKind] == kind);
+    node[kPackedLeafKind] = kind;
+    node[kPackedLeaves] = static_cast<std::uint8_t>(node[kPackedLeaves] | 1u << i);
+  }
+}
+
 }  // namespace
 
 std::uint64_t NodeImage::allocate(std::uint64_t count) {
@@ -29,17 +48,22 @@ void NodeImage::write_header(std::uint64_t address, std::uint64_t root, const Bo
 }
 
 void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children,
-                               unsigned count) {
-  assert(count <= width());
+                               unsigned count, unsigned orientation) {
+  assert(count <= width() && (orientation == 0 || layout_.oriented));
   // Whole lines, zeros included: the bytes may have held another node.
   std::uint8_t node[2 * sizeof(Line)] = {};
   put(node + 12, static_cast<std::int32_t>((child_base - address) / unit_));
-  node[16] = static_cast<std::uint8_t>(NodeKind::internal);
-  node[21] = 0xFF;
-  for (unsigned i = 0; i < count; ++i) {
-    const std::uint64_t units = sizes_.units(children[i].kind);
-    node[layout_.child_info + i] =
-        static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2));
+  if (layout_.packed) {
+    write_packed_children(node, children, count);
+  } else {
+    node[16] = static_cast<std::uint8_t>(NodeKind::internal);
+    node[kOrientationByte] = static_cast<std::uint8_t>(orientation);
+    node[21] = 0xFF;
+    for (unsigned i = 0; i < count; ++i) {
+      const std::uint64_t units = sizes_.units(children[i].kind);
+      node[layout_.child_info + i] =
+          static_cast<std::uint8_t>(units | (static_cast<std::uint64_t>(children[i].kind) << 2));
+    }
   }
   BoxCodes codes{{}, {-128, -128, -128}, {}, {}};
   for (auto& axis : codes.lower) std::fill_n(axis, traces::kMaxWidth, std::uint8_t{0x80});  // of children not there
@@ -47,6 +71,11 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
   for (unsigned axis = 0; axis < 3; ++axis) {
     put(node + 4 * axis, codes.origin[axis]);
     put(node + 18 + axis, codes.exponent[axis]);
+    if (layout_.packed) {
+      put_packed(node + layout_.bounds + 2 * axis * kPackedBits, codes.lower[axis]);
+      put_packed(node + layout_.bounds + (2 * axis + 1) * kPackedBits, codes.upper[axis]);
+      continue;
+    }
     std::uint8_t* const lower = node + layout_.bounds + 2 * axis * layout_.slots;
     std::copy_n(codes.lower[axis], layout_.slots, lower);
     std::copy_n(codes.upper[axis], layout_.slots, lower + layout_.slots);
@@ -108,6 +137,10 @@ void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, st
     write_compact_instance(address, instance, blas_header, blas_root, world_to_object, object_to_world, translation);
     return;
   }
+  if (layout_.packed) {
+    write_compressed_instance(address, instance, blas_root, world_to_object, translation);
+    return;
+  }
   struct {
     std::uint32_t id, flags;
     std::uint64_t root;
@@ -165,14 +198,34 @@ void NodeImage::write_compact_instance(std::uint64_t address, std::uint32_t inst
   leaf_index_[address / unit_] = instance;
 }
 
+// All that traversal reads; what a shader or an update wants besides (object-to-world) is not part of the image.
+void NodeImage::write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
+                                          const glm::vec3 (&world_to_object)[3], const glm::vec3& translation) {
+  const struct {
+    glm::vec3 to_object[3];
+    glm::vec3 translation;
+    std::uint64_t root;
+    std::uint32_t index, id_and_mask;
+  } leaf = {{world_to_object[0], world_to_object[1], world_to_object[2]},
+            translation,
+            blas_root,
+            instance,
+            0xFF000000u | (instance & 0xFFFFFFu)};
+  static_assert(sizeof leaf == traces::kCompressedBytes);
+  std::memcpy(at(address), &leaf, sizeof leaf);
+  leaf_index_[address / unit_] = instance;
+}
+
 DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
   DecodedInternal node;
   const std::uint8_t* bytes = data() + address;
   std::int32_t offset = 0;
   std::memcpy(&offset, bytes + 12, 4);
   node.child_base = address + static_cast<std::uint64_t>(static_cast<std::int64_t>(offset)) * unit_;
+  if (layout_.oriented) node.orientation = bytes[kOrientationByte];
+  const std::uint64_t children = child_bytes(layout_, bytes);
   for (unsigned i = 0; i < layout_.slots; ++i) {
-    const std::uint8_t info = bytes[layout_.child_info + i];
+    const auto info = static_cast<std::uint8_t>(children >> (8 * i));
     if ((info & 3) == 0) break;
     node.kinds[i] = static_cast<NodeKind>(info >> 2);
     ++node.child_count;
@@ -181,10 +234,12 @@ DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
     float origin = 0.0f;
     std::memcpy(&origin, bytes + 4 * axis, 4);
     const float step = box_step(static_cast<std::int8_t>(bytes[18 + axis]));
-    const std::uint8_t* lower = bytes + layout_.bounds + 2 * static_cast<unsigned>(axis) * layout_.slots;
+    std::uint8_t lower[traces::kMaxWidth], upper[traces::kMaxWidth];
+    read_codes(layout_, bytes, 2 * static_cast<unsigned>(axis), lower);
+    read_codes(layout_, bytes, 2 * static_cast<unsigned>(axis) + 1, upper);
     for (unsigned i = 0; i < node.child_count; ++i) {
       node.boxes[i].lower[axis] = decode_bound(origin, lower[i], step);
-      node.boxes[i].upper[axis] = decode_bound(origin, lower[layout_.slots + i], step);
+      node.boxes[i].upper[axis] = decode_bound(origin, upper[i], step);
     }
   }
   return node;

@@ -1,6 +1,6 @@
 // The node image: nodes exactly as the hardware would read them. Layouts: vulkan_sim (Intel Xe, mesa-vulkan-sim
-// gen_rt_pack.h) and compact (compressed wide BVH, leaves of shared vertices), see docs/model/node-image.md. Addresses
-// are bytes from the image's start.
+// gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices), obb (vulkan_sim with oriented boxes) and
+// compressed (eight children in 64 B), see docs/model/node-image.md. Addresses are bytes from the image's start.
 #pragma once
 
 #include <array>
@@ -18,18 +18,67 @@ namespace grtx::frontend {
 
 using traces::NodeKind;
 
-/// Byte offsets inside an internal node of up to `width` children.
+/// Byte offsets inside an internal node.
 struct InternalLayout {
-  unsigned slots;       ///< bytes reserved a bound array: 6, or 8 for widths 7 and 8
-  unsigned child_info;  ///< first child byte
-  unsigned bounds;      ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, `slots` bytes each
+  unsigned slots;         ///< children that there is room for: 6 or 8
+  unsigned child_info;    ///< first child byte; packed: no child bytes but kPackedLeafKind and the masks
+  unsigned bounds;        ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, a byte a slot each; packed: 7 bits
+  bool packed = false;    ///< layout compressed
+  bool oriented = false;  ///< layout obb: the byte at kOrientationByte counts
+  friend bool operator==(const InternalLayout&, const InternalLayout&) = default;
 };
-constexpr InternalLayout internal_layout(unsigned width) {
-  return width <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
+/// Of nodes with 6 or 8 slots whose codes take a byte each.
+constexpr InternalLayout internal_layout(unsigned slots) {
+  return slots <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
+}
+constexpr InternalLayout internal_layout(const traces::NodeSizes& sizes) {
+  if (sizes.layout() == traces::NodeLayout::compressed) return {8, 16, 22, true, false};
+  InternalLayout layout = internal_layout(sizes.slots());
+  layout.oriented = sizes.oriented();
+  return layout;
+}
+inline constexpr unsigned kOrientationByte = 17;
+// Of a packed node: what those of its children are that are no internal nodes, and masks of used slots and of those.
+inline constexpr unsigned kPackedLeafKind = 16, kPackedUsed = 17, kPackedLeaves = 21;
+inline constexpr unsigned kPackedBits = 7;  ///< of a code; eight of them are 7 bytes
+
+/// Eight packed codes, of 7 bits each in the lowest 56, as bytes: each in the upper bits of its own.
+constexpr std::uint64_t unpacked_codes(std::uint64_t packed) {
+  packed = (packed & 0x000000000FFFFFFF) | (packed & 0x00FFFFFFF0000000) << 4;
+  packed = (packed & 0x00003FFF00003FFF) | (packed & 0x0FFFC0000FFFC000) << 2;
+  packed = (packed & 0x007F007F007F007F) | (packed & 0x3F803F803F803F80) << 1;
+  return packed << 1;
+}
+/// 1 in byte i where bit i is set.
+constexpr std::uint64_t bits_as_bytes(std::uint8_t bits) {
+  const std::uint64_t spread = bits * 0x0101010101010101 & 0x8040201008040201;
+  return (spread + 0x7F7F7F7F7F7F7F7F) >> 7 & 0x0101010101010101;
+}
+/// The child bytes of a node's slots: bits 0-1 size in units, 2-5 kind; 0: not used.
+inline std::uint64_t child_bytes(const InternalLayout& layout, const std::uint8_t* node) {
+  if (layout.packed) {
+    return bits_as_bytes(node[kPackedUsed]) + (bits_as_bytes(node[kPackedLeaves]) * node[kPackedLeafKind] << 2);
+  }
+  // Eight at once: they lie inside the node whatever its width.
+  std::uint64_t bytes = 0;
+  std::memcpy(&bytes, node + layout.child_info, sizeof bytes);
+  return layout.slots < 8 ? bytes & ((std::uint64_t{1} << 8 * layout.slots) - 1) : bytes;
+}
+/// The codes of bound array `number` (lowerX, upperX, lowerY, ...), one a slot.
+inline void read_codes(const InternalLayout& layout, const std::uint8_t* node, unsigned number, std::uint8_t* codes) {
+  if (!layout.packed) {
+    std::memcpy(codes, node + layout.bounds + number * layout.slots, layout.slots);
+    return;
+  }
+  std::uint64_t packed = 0;
+  std::memcpy(&packed, node + layout.bounds + number * kPackedBits, kPackedBits);
+  packed = unpacked_codes(packed);
+  std::memcpy(codes, &packed, sizeof packed);
 }
 
 /// An internal node decoded for inspection (tests, traces); traversal reads the bytes directly.
 struct DecodedInternal {
+  unsigned orientation = 0;      ///< whose frame the boxes lie in; 0: the structure's own axes
   std::uint64_t child_base = 0;  ///< byte address of child 0
   unsigned child_count = 0;
   std::array<NodeKind, traces::kMaxWidth> kinds{};
@@ -46,12 +95,13 @@ struct PatchRecord {
 class NodeImage {
  public:
   /// An image of exactly `bytes` bytes (a multiple of the layout's unit), zeroed, aligned to cache lines.
-  /// box_bits: 2..8, bits of a box coordinate that are used; the rest are zero, so nodes are as large as with 8.
+  /// box_bits: 2..8, bits of a box coordinate that are used; the rest are zero, so nodes are as large as with 8. Layout
+  /// compressed uses 7 at most.
   NodeImage(unsigned width, std::uint64_t bytes, unsigned box_bits = 8,
             traces::NodeLayout layout = traces::NodeLayout::vulkan_sim)
       : sizes_(layout, width),
-        box_bits_(box_bits),
-        layout_(internal_layout(sizes_.slots())),
+        box_bits_(layout == traces::NodeLayout::compressed && box_bits > kPackedBits ? kPackedBits : box_bits),
+        layout_(internal_layout(sizes_)),
         unit_(sizes_.unit()),
         bytes_(bytes),
         lines_((bytes + sizeof(Line) - 1) / sizeof(Line) + 1),
@@ -70,8 +120,10 @@ class NodeImage {
   std::uint64_t allocated() const { return used_; }
 
   void write_header(std::uint64_t address, std::uint64_t root, const Box& bounds);
-  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked).
-  void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count);
+  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked). orientation: whose frame the
+  /// boxes lie in; not 0 in layout obb alone. In layout compressed all children are internal nodes or of one kind.
+  void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count,
+                      unsigned orientation = 0);
   void write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
                       const glm::vec3& c);
   /// to_unit, mean: of an ellipsoid in the world, where the ray must be transformed; a unit sphere of a BLAS has
@@ -101,7 +153,9 @@ class NodeImage {
     return {vertex(leaf + 12 * (edge & 7u)), vertex(leaf + 12 * (edge >> 3 & 7u)), vertex(leaf + 12 * (index + 2))};
   }
   std::uint32_t procedural_primitive(std::uint64_t leaf) const { return read_u32(leaf + (compact() ? 72 : 12)); }
-  std::uint32_t instance_index(std::uint64_t leaf) const { return read_u32(leaf + (compact() ? 64 : 76)); }
+  std::uint32_t instance_index(std::uint64_t leaf) const {
+    return read_u32(leaf + (compact() ? 64 : layout_.packed ? 56 : 76));
+  }
   std::uint32_t patch_gaussian(std::uint64_t leaf) const { return read_u32(leaf + 72); }  ///< triangle leaf, compact
   /// What a leaf holds, primitive or instance, by its address in units: the same numbers as in the leaves' bytes, but
   /// close together. A tracer that only needs them touches a sixteenth of the memory.
@@ -122,6 +176,8 @@ class NodeImage {
   }
 
  private:
+  void write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
+                                 const glm::vec3 (&world_to_object)[3], const glm::vec3& translation);
   void write_compact_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
                               std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
                               const glm::vec3 (&object_to_world)[3], const glm::vec3& translation);

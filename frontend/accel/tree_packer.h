@@ -77,8 +77,9 @@ class TreePacker {
         end += internal_bytes_;
       }
     }
+    const unsigned orientation = node.orientation;
     if (consume_) tree_.memory->release(&node);
-    image_.write_internal(subtree.address, subtree.below, records.data(), count);
+    image_.write_internal(subtree.address, subtree.below, records.data(), count, orientation);
     for (unsigned i = 0; i < leaf_count; ++i) leaf_(image_, leaves[i].second, leaves[i].first);
     for (unsigned i = 0; i < inner_count; ++i) {
       inner[i].below = end;

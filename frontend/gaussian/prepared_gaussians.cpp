@@ -55,8 +55,12 @@ PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel)
   }
 }
 
+float PreparedGaussians::margin_of(const Box& box) const {
+  return box.largest_coordinate() * kRelativeMargin + absolute_margin_;
+}
+
 Box PreparedGaussians::widened(Box box) const {
-  box.inflate(box.largest_coordinate() * kRelativeMargin + absolute_margin_);
+  box.inflate(margin_of(box));
   return box;
 }
 

@@ -39,11 +39,19 @@ class PreparedGaussians {
     return {((a[0].x * v.x + a[0].y * v.y) + a[0].z * v.z) + m.x, ((a[1].x * v.x + a[1].y * v.y) + a[1].z * v.z) + m.y,
             ((a[2].x * v.x + a[2].y * v.y) + a[2].z * v.z) + m.z};
   }
+  /// Column `axis` of to_world: a half axis of the ellipsoid, as a world difference.
+  glm::vec3 half_axis(std::uint32_t g, int axis) const {
+    const glm::vec3* a = &to_world_[3 * static_cast<std::size_t>(g)];
+    return {a[0][axis], a[1][axis], a[2][axis]};
+  }
   /// World box of face `face` of the proxy (of the whole ellipsoid for the sphere), widened against rounding.
   Box face_box(std::uint32_t g, const Proxy& proxy, unsigned face) const;
   /// World box of the whole proxy; contains every face_box exactly. `corners`: box of the eight transformed corners of
   /// the object-space box instead of the tight one.
   Box instance_box(std::uint32_t g, const Proxy& proxy, bool corners) const;
+
+  /// What the boxes of faces are widened by on every side; box: of a face's vertices.
+  float margin_of(const Box& box) const;
 
   /// The same of many Gaussians, [begin, end), bit for bit; boxes of one Gaussian's faces lie together. Primitive
   /// numbers are left to the caller.

@@ -41,15 +41,16 @@ inline float safe_inverse(float d) {
   return std::copysign(std::numeric_limits<float>::max(), d);
 }
 
-/// Origin and reciprocal direction of a ray for slab tests.
+/// Origin, direction and its reciprocal of a ray for slab tests.
 struct SlabRay {
   glm::vec3 origin{0.0f};
+  glm::vec3 direction{0.0f};
   glm::vec3 inverse{0.0f};
   bool negative[3] = {false, false, false};
 
   SlabRay() = default;
   SlabRay(const glm::vec3& o, const glm::vec3& d)
-      : origin(o), inverse(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z)) {
+      : origin(o), direction(d), inverse(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z)) {
     for (int i = 0; i < 3; ++i) negative[i] = std::signbit(inverse[i]);
   }
 };

@@ -1,5 +1,7 @@
 #include "grtx/frontend/tracer/node_intersection.h"
 
+#include "grtx/frontend/accel/orientations.h"
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -7,10 +9,21 @@
 namespace grtx::frontend {
 namespace {
 
-template <unsigned kSlots>
-constexpr InternalLayout kLayout = internal_layout(kSlots);
-template <unsigned kSlots>
-constexpr unsigned kSlotMask = (1u << kSlots) - 1u;
+template <typename Form>
+constexpr unsigned kSlotMask = (1u << Form::kSlots) - 1u;
+
+// The ray as a node's boxes see it: as it is, or in the node's frame.
+struct SeenRay {
+  const float* near_origin;
+  const float* far_origin;
+  const float* inverse;
+  const bool* negative;
+
+  explicit SeenRay(const SlabRay& ray)
+      : near_origin(&ray.origin.x), far_origin(&ray.origin.x), inverse(&ray.inverse.x), negative(ray.negative) {}
+  explicit SeenRay(const RotatedRay& ray)
+      : near_origin(ray.near_origin), far_origin(ray.far_origin), inverse(ray.inverse), negative(ray.negative) {}
+};
 
 std::uint32_t child_base_of(const std::uint8_t* node, std::uint32_t address) {
   std::int32_t offset = 0;
@@ -24,28 +37,59 @@ float axis_origin(const std::uint8_t* node, unsigned axis) {
   return origin;
 }
 
-template <unsigned kSlots>
-void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
-                   NodeHits& hits) {
+// Bound array `number` of a node as bytes: lowerX, upperX, lowerY, ... Reads nothing beyond the node: the last array of
+// a six-slot node ends at byte 64, as does that of a packed one.
+template <typename Form>
+inline std::uint64_t codes_of(const std::uint8_t* node, unsigned number) {
+  std::uint64_t codes = 0;
+  if constexpr (Form::kPacked) {
+    const std::uint8_t* const packed = node + Form::kLayout.bounds + number * kPackedBits;
+    std::memcpy(&codes, packed - 1, sizeof codes);
+    return unpacked_codes(codes >> 8);
+  }
+  const std::uint8_t* const bytes = node + Form::kLayout.bounds + number * Form::kSlots;
+  if (Form::kSlots == 6 && number >= 4) {
+    std::memcpy(&codes, bytes - 2, sizeof codes);
+    return codes >> 16;
+  }
+  std::memcpy(&codes, bytes, sizeof codes);
+  return codes;
+}
+
+template <typename Form>
+ChildInfo child_info_portable(const std::uint8_t* node, std::uint32_t address) {
   ChildInfo info;
   info.child_base = child_base_of(node, address);
-  for (unsigned slot = 0; slot < kSlots; ++slot) {
-    const unsigned size = node[kLayout<kSlots>.child_info + slot] & 3u;
+  if constexpr (Form::kPacked) {
+    info.valid = node[kPackedUsed];
+    return info;
+  }
+  for (unsigned slot = 0; slot < Form::kSlots; ++slot) {
+    const unsigned size = node[Form::kLayout.child_info + slot] & 3u;
     info.valid |= (size != 0 ? 1u : 0u) << slot;
     info.wide |= (size >> 1) << slot;
   }
+  return info;
+}
+
+template <typename Form>
+void test_seen_portable(const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query,
+                        NodeHits& hits) {
+  constexpr unsigned kSlots = Form::kSlots;
+  const ChildInfo info = child_info_portable<Form>(node, address);
   float near_t[8] = {}, far_t[8] = {};
   for (unsigned axis = 0; axis < 3; ++axis) {
     const float origin = axis_origin(node, axis);
     const float step = kExponentStep[node[18 + axis]];
-    const std::uint8_t* lower = node + kLayout<kSlots>.bounds + 2 * axis * kSlots;
-    const std::uint8_t* near_bytes = ray.negative[axis] ? lower + kSlots : lower;
-    const std::uint8_t* far_bytes = ray.negative[axis] ? lower : lower + kSlots;
-    const float ray_origin = ray.origin[static_cast<int>(axis)];
-    const float inverse = ray.inverse[static_cast<int>(axis)];
+    const unsigned flip = ray.negative[axis] ? 1 : 0;
+    const std::uint64_t near_codes = codes_of<Form>(node, 2 * axis + flip);
+    const std::uint64_t far_codes = codes_of<Form>(node, 2 * axis + 1 - flip);
+    const float inverse = ray.inverse[axis];
     for (unsigned slot = 0; slot < kSlots; ++slot) {
-      const float a = ((origin + static_cast<float>(near_bytes[slot]) * step) - ray_origin) * inverse;
-      const float b = ((origin + static_cast<float>(far_bytes[slot]) * step) - ray_origin) * inverse;
+      const auto near_code = static_cast<float>(near_codes >> (8 * slot) & 0xFF);
+      const auto far_code = static_cast<float>(far_codes >> (8 * slot) & 0xFF);
+      const float a = ((origin + near_code * step) - ray.near_origin[axis]) * inverse;
+      const float b = ((origin + far_code * step) - ray.far_origin[axis]) * inverse;
       near_t[slot] = axis == 0 || !(near_t[slot] > a) ? a : near_t[slot];
       far_t[slot] = axis == 0 || !(far_t[slot] < b) ? b : far_t[slot];
     }
@@ -74,31 +118,34 @@ void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRa
   }
 }
 
-#if defined(__x86_64__)
-
-/// The bounds of one array as floats, in lanes 0 .. slots-1. Reads nothing beyond the node: the last array of a
-/// six-slot node ends at byte 64.
-template <unsigned kSlots>
-[[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline __m256 bounds_avx2(const std::uint8_t* bytes,
-                                                                                 bool last_axis) {
-  std::uint64_t packed = 0;
-  if (kSlots == 6 && last_axis) {
-    std::memcpy(&packed, bytes - 2, 8);
-    packed >>= 16;
-  } else {
-    std::memcpy(&packed, bytes, 8);
+template <typename Form>
+void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
+                   NodeHits& hits) {
+  if constexpr (Form::kOriented) {
+    if (node[kOrientationByte] != 0) {
+      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
+      return test_seen_portable<Form>(node, address, SeenRay(turned), query, hits);
+    }
   }
-  return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(packed))));
+  test_seen_portable<Form>(node, address, SeenRay(ray), query, hits);
 }
 
-template <unsigned kSlots>
+#if defined(__x86_64__)
+
+/// Bytes as floats, in lanes 0 .. slots-1.
+[[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline __m256 bounds_avx2(std::uint64_t codes) {
+  return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(codes))));
+}
+
+template <typename Form>
 [[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline ChildInfo child_info_avx2(const std::uint8_t* node,
                                                                                         std::uint32_t address) {
-  const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node + kLayout<kSlots>.child_info));
+  if constexpr (Form::kPacked) return child_info_portable<Form>(node, address);
+  const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node + Form::kLayout.child_info));
   const __m128i unused = _mm_cmpeq_epi8(_mm_and_si128(bytes, _mm_set1_epi8(3)), _mm_setzero_si128());
   ChildInfo info;
-  info.valid = ~static_cast<unsigned>(_mm_movemask_epi8(unused)) & kSlotMask<kSlots>;
-  info.wide = static_cast<unsigned>(_mm_movemask_epi8(_mm_slli_epi16(bytes, 6))) & kSlotMask<kSlots>;
+  info.valid = ~static_cast<unsigned>(_mm_movemask_epi8(unused)) & kSlotMask<Form>;
+  info.wide = static_cast<unsigned>(_mm_movemask_epi8(_mm_slli_epi16(bytes, 6))) & kSlotMask<Form>;
   info.child_base = child_base_of(node, address);
   return info;
 }
@@ -141,53 +188,58 @@ template <bool kRanked>
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.rank), rank);
 }
 
-template <unsigned kSlots, bool kRanked = true>
-[[gnu::target("avx2,bmi,popcnt")]] void test_avx2(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray,
-                                                  const NodeQuery& query, NodeHits& hits) {
-  const ChildInfo info = child_info_avx2<kSlots>(node, address);
+template <typename Form, bool kRanked>
+[[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline void test_seen_avx2(
+    const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query, NodeHits& hits) {
+  const ChildInfo info = child_info_avx2<Form>(node, address);
   __m256 near_t = _mm256_setzero_ps(), far_t = _mm256_setzero_ps();
   for (unsigned axis = 0; axis < 3; ++axis) {
     const __m256 origin = _mm256_broadcast_ss(reinterpret_cast<const float*>(node) + axis);
     const __m256 step = _mm256_broadcast_ss(&kExponentStep[node[18 + axis]]);
-    const __m256 ray_origin = _mm256_broadcast_ss(&ray.origin[static_cast<int>(axis)]);
-    const __m256 inverse = _mm256_broadcast_ss(&ray.inverse[static_cast<int>(axis)]);
-    const std::uint8_t* lower = node + kLayout<kSlots>.bounds + 2 * axis * kSlots;
-    const unsigned flip = ray.negative[axis] ? kSlots : 0;
-    const __m256 near_q = bounds_avx2<kSlots>(lower + flip, axis == 2);
-    const __m256 far_q = bounds_avx2<kSlots>(lower + (kSlots - flip), axis == 2);
+    const __m256 near_origin = _mm256_broadcast_ss(&ray.near_origin[axis]);
+    const __m256 far_origin = _mm256_broadcast_ss(&ray.far_origin[axis]);
+    const __m256 inverse = _mm256_broadcast_ss(&ray.inverse[axis]);
+    const unsigned flip = ray.negative[axis] ? 1 : 0;
+    const __m256 near_q = bounds_avx2(codes_of<Form>(node, 2 * axis + flip));
+    const __m256 far_q = bounds_avx2(codes_of<Form>(node, 2 * axis + 1 - flip));
     const __m256 near_bound = _mm256_add_ps(origin, _mm256_mul_ps(near_q, step));
     const __m256 far_bound = _mm256_add_ps(origin, _mm256_mul_ps(far_q, step));
-    const __m256 a = _mm256_mul_ps(_mm256_sub_ps(near_bound, ray_origin), inverse);
-    const __m256 b = _mm256_mul_ps(_mm256_sub_ps(far_bound, ray_origin), inverse);
+    const __m256 a = _mm256_mul_ps(_mm256_sub_ps(near_bound, near_origin), inverse);
+    const __m256 b = _mm256_mul_ps(_mm256_sub_ps(far_bound, far_origin), inverse);
     near_t = axis == 0 ? a : _mm256_max_ps(near_t, a);
     far_t = axis == 0 ? b : _mm256_min_ps(far_t, b);
   }
   finish_avx2<kRanked>(near_t, far_t, info, query, hits);
 }
 
+template <typename Form, bool kRanked = true>
+[[gnu::target("avx2,bmi,popcnt")]] void test_avx2(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray,
+                                                  const NodeQuery& query, NodeHits& hits) {
+  if constexpr (Form::kOriented) {
+    if (node[kOrientationByte] != 0) {
+      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
+      return test_seen_avx2<Form, kRanked>(node, address, SeenRay(turned), query, hits);
+    }
+  }
+  test_seen_avx2<Form, kRanked>(node, address, SeenRay(ray), query, hits);
+}
+
 // Near and far bounds of an axis share one register: lanes 0..7 near, 8..15 far.
-template <unsigned kSlots>
-[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt")]] void test_avx512(const std::uint8_t* node, std::uint32_t address,
-                                                                     const SlabRay& ray, const NodeQuery& query,
-                                                                     NodeHits& hits) {
-  const ChildInfo info = child_info_avx2<kSlots>(node, address);
+template <typename Form>
+[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt"), gnu::always_inline]] inline void test_seen_avx512(
+    const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query, NodeHits& hits) {
+  const ChildInfo info = child_info_avx2<Form>(node, address);
   __m512 near_far[3];
   for (unsigned axis = 0; axis < 3; ++axis) {
     const __m512 origin = _mm512_set1_ps(axis_origin(node, axis));
     const __m512 step = _mm512_set1_ps(kExponentStep[node[18 + axis]]);
-    const __m512 ray_origin = _mm512_set1_ps(ray.origin[static_cast<int>(axis)]);
-    const __m512 inverse = _mm512_set1_ps(ray.inverse[static_cast<int>(axis)]);
-    const std::uint8_t* lower = node + kLayout<kSlots>.bounds + 2 * axis * kSlots;
-    const unsigned flip = ray.negative[axis] ? kSlots : 0;
-    std::uint64_t halves[2];
-    const bool at_end = kSlots == 6 && axis == 2;  // reads nothing beyond the node
-    std::memcpy(&halves[0], lower + flip - (at_end ? 2 : 0), 8);
-    std::memcpy(&halves[1], lower + (kSlots - flip) - (at_end ? 2 : 0), 8);
-    if (at_end) {
-      halves[0] >>= 16;
-      halves[1] >>= 16;
-    }
-    const __m128i packed = _mm_set_epi64x(static_cast<long long>(halves[1]), static_cast<long long>(halves[0]));
+    const __m512 ray_origin =
+        _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(ray.near_origin[axis]), _mm512_set1_ps(ray.far_origin[axis]));
+    const __m512 inverse = _mm512_set1_ps(ray.inverse[axis]);
+    const unsigned flip = ray.negative[axis] ? 1 : 0;
+    const std::uint64_t near_codes = codes_of<Form>(node, 2 * axis + flip);
+    const std::uint64_t far_codes = codes_of<Form>(node, 2 * axis + 1 - flip);
+    const __m128i packed = _mm_set_epi64x(static_cast<long long>(far_codes), static_cast<long long>(near_codes));
     const __m512 q = _mm512_maskz_cvtepi32_ps(0xFFFF, _mm512_maskz_cvtepu8_epi32(0xFFFF, packed));
     const __m512 bound = _mm512_add_ps(origin, _mm512_mul_ps(q, step));
     near_far[axis] = _mm512_mul_ps(_mm512_sub_ps(bound, ray_origin), inverse);
@@ -204,27 +256,41 @@ template <unsigned kSlots>
   finish_avx2<true>(near_t, far_t, info, query, hits);
 }
 
-#endif
-
-template <unsigned kSlots>
-NodeTest node_test_of(SimdPath path) {
-#if defined(__x86_64__)
-  if (path == SimdPath::avx512) return test_avx512<kSlots>;
-  if (path == SimdPath::avx2) return test_avx2<kSlots>;
-#endif
-  static_cast<void>(path);
-  return test_portable<kSlots>;
+template <typename Form>
+[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt")]] void test_avx512(const std::uint8_t* node, std::uint32_t address,
+                                                                     const SlabRay& ray, const NodeQuery& query,
+                                                                     NodeHits& hits) {
+  if constexpr (Form::kOriented) {
+    if (node[kOrientationByte] != 0) {
+      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
+      return test_seen_avx512<Form>(node, address, SeenRay(turned), query, hits);
+    }
+  }
+  test_seen_avx512<Form>(node, address, SeenRay(ray), query, hits);
 }
+
+#endif
 
 }  // namespace
 
-NodeTest node_test_unordered(SimdPath path, unsigned slots) {
+NodeTest node_test_unordered(SimdPath path, const InternalLayout& layout) {
 #if defined(__x86_64__)
-  if (path == SimdPath::avx2) return slots == 6 ? test_avx2<6, false> : test_avx2<8, false>;
+  if (path == SimdPath::avx2) {
+    return with_node_form(layout, []<typename Form>(Form) -> NodeTest { return test_avx2<Form, false>; });
+  }
 #endif
-  return node_test(path, slots);
+  return node_test(path, layout);
 }
 
-NodeTest node_test(SimdPath path, unsigned slots) { return slots == 6 ? node_test_of<6>(path) : node_test_of<8>(path); }
+NodeTest node_test(SimdPath path, const InternalLayout& layout) {
+  return with_node_form(layout, [&]<typename Form>(Form) -> NodeTest {
+#if defined(__x86_64__)
+    if (path == SimdPath::avx512) return test_avx512<Form>;
+    if (path == SimdPath::avx2) return test_avx2<Form>;
+#endif
+    static_cast<void>(path);
+    return test_portable<Form>;
+  });
+}
 
 }  // namespace grtx::frontend

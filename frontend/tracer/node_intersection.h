@@ -59,14 +59,33 @@ struct alignas(32) NodeHits {
   ChildInfo info;
 };
 
-/// node: bytes in the image; address: its place, units. Children count as hit when their conservative interval is not
-/// empty and does not end before t_min.
+/// node: bytes in the image; address: its place, units. The boxes of a node of layout obb lie in the frame that it
+/// names. Children count as hit when their conservative interval is not empty and does not end before t_min.
 using NodeTest = void (*)(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
                           NodeHits& hits);
 
-/// The test for nodes of `slots` (6 or 8) bound slots. The path must be available.
-NodeTest node_test(SimdPath path, unsigned slots);
+/// Nodes whose layout is known when the test is compiled.
+template <unsigned slots, bool packed, bool oriented>
+struct NodeForm {
+  static constexpr unsigned kSlots = slots;
+  static constexpr bool kPacked = packed, kOriented = oriented;
+  static constexpr InternalLayout kLayout = [] {
+    InternalLayout layout = packed ? InternalLayout{8, 16, 22, true, false} : internal_layout(slots);
+    layout.oriented = oriented;
+    return layout;
+  }();
+};
+/// Calls f(NodeForm) for nodes of this layout and returns what it returns.
+template <typename F>
+auto with_node_form(const InternalLayout& layout, const F& f) {
+  if (layout.packed) return f(NodeForm<8, true, false>{});
+  if (layout.oriented) return layout.slots == 6 ? f(NodeForm<6, false, true>{}) : f(NodeForm<8, false, true>{});
+  return layout.slots == 6 ? f(NodeForm<6, false, false>{}) : f(NodeForm<8, false, false>{});
+}
+
+/// The test for nodes of a layout. The path must be available.
+NodeTest node_test(SimdPath path, const InternalLayout& layout);
 /// The same for who does not need `rank`, which may be left as it was.
-NodeTest node_test_unordered(SimdPath path, unsigned slots);
+NodeTest node_test_unordered(SimdPath path, const InternalLayout& layout);
 
 }  // namespace grtx::frontend

@@ -12,11 +12,8 @@ traces::NodeDefinition ImageNodes::define(std::uint32_t address) const {
   std::int32_t offset = 0;
   std::memcpy(&offset, node + 12, 4);
   definition.child_base = address + static_cast<std::uint32_t>(offset);
-  // Eight child bytes at once: a child's low two bits are not zero, its kind stands above them. They lie inside the
-  // node whatever its width.
-  std::uint64_t children = 0;
-  std::memcpy(&children, node + image_.layout().child_info, sizeof children);
-  if (image_.layout().slots < 8) children &= (std::uint64_t{1} << 8 * image_.layout().slots) - 1;
+  // Eight child bytes at once: a child's low two bits are not zero, its kind stands above them.
+  const std::uint64_t children = child_bytes(image_.layout(), node);
   constexpr std::uint64_t kOnes = 0x0101010101010101;
   const std::uint64_t used = (children | children >> 1) & kOnes;
   const unsigned end = static_cast<unsigned>(std::countr_one(used | ~kOnes)) / 8;  // used slots come first

@@ -1,5 +1,6 @@
 #include "grtx/frontend/tracer/traversal.h"
 
+#include <cassert>
 #include <limits>
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
@@ -9,8 +10,10 @@
 namespace grtx::frontend {
 namespace {
 
+// A root's boxes are never oriented.
 Box box_of_children(const NodeImage& image, std::uint32_t root) {
   const DecodedInternal node = image.decode_internal(root * image.sizes().unit());
+  assert(node.orientation == 0);
   Box box;
   for (unsigned i = 0; i < node.child_count; ++i) box.extend(node.boxes[i]);
   return box;
@@ -22,15 +25,16 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
     : image_(structure.image),
       layout_(structure.image.layout()),
       internal_units_(structure.image.sizes().units(NodeKind::internal)),
+      instance_units_(structure.image.sizes().units(NodeKind::instance)),
       root_(structure.root),
       blas_root_(structure.blas_root),
       root_box_(box_of_children(structure.image, structure.root)),
       options_(options),
-      test_children_(node_test(options.simd, layout_.slots)),
+      test_children_(node_test(options.simd, layout_)),
       policy_(structure, options),
       object_(structure.gaussians, structure.world),
       leaf_hits_(structure, options),
-      walk_(image_, walk_kernels(options.simd, layout_.slots)),
+      walk_(image_, walk_kernels(options.simd, layout_)),
       walks_lists_(can_walk_lists(structure)) {}
 
 void Traversal::begin_ray(const TraceRay& ray) {
@@ -82,12 +86,12 @@ void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder)
     // The ray must be transformed again before a node inside an instance can be tested.
     if (entry.object != 0) {
       ++state.counters.visits_instance;
-      visited(units_of(entry.object), 2);
+      visited(units_of(entry.object), instance_units_);
       recorder.event(traces::EventKind::visit_instance, units_of(entry.object), 1, 0);
     }
     if (entry.in_blas()) {
       ++state.counters.visits_instance;
-      visited(units_of(entry.instance), 2);
+      visited(units_of(entry.instance), instance_units_);
       recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
       enter_instance(local_ray(ray, entry), entry.instance, state);
     }
@@ -201,13 +205,14 @@ inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t no
     test_children_(data, units, ray.slabs, {0.0f, t_min_cull}, hits);
   }
   if (!blas) image_.prefetch_children(hits.info.child_base);
+  const std::uint64_t children = child_bytes(layout_, data);
   const std::uint32_t list = memory_.reserve(hits.count + 1);
   ReachedNode* const head = &memory_[list];
   head->node = hits.count;
   for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
     const auto slot = static_cast<unsigned>(__builtin_ctz(rest));
     const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
-    const auto kind = static_cast<NodeKind>(data[layout_.child_info + slot] >> 2);
+    const auto kind = static_cast<NodeKind>(children >> (8 * slot + 2) & 0x3F);
     head[1 + Order::place(slot, hits.hit, static_cast<unsigned>(hits.rank[slot]))] =
         ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
   }
@@ -233,7 +238,7 @@ inline unsigned Traversal::checkpoint_children(const StackEntry& parent, std::ui
 template <typename Order, typename Recorder>
 void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_instance;
-  visited(units_of(entry.node), 2);
+  visited(units_of(entry.node), instance_units_);
   recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
   if (object_.one_of_several() && entry.object == 0) {
     enter_object(ray, entry.node);

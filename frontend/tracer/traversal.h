@@ -82,6 +82,7 @@ class Traversal {
   const NodeImage& image_;
   const InternalLayout layout_;
   const unsigned internal_units_;  ///< of an internal node
+  const unsigned instance_units_;  ///< of an instance leaf
   const std::uint32_t root_;       ///< units
   const std::uint32_t blas_root_;  ///< units
   const Box root_box_;             ///< holds the decoded boxes of the root's children

@@ -25,20 +25,21 @@ bool scan_portable(WalkState& walk) {
   return false;
 }
 
-template <unsigned kSlots>
+template <typename Form>
 void open_portable(WalkState& walk, const NodeImage& image, std::uint32_t address, const SlabRay& ray, float bound,
                    float exit) {
-  static const NodeTest test = node_test(SimdPath::portable, kSlots);
+  static const NodeTest test = node_test(SimdPath::portable, Form::kLayout);
   const std::uint8_t* const node = image.node_at(address);
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
+  const std::uint64_t children = child_bytes(Form::kLayout, node);
   WalkStack& stack = walk.stack;
   walk.pushed_at = stack.size;
   walk.sticking_out = 0;
   for (unsigned rest = hits.hit; rest != 0; rest &= rest - 1) {
     const auto slot = static_cast<unsigned>(std::countr_zero(rest));
     const std::uint32_t child = hits.info.child_base + child_offset(hits.info, slot);
-    const bool leaf = node[internal_layout(kSlots).child_info + slot] >> 2 != 0;
+    const bool leaf = (children >> (8 * slot) & 0xFC) != 0;
     const std::uint32_t place = hits.count - 1 - static_cast<std::uint32_t>(hits.rank[slot]);
     stack.enter[stack.size + place] = hits.enter[slot];
     stack.exit[stack.size + place] = std::min(hits.exit[slot], exit);
@@ -66,12 +67,14 @@ void sort_pushed(WalkState& walk) {
   }
 }
 
-WalkKernels walk_kernels(SimdPath path, unsigned slots) {
+WalkKernels walk_kernels(SimdPath path, const InternalLayout& layout) {
 #if defined(__x86_64__)
-  if (path != SimdPath::portable) return walk_kernels_avx2(slots);  // AVX-512 was 1 to 3 % faster
+  if (path != SimdPath::portable) return walk_kernels_avx2(layout);  // AVX-512 was 1 to 3 % faster
 #endif
   static_cast<void>(path);
-  return {scan_portable, slots == 6 ? open_portable<6> : open_portable<8>};
+  return with_node_form(layout, []<typename Form>(Form) -> WalkKernels {
+    return {scan_portable, open_portable<Form>};
+  });
 }
 
 }  // namespace grtx::frontend

@@ -89,7 +89,7 @@ struct WalkKernels {
 /// Puts the children pushed last, which stand in their order but for nearly equal entry t, in their order.
 void sort_pushed(WalkState& walk);
 
-/// For nodes of `slots` (6 or 8) bound slots. The path must be available.
-WalkKernels walk_kernels(SimdPath path, unsigned slots);
+/// For nodes of a layout. The path must be available.
+WalkKernels walk_kernels(SimdPath path, const InternalLayout& layout);
 
 }  // namespace grtx::frontend

@@ -116,10 +116,10 @@ constexpr std::array<std::uint64_t, 256> kCompressed = [] {
   if ((rising & pushed >> 1) != 0) sort_pushed(walk);
 }
 
-template <unsigned kSlots>
+template <typename Form>
 [[gnu::target("avx2,bmi,popcnt")]] void open_avx2(WalkState& walk, const NodeImage& image, std::uint32_t address,
                                                   const SlabRay& ray, float bound, float exit_above) {
-  static const NodeTest test = node_test_unordered(SimdPath::avx2, kSlots);
+  static const NodeTest test = node_test_unordered(SimdPath::avx2, Form::kLayout);
   const std::uint8_t* const node = image.node_at(address);
   NodeHits hits;
   test(node, address, ray, {0.0f, walk.t_min}, hits);
@@ -130,8 +130,8 @@ template <unsigned kSlots>
   const __m256i wide = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kWideBefore[hits.info.wide])));
   const __m256i child =
       _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(hits.info.child_base)), _mm256_add_epi32(lane, wide));
-  const __m256i info = _mm256_cvtepu8_epi32(
-      _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node + internal_layout(kSlots).child_info)));
+  const __m256i info =
+      _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(child_bytes(Form::kLayout, node))));
   const __m256i internal = _mm256_cmpeq_epi32(_mm256_srli_epi32(info, 2), _mm256_setzero_si256());
   const __m256i what =
       _mm256_or_si256(child, _mm256_andnot_si256(internal, _mm256_set1_epi32(static_cast<int>(WalkList::kLeaf))));
@@ -144,7 +144,9 @@ template <unsigned kSlots>
 
 }  // namespace
 
-WalkKernels walk_kernels_avx2(unsigned slots) { return {scan_avx2, slots == 6 ? open_avx2<6> : open_avx2<8>}; }
+WalkKernels walk_kernels_avx2(const InternalLayout& layout) {
+  return with_node_form(layout, []<typename Form>(Form) -> WalkKernels { return {scan_avx2, open_avx2<Form>}; });
+}
 
 }  // namespace grtx::frontend
 

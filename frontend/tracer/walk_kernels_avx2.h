@@ -6,7 +6,7 @@ namespace grtx::frontend {
 
 #if defined(__x86_64__)
 /// The host must have AVX2.
-WalkKernels walk_kernels_avx2(unsigned slots);
+WalkKernels walk_kernels_avx2(const InternalLayout& layout);
 #endif
 
 }  // namespace grtx::frontend

@@ -13,14 +13,14 @@
 namespace grtx::modules {
 
 struct NodeTrafficConfig {
-  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices; layout compact always reads its first unit
+  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices; compact and compressed always read that
   bool blas_header_read = true;        ///< with a visit_instance whose detail is 0
   bool leaf_descriptor_read = false;
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
-             from_public("Vulkan-Sim reads all 128; of layout compact always the 80 B that suffice"));
+             from_public("Vulkan-Sim reads all 128; of layouts compact and compressed always the part that suffices"));
     list.add("blas_header_read", blas_header_read, "entering a BLAS, or an object's TLAS, also reads its 64 B header",
-             from_public("Vulkan-Sim; never in layout compact, whose instance leaf names the root"));
+             from_public("Vulkan-Sim; never in layouts compact and compressed"));
     list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
   }
@@ -59,7 +59,7 @@ class NodeTraffic {
   /// Kind of every primitive leaf of the trace: one structure holds one kind only.
   traces::NodeKind leaf_kind() const { return procedural_ ? traces::NodeKind::procedural : traces::NodeKind::triangle; }
   bool two_level() const { return two_level_; }
-  bool header_read() const { return config_.blas_header_read && !compact(); }
+  bool header_read() const { return config_.blas_header_read && !sizes_.short_instances(); }
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
   std::uint64_t blas_header() const { return blas_base_; }
   const traces::InstanceLevels& levels() const { return levels_; }
@@ -75,8 +75,9 @@ class NodeTraffic {
   unsigned stored_units(traces::NodeKind kind) const { return sizes_.units(kind); }
   /// The sectors that hold what is read of the node itself.
   SectorRun run(traces::NodeKind kind, std::uint64_t address) const {
-    const std::uint64_t bytes =
-        kind == traces::NodeKind::instance && !compact() ? config_.instance_leaf_bytes : sizes_.read_bytes(kind);
+    const std::uint64_t bytes = kind == traces::NodeKind::instance && !sizes_.short_instances()
+                                    ? config_.instance_leaf_bytes
+                                    : sizes_.read_bytes(kind);
     const std::uint64_t first = address / kSectorBytes, end = (address + bytes + kSectorBytes - 1) / kSectorBytes;
     return {first * kSectorBytes, static_cast<unsigned>(end - first), region(kind, address)};
   }
@@ -90,8 +91,6 @@ class NodeTraffic {
   }
 
  private:
-  bool compact() const { return sizes_.layout() == traces::NodeLayout::compact; }
-
   NodeTrafficConfig config_;
   traces::NodeSizes sizes_;
   bool two_level_;

@@ -38,6 +38,9 @@ void RtUnitConfig::parameters(ParameterList& list) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
             from_public("UBC 2024 and Arches test a whole node, Vortex one child"));
     ray_box.parameters(box, "ray-box", kTreeTraversal);
+    box.add("rotate_latency", box_rotate_latency, {0, kMaxLatency}, "cycles",
+            "of layout obb: the ray is rotated into the node's frame, before latency",
+            assumed("as the ray-transform unit, whose operators it has"));
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
   list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
@@ -97,8 +100,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                 [&](const char* name) { return std::make_unique<IntersectionUnit>(name, config, entries, path); });
   };
   const unsigned boxes = config_.box_op_per_child ? 1 : header.bvh_width;
-  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box,
-                  ray_box_path(boxes, header.layout == traces::NodeLayout::compact));
+  const traces::NodeSizes sizes = header.node_sizes();
+  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header),
+                  ray_box_path(boxes, sizes.decoder_priced(), sizes.oriented()));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else {

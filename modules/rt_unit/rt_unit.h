@@ -35,10 +35,17 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
   IntersectionUnit::Config ray_transform{4, 6, 1};
   bool box_op_per_child = false;
+  unsigned box_rotate_latency = 6;  ///< of layout obb, before the ray-box unit's own
   AnyHitCollector::Config any_hit;
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
+  /// The ray-box unit that a trace with this header meets: where boxes are oriented, it rotates the ray first.
+  IntersectionUnit::Config ray_box_of(const traces::Header& header) const {
+    IntersectionUnit::Config unit = ray_box;
+    if (header.node_sizes().oriented()) unit.latency += box_rotate_latency;
+    return unit;
+  }
   /// Whether anything of a trace with this header is prefetched.
   bool has_prefetcher(const traces::Header& header) const {
     return sibling_prefetch || prefetcher.stack.depth > 0 || (header.checkpoint && checkpoint.prefetch_nodes);

@@ -208,6 +208,7 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.stack_prefetch.depth",
                                                "rt.stack_prefetch.trigger",
                                                "rt.stack_prefetch.pops",
+                                               "rt.box.rotate_latency",
                                                "dram.bank_groups",
                                                "dram.group_bytes",
                                                "dram.timing.ccd_l",

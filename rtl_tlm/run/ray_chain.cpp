@@ -12,7 +12,7 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
   // scheduled warp to its request, one from the response to the unit's start.
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + config.l1.latency;
-  internal = fetch + 1 + rt.ray_box.latency;
+  internal = fetch + 1 + rt.ray_box_of(header).latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + (procedural ? rt.ray_sphere : rt.ray_triangle).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};

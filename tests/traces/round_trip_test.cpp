@@ -42,17 +42,19 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   expect_round_trip(options);
 }
 
-TEST(RoundTrip, CompactNodesOfEveryKindOfTrace) {
-  for (const bool two_level : {false, true}) {
-    for (const bool checkpoint : {false, true}) {
-      for (const unsigned width : {2U, 6U, 8U}) {
-        RandomOptions options;
-        options.layout = NodeLayout::compact;
-        options.two_level = two_level;
-        options.checkpoint = checkpoint;
-        options.capacity = checkpoint ? 12 : 0;
-        options.bvh_width = width;
-        expect_round_trip(options);
+TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
+  for (const NodeLayout layout : {NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed}) {
+    for (const bool two_level : {false, true}) {
+      for (const bool checkpoint : {false, true}) {
+        for (const unsigned width : {2U, 6U, 8U}) {
+          RandomOptions options;
+          options.layout = layout;
+          options.two_level = two_level;
+          options.checkpoint = checkpoint;
+          options.capacity = checkpoint ? 12 : 0;
+          options.bvh_width = width;
+          expect_round_trip(options);
+        }
       }
     }
   }

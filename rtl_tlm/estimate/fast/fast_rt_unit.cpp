@@ -30,7 +30,7 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       ages_(config_.warp_buffer.entries),
       cursors_(shared.config.resident_warps),
       free_entries_(lowest_bits(config_.warp_buffer.entries)),
-      box_(config_.ray_box),
+      box_(config_.ray_box_of(shared.header)),
       leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle : config_.ray_sphere),
       transform_(config_.ray_transform),
       transforms_leaves_(modules::transforms_leaves(shared.header)) {

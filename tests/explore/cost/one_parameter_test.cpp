@@ -83,6 +83,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.box.count", "1", kBoth},
       {"rt.box.latency", "26", kBoth},
       {"rt.box.interval", "4", kBoth},
+      {"rt.box.rotate_latency", "12", kBoth, "", {}, "obb"},
       {"rt.triangle.count", "1", kBoth},
       {"rt.triangle.latency", "74", kBoth},
       {"rt.triangle.interval", "4", kBoth},
@@ -230,6 +231,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
       if (tracing == traces::Tracing::stochastic) random.k = 1;
+      if (kind == "obb") random.layout = traces::NodeLayout::obb;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
@@ -247,7 +249,8 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const MachineUse use{kind == "single" || kind == "stochastic" ? "baseline" : "grtx", kind == "sphere"};
+      MachineUse use{kind == "single" || kind == "stochastic" ? "baseline" : "grtx", kind == "sphere"};
+      if (kind == "obb") use.layout = traces::NodeLayout::obb;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {
         return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;

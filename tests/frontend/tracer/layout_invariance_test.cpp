@@ -1,4 +1,4 @@
-// A layout decides which bytes a ray reads, never which Gaussians it hits: images of both layouts are equal to the bit,
+// A layout decides which bytes a ray reads, never which Gaussians it hits: images of all layouts are equal to the bit,
 // under every setting that meets another part of the traversal.
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -34,14 +34,16 @@ View generated(const std::string& preset, std::uint64_t count) {
   return view;
 }
 
-class LayoutInvariance : public ::testing::TestWithParam<AccelKind> {
+class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, NodeLayout>> {
  protected:
-  static void expect_same_images(const View& view) {
+  AccelKind accel() const { return std::get<0>(GetParam()); }
+  NodeLayout layout() const { return std::get<1>(GetParam()); }
+
+  void expect_same_images(const View& view) {
     const PreparedGaussians gaussians(view.scene, true);
-    const AccelerationStructure plain(gaussians, {GetParam(), 6, false});
+    const AccelerationStructure plain(gaussians, {accel(), 6, false});
     for (const unsigned width : {8u, 4u}) {
-      const AccelerationStructure compact(gaussians,
-                                          {GetParam(), width, false, width == 4 ? 5u : 8u, NodeLayout::compact});
+      const AccelerationStructure other(gaussians, {accel(), width, false, width == 4 ? 5u : 8u, layout()});
       for (unsigned setting = 0; setting < 6; ++setting) {
         TracerOptions options;
         options.k = setting < 3 ? 8 : 3;
@@ -50,7 +52,7 @@ class LayoutInvariance : public ::testing::TestWithParam<AccelKind> {
         if (setting == 4) options.skips = kAllSkips;
         if (setting == 5) options.checkpoint_capacity = 9;  // overflows
         const RenderResult expected = test::trace_scene(view.scene, view.camera, plain, gaussians, options);
-        const RenderResult result = test::trace_scene(view.scene, view.camera, compact, gaussians, options);
+        const RenderResult result = test::trace_scene(view.scene, view.camera, other, gaussians, options);
         EXPECT_EQ(compare(expected.image, result.image).different_pixels, 0u) << "width " << width << ' ' << setting;
         EXPECT_TRUE(expected.sequences == result.sequences) << "width " << width << " setting " << setting;
         EXPECT_EQ(expected.counters.blended, result.counters.blended);
@@ -64,20 +66,21 @@ TEST_P(LayoutInvariance, OfScenesLikeTrainedOnes) { expect_same_images(generated
 TEST_P(LayoutInvariance, OfNeedlesAndFlakes) { expect_same_images(generated("stress-needles", 300)); }
 TEST_P(LayoutInvariance, OfCopies) { expect_same_images(generated("stress-copies", 120)); }
 TEST_P(LayoutInvariance, OfAxisParallelRays) { expect_same_images(generated("stress-axis", 600)); }
+TEST_P(LayoutInvariance, OfLargeCoordinates) { expect_same_images(generated("stress-far", 300)); }
 
 // The leaves hold the same vertices, so their own test finds the same Gaussians; t may differ in its last bits, for a
 // triangle's vertices may come in another order.
 TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
-  if (proxy_of(GetParam()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
+  if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
   const View view = generated("indoor", 3000);
   const PreparedGaussians gaussians(view.scene, true);
   TracerOptions options;
   options.triangle_test = TriangleTest::world;
   options.ert = 0.0f;  // every hit of a ray
-  const AccelerationStructure plain(gaussians, {GetParam(), 6, false});
-  const AccelerationStructure compact(gaussians, {GetParam(), 8, false, 8, NodeLayout::compact});
+  const AccelerationStructure plain(gaussians, {accel(), 6, false});
+  const AccelerationStructure other(gaussians, {accel(), 8, false, 8, layout()});
   RenderResult expected = test::trace_scene(view.scene, view.camera, plain, gaussians, options);
-  RenderResult result = test::trace_scene(view.scene, view.camera, compact, gaussians, options);
+  RenderResult result = test::trace_scene(view.scene, view.camera, other, gaussians, options);
   for (auto* sequences : {&expected.sequences, &result.sequences}) {
     for (auto& ray : *sequences) std::sort(ray.begin(), ray.end());
   }
@@ -89,7 +92,7 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
 TEST_P(LayoutInvariance, TracesAreConsistent) {
   const View view = generated("indoor", 3000);
   const PreparedGaussians gaussians(view.scene, true);
-  const AccelerationStructure accel(gaussians, {GetParam(), 8, false, 8, NodeLayout::compact});
+  const AccelerationStructure structure(gaussians, {accel(), 8, false, 8, layout()});
   const std::string path =
       (std::filesystem::temp_directory_path() / ("grtx_layout_" + std::to_string(::getpid()) + ".grtx")).string();
   for (const bool checkpoint : {false, true}) {
@@ -97,26 +100,28 @@ TEST_P(LayoutInvariance, TracesAreConsistent) {
     options.checkpoint = checkpoint;
     RenderOptions render_options;
     render_options.threads = 1;
-    traces::Writer writer(path, trace_header(view.scene, view.camera, accel, options, render_options));
-    const RenderResult result = render(view.scene, gaussians, accel, view.camera, options, render_options, &writer);
+    traces::Writer writer(path, trace_header(view.scene, view.camera, structure, options, render_options));
+    const RenderResult result = render(view.scene, gaussians, structure, view.camera, options, render_options, &writer);
     writer.finish();
     const traces::Reader reader(path);
-    EXPECT_EQ(reader.header().layout, NodeLayout::compact);
-    EXPECT_EQ(reader.header().node_image_bytes, accel.image().size());
+    EXPECT_EQ(reader.header().layout, layout());
+    EXPECT_EQ(reader.header().node_image_bytes, structure.image().size());
     EXPECT_EQ(reader.totals().visits(), result.counters.visits());
     EXPECT_EQ(traces::check(reader, true), reader.totals());  // throws at the first violation
     std::filesystem::remove(path);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Structures, LayoutInvariance,
-                         ::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
-                                           AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere),
-                         [](const auto& kind) {
-                           std::string name = accel_name(kind.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Structures, LayoutInvariance,
+    ::testing::Combine(::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
+                                         AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere),
+                       ::testing::Values(NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed)),
+    [](const auto& test) {
+      std::string name = accel_name(std::get<0>(test.param)) + "_" + std::string(name_of(std::get<1>(test.param)));
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace grtx::frontend

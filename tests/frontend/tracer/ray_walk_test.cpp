@@ -212,7 +212,7 @@ TEST_P(RayWalkOf, VisitsWhatAPlainWalkVisits) {
     ends.insert(ends.begin(), -1.0f);
     for (std::size_t p = 0; p < paths.size(); ++p) {
       PlainWalk plain(accel.image(), ray, leaves);
-      RayWalk walk(accel.image(), walk_kernels(paths[p], accel.image().layout().slots));
+      RayWalk walk(accel.image(), walk_kernels(paths[p], accel.image().layout()));
       walk.begin_ray(root);
       std::vector<std::uint32_t> numbers;
       for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -275,7 +275,7 @@ TEST(WalkKernels, OrderNearlyEqualChildrenAlike) {
       std::vector<WalkState> walks(available_simd_paths().size());
       for (std::size_t i = 0; i < walks.size(); ++i) {
         walks[i].stack.size = 3;
-        walk_kernels(available_simd_paths()[i], layout.slots).open(walks[i], image, 8, ray, bound, 1.0f + 0x1p-20f);
+        walk_kernels(available_simd_paths()[i], layout).open(walks[i], image, 8, ray, bound, 1.0f + 0x1p-20f);
         const WalkStack &stack = walks[i].stack, &expected = walks.front().stack;
         ASSERT_EQ(stack.size, expected.size);
         ASSERT_EQ(walks[i].pushed_at, 3u);

@@ -8,6 +8,7 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/accel/orientations.h"
 #include "grtx/frontend/gaussian/face_intersection.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/tracer/node_intersection.h"
@@ -67,13 +68,18 @@ TEST(SimdPaths, ALimitLeavesWhatIsNotAboveIt) {
 }
 
 TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
-  for (const unsigned slots : {6u, 8u}) {
+  InternalLayout oriented6 = internal_layout(6), oriented8 = internal_layout(8);
+  oriented6.oriented = oriented8.oriented = true;
+  const InternalLayout packed = internal_layout(traces::NodeSizes(traces::NodeLayout::compressed, 8));
+  for (const InternalLayout& layout : {internal_layout(6), internal_layout(8), oriented6, oriented8, packed}) {
+    const unsigned slots = layout.slots;
     Numbers numbers;
-    const NodeTest expected_test = node_test(SimdPath::portable, slots);
+    const NodeTest expected_test = node_test(SimdPath::portable, layout);
     unsigned hits_seen = 0;
     for (int trial = 0; trial < 100000; ++trial) {
       alignas(64) std::uint8_t node[128];
       for (std::uint8_t& byte : node) byte = static_cast<std::uint8_t>(numbers.bits() >> 13);
+      if (layout.oriented) node[kOrientationByte] = static_cast<std::uint8_t>(node[kOrientationByte] % kOrientations);
       for (int axis = 0; axis < 3; ++axis) {
         const float origin = trial % 4 == 0 ? numbers.any() : numbers.plain(-1.0f, 0.0f);
         std::memcpy(node + 4 * axis, &origin, 4);
@@ -92,7 +98,7 @@ TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
       hits_seen += expected.count;
       for (const SimdPath path : available_simd_paths()) {
         NodeHits hits;
-        node_test(path, slots)(node, 1000, ray, query, hits);
+        node_test(path, layout)(node, 1000, ray, query, hits);
         SCOPED_TRACE(std::string(simd_path_name(path)) + " trial " + std::to_string(trial));
         ASSERT_EQ(hits.hit, expected.hit);
         ASSERT_EQ(hits.count, expected.count);
@@ -113,18 +119,21 @@ TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
 }
 
 TEST(SimdPaths, NodesOfTheLastBytesAreReadWithinTheNode) {
-  // A six-slot node ends with its 64 bytes: what lies behind must not matter.
+  // A six-slot node and a packed one end with their 64 bytes: what lies behind must not matter.
   Numbers numbers;
-  for (const SimdPath path : available_simd_paths()) {
-    alignas(64) std::uint8_t nodes[2][128] = {};
-    for (unsigned i = 0; i < 64; ++i) nodes[0][i] = nodes[1][i] = static_cast<std::uint8_t>(numbers.bits());
-    for (unsigned i = 64; i < 128; ++i) nodes[1][i] = 0xFF;
-    const SlabRay ray(glm::vec3(0.1f, 0.2f, -3.0f), glm::vec3(0.1f, -0.2f, 1.0f));
-    NodeHits hits[2];
-    for (int i = 0; i < 2; ++i) node_test(path, 6)(nodes[i], 0, ray, {}, hits[i]);
-    for (unsigned slot = 0; slot < 6; ++slot) {
-      EXPECT_TRUE(same(hits[0].enter[slot], hits[1].enter[slot]));
-      EXPECT_TRUE(same(hits[0].exit[slot], hits[1].exit[slot]));
+  for (const InternalLayout& layout :
+       {internal_layout(6), internal_layout(traces::NodeSizes(traces::NodeLayout::compressed, 8))}) {
+    for (const SimdPath path : available_simd_paths()) {
+      alignas(64) std::uint8_t nodes[2][128] = {};
+      for (unsigned i = 0; i < 64; ++i) nodes[0][i] = nodes[1][i] = static_cast<std::uint8_t>(numbers.bits());
+      for (unsigned i = 64; i < 128; ++i) nodes[1][i] = 0xFF;
+      const SlabRay ray(glm::vec3(0.1f, 0.2f, -3.0f), glm::vec3(0.1f, -0.2f, 1.0f));
+      NodeHits hits[2];
+      for (int i = 0; i < 2; ++i) node_test(path, layout)(nodes[i], 0, ray, {}, hits[i]);
+      for (unsigned slot = 0; slot < layout.slots; ++slot) {
+        EXPECT_TRUE(same(hits[0].enter[slot], hits[1].enter[slot]));
+        EXPECT_TRUE(same(hits[0].exit[slot], hits[1].exit[slot]));
+      }
     }
   }
 }

@@ -145,5 +145,27 @@ TEST(NodeSectors, CompactNodesTakeThreeSectorsWhereverTheyBegin) {
   EXPECT_EQ(NodeTraffic(h, {}).leaf_tests(), 1u);
 }
 
+// Layout compressed: whatever a node is, it is two sectors, and no header is read.
+TEST(NodeSectors, CompressedNodesAreTwoSectors) {
+  traces::Header h;
+  h.layout = traces::NodeLayout::compressed;
+  h.bvh_width = 8;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.two_level = true;
+  h.blas_base = 64 * 50;
+  const NodeTraffic t(h, {});
+  EXPECT_EQ(t.leaf_tests(), 1u);
+  const Event enters{3, 0, 0, Event::pack(EventKind::visit_instance)};
+  const auto visit = node_visit(enters, {}, t);
+  ASSERT_TRUE(visit.has_value());
+  EXPECT_FALSE(visit->header);
+  EXPECT_EQ(sectors_of(NodeSectors(*visit, t)),
+            (std::vector<std::pair<std::uint64_t, Region>>{{192, Region::instance}, {224, Region::instance}}));
+  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::procedural, NodeKind::triangle}) {
+    EXPECT_EQ(t.stored_units(kind), 1u);
+    EXPECT_EQ(t.run(kind, 128).sectors, 2u);
+  }
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -56,7 +56,10 @@ class PlainRtUnit {
     const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
       return Unit{c.count, c.latency, c.interval, std::vector<std::uint64_t>(c.count, 0), {}, {}};
     };
-    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+    // Layout obb: the ray is rotated first.
+    modules::IntersectionUnit::Config box = config.ray_box;
+    if (header.layout == traces::NodeLayout::obb) box.latency += config.box_rotate_latency;
+    units_ = {pipelines(box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_transform)};
     leaf_unit_ = procedural ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
@@ -176,15 +179,18 @@ class PlainRtUnit {
     return groups_[warp.slot]->nodes[e.node];
   }
   // docs/model/node-image.md: nodes of layout compact have 80 B, but instance leaves two of these, of which the first
-  // is read, and leaves of four triangles.
+  // is read, and leaves of four triangles; of layout compressed all nodes have 64 B. Neither has headers to read.
   bool compact() const { return header_.layout == traces::NodeLayout::compact; }
+  bool compressed() const { return header_.layout == traces::NodeLayout::compressed; }
   std::uint64_t unit() const { return compact() ? 80 : 64; }
   std::uint64_t stored(traces::NodeKind kind) const {
     if (compact()) return kind == traces::NodeKind::instance ? 160 : 80;
+    if (compressed()) return 64;
     return traces::node_bytes(kind, header_.bvh_width);
   }
   std::uint64_t read(traces::NodeKind kind) const {
     if (compact()) return 80;
+    if (compressed()) return 64;
     return kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
   }
   std::vector<std::uint64_t> sectors_of(traces::NodeKind kind, std::uint64_t address) const {
@@ -724,7 +730,8 @@ class PlainRtUnit {
         return;
       case EventKind::visit_instance:
         trigger(name, at);
-        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read && !compact());
+        visit(name, NodeKind::instance, at,
+              e.detail == 0 && config_.memory.traffic.blas_header_read && !compact() && !compressed());
         return;
       case EventKind::visit_leaf:
         trigger(name, at);
