@@ -188,8 +188,14 @@ Verdict Stage::measure(const Made& design) const {
   for (const PointMaker::Made& made : design) {
     const std::string status = database.status_of_point(made.point.key);
     if (status == "done") continue;
+    const std::string reason = database.reason_of_point(made.point.key);
+    // A machine that does not take this trace, which is known only once there is one, is no fault of the run.
+    constexpr std::string_view kRefused = "sim: configuration: ";
+    if (status == "failed" && reason.starts_with(kRefused)) {
+      return {Verdict::Kind::broken, reason.substr(kRefused.size()), 0.0, {}};
+    }
     verdict.kind = Verdict::Kind::failed;
-    verdict.reason = fmt::format("{}: {}", status, database.reason_of_point(made.point.key));
+    verdict.reason = fmt::format("{}: {}", status, reason);
     return verdict;
   }
   const auto values = [&](const std::string& name) {

@@ -106,5 +106,7 @@ DataPath ray_box_path(unsigned boxes, bool decoded = false, bool rotated = false
 DataPath ray_triangle_path();   ///< Moeller-Trumbore
 DataPath ray_sphere_path();     ///< unit sphere at the origin
 DataPath ray_transform_path();  ///< affine transform of origin and direction
+DataPath
+ray_quadric_path();  ///< unit sphere behind a matrix: no box is tested with the ray, which needs no reciprocals
 
 }  // namespace grtx::modules

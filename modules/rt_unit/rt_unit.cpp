@@ -43,7 +43,10 @@ void RtUnitConfig::parameters(ParameterList& list) {
             assumed("as the ray-transform unit, whose operators it has"));
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
-  list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
+  list.under("sphere", [&](ParameterList& unit) {
+    ray_sphere.parameters(unit, "ray-sphere", as_triangle);
+    unit.add("quadric", quadric, "an ellipsoid's leaf is tested in one pass of this unit, matrix included", kOurs);
+  });
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
@@ -56,7 +59,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child, transforms_leaves(header), traffic_.leaf_tests()}) {
+      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests()}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
   bind_parts();
@@ -106,9 +109,10 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else {
-    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path());
+    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.sphere_unit(header),
+                       config_.tests_quadrics(header) ? ray_quadric_path() : ray_sphere_path());
   }
-  if (header.two_level || transforms_leaves(header)) {
+  if (header.two_level || config_.transforms_leaves(header)) {
     ray_transform_ = unit(parts.ray_transform, "ray_transform", config_.ray_transform, ray_transform_path());
   }
 }

@@ -34,6 +34,8 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_triangle{4, 37, 1};
   IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
   IntersectionUnit::Config ray_transform{4, 6, 1};
+  /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit takes the matrix, too.
+  bool quadric = false;
   bool box_op_per_child = false;
   unsigned box_rotate_latency = 6;  ///< of layout obb, before the ray-box unit's own
   AnyHitCollector::Config any_hit;
@@ -53,6 +55,15 @@ struct RtUnitConfig {
   /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {
     return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
+  }
+  /// Whether procedural leaves pass the transform unit before the sphere unit.
+  bool transforms_leaves(const traces::Header& header) const { return !quadric && modules::transforms_leaves(header); }
+  bool tests_quadrics(const traces::Header& header) const { return quadric && modules::transforms_leaves(header); }
+  /// The ray-sphere unit that a trace needs: a quadric's pass is as long as the two that it replaces.
+  IntersectionUnit::Config sphere_unit(const traces::Header& header) const {
+    IntersectionUnit::Config unit = ray_sphere;
+    if (tests_quadrics(header)) unit.latency += ray_transform.latency;
+    return unit;
   }
   void parameters(ParameterList& list);
 };

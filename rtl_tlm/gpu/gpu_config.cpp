@@ -130,7 +130,10 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   };
   width(config.rt.memory.sectors_per_cycle, "rt.memory.sectors_per_cycle");
   width(config.simt.sectors_per_cycle, "simt.sectors_per_cycle");
-  require(power_of_two(config.simt.private_store.lane_bytes), "simt.private_store.lane_bytes", "must be 4 or 8");
+  const modules::PrivateStore::Config& store = config.simt.private_store;
+  require(power_of_two(store.lane_bytes), "simt.private_store.lane_bytes", "must be 4 or 8");
+  require(!store.insertion || store.k_buffer_entries > 0, "simt.private_store.insertion",
+          "needs k-buffers on chip: simt.private_store.k_buffer_entries");
   require(config.rt_units <= config.resident_warps, "gpu.rt_units", "must not be more than gpu.resident_warps");
   memory_system(config.dram_model);  // throws for an unknown name
   const std::vector<std::string> with_file = memory_systems_with_file();
@@ -194,6 +197,7 @@ std::string config_hash(const GpuConfig& config) {
                                                "simt.private_store.lane_bytes",
                                                "simt.private_store.insertion",
                                                "simt.cost.coin",
+                                               "rt.sphere.quadric",
                                                "simt.private_store.insertion_latency",
                                                "dram.scheduling",
                                                "dram.hit_cap",

@@ -40,6 +40,7 @@ traces::Header header_of(const MachineUse& use) {
     }
   }
   header.gaussians = 1;
+  header.k = 1;  // no hardware either: the private store has its own size
   return header;
 }
 

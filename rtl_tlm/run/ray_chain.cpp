@@ -14,10 +14,12 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + config.l1.latency;
   internal = fetch + 1 + rt.ray_box_of(header).latency;
   instance = fetch + 1 + rt.ray_transform.latency;
-  leaf = fetch + 1 + (procedural ? rt.ray_sphere : rt.ray_triangle).latency;
+  leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
-  any_hit = messages + cost.any_hit_fixed + config.simt.instruction_latency;
+  const modules::PrivateStore::Config& store = config.simt.private_store;
+  any_hit =
+      messages + (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

@@ -31,9 +31,10 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       cursors_(shared.config.resident_warps),
       free_entries_(lowest_bits(config_.warp_buffer.entries)),
       box_(config_.ray_box_of(shared.header)),
-      leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle : config_.ray_sphere),
+      leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle
+                                                             : config_.sphere_unit(shared.header)),
       transform_(config_.ray_transform),
-      transforms_leaves_(modules::transforms_leaves(shared.header)) {
+      transforms_leaves_(config_.transforms_leaves(shared.header)) {
   counters_.units = 1;
   if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
   if (config_.warp_buffer.spill) stacks_.emplace(shared, sm, l1);

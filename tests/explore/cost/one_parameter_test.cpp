@@ -14,6 +14,7 @@
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
+#include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -90,6 +91,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.sphere.count", "1", kBoth, "", {}, "sphere"},
       {"rt.sphere.latency", "74", kBoth, "", {}, "sphere"},
       {"rt.sphere.interval", "4", kBoth, "", {}, "sphere"},
+      {"rt.sphere.quadric", "true", kBoth, "", {}, "ellipsoid"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},
       {"rt.transform.interval", "64", kBoth},
@@ -226,7 +228,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.groups = 8;
       random.warp_size = 32;
       const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
-      random.two_level = tracing == traces::Tracing::multi;
+      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid";
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
@@ -234,6 +236,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "obb") random.layout = traces::NodeLayout::obb;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
+      if (kind == "ellipsoid") test::make_procedural(made);
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -249,7 +252,9 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      MachineUse use{kind == "single" || kind == "stochastic" ? "baseline" : "grtx", kind == "sphere"};
+      const bool one_level = kind == "single" || kind == "stochastic";
+      const bool spheres = kind == "sphere" || kind == "ellipsoid";
+      MachineUse use{one_level ? "baseline" : kind == "ellipsoid" ? "hw" : "grtx", spheres};
       if (kind == "obb") use.layout = traces::NodeLayout::obb;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {

@@ -148,6 +148,20 @@ TEST_F(SearchProgram, BrokenCombinationsAreCountedByReason) {
     {"outcome": "broken", "reason": "gpu.rt_units: must be 1 with --mode fast", "candidates": 8}])"));
 }
 
+TEST_F(SearchProgram, WhatAMachineRefusesOnceThereIsATraceIsBrokenToo) {
+  write_search("candidates = 32",
+               "[[parameter]]\nkey = 'simt.private_store.insertion'\nvalues = [false, true]\n"
+               "[[parameter]]\nkey = 'simt.private_store.k_buffer_entries'\nvalues = [1, 64]\n");
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const json found = result("a.sqlite");
+  EXPECT_EQ(found.at("counts").at("failed"), 0);
+  EXPECT_EQ(found.at("counts").at("broken"), 8);
+  EXPECT_EQ(found.at("counts").at("screened"), 24);
+  for (const json& invalid : found.at("invalid")) {
+    EXPECT_THAT(invalid.at("reason").get<std::string>(), HasSubstr("needs whole k-buffers on chip: "));
+  }
+}
+
 TEST_F(SearchProgram, KilledTwiceAndResumedFindsTheSame) {
   write_search("generations = 2");
   ASSERT_EQ(sweep("undisturbed.sqlite").code, 0);

@@ -186,7 +186,7 @@ inline GpuConfig random_machine(Random& random) {
     rt.checkpoint.store.read_ports = stores.one_of({1U, 2U, 8U});
   }
   Random insertion = random;  // likewise
-  insertion.upto(5);
+  c.rt.quadric = insertion.upto(5) < 3;
   c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
   c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
   Random prefetch = stores;  // likewise

@@ -43,6 +43,10 @@ class RtUnit {
               pipelines(config.ray_transform)};
     leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
+    if (ellipsoid_ && config.quadric) {  // one pass as long as both
+      ellipsoid_ = false;
+      units_[2].latency += config.ray_transform.latency;
+    }
   }
 
   void tick(Cycle now) {

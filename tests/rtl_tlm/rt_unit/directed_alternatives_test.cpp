@@ -70,8 +70,16 @@ TEST(DirectedAlternatives, SphereUnit) {
     d.header.accel = traces::AccelKind::ellipsoid;
     add_round(d.groups[0].rays[0], chain(d.groups[0], 5, LeafOutcome::miss));
     d.groups[0].nodes.back().child_kinds[0] = NodeKind::procedural;
-    EXPECT_EQ(value(simulated(d, {"l1.perfect=true", "rt.sphere.latency=" + std::to_string(latency)}), "gpu.cycles"),
+    const std::vector<std::string> settings = {"l1.perfect=true", "rt.sphere.latency=" + std::to_string(latency)};
+    EXPECT_EQ(value(simulated(d, settings), "gpu.cycles"),
               kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + 1 + latency) + finish(1, kL1Hit));
+    // As a quadric it does not queue a second time.
+    std::vector<std::string> quadric = settings;
+    quadric.push_back("rt.sphere.quadric=true");
+    const ordered_json stats = simulated(d, quadric);
+    EXPECT_EQ(value(stats, "gpu.cycles"),
+              kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + latency) + finish(1, kL1Hit));
+    EXPECT_EQ(value(stats, "gpu.rt.ray_transform.operations"), 0U);
   }
 }
 

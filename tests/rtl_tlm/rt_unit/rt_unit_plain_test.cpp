@@ -209,7 +209,7 @@ class RtUnitPlainScene : public modules::SystemCTest {
           frontend::TracerOptions options;
           options.checkpoint = checkpoint;
           const bool every_design = layout == traces::NodeLayout::vulkan_sim || layout == traces::NodeLayout::compact;
-          if (!every_design && checkpoint != frontend::is_two_level(kind)) continue;
+          if (!every_design && checkpoint != traces::is_two_level(kind)) continue;
           expect_agreement_on(scene, camera, kind, options, layout);
           if (!every_design) continue;
           options.child_order = traces::ChildOrder::vulkan_sim;
