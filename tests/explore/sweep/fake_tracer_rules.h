@@ -9,7 +9,9 @@ namespace grtx::sim::test {
 class FakeTracerRules final : public TracerRules {
  public:
   void check(const std::string& option, const std::string& value) const override {
-    if (option == "accel" || option == "checkpoint") return;
+    for (const char* const taken : {"accel", "checkpoint", "sort_key", "layout"}) {
+      if (option == taken) return;
+    }
     if (option != "k") throw Error("tracer", option, "unknown tracer option '" + option + "', the nearest is 'k'");
     if (std::stoi(value) < 1 || std::stoi(value) > 64) throw Error("tracer", option, "k: must be 1 to 64");
   }
