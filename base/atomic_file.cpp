@@ -145,10 +145,21 @@ void write_file(const std::string& path, std::string_view content) {
   file.commit();
 }
 
-std::string read_file(const std::string& path) {
+namespace {
+
+struct stat regular_file(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw Error(path, "", std::strerror(errno));
   if (!S_ISREG(status.st_mode)) throw Error(path, "", "is not a regular file");
+  return status;
+}
+
+}  // namespace
+
+void check_regular_file(const std::string& path) { regular_file(path); }
+
+std::string read_file(const std::string& path) {
+  const struct stat status = regular_file(path);
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) throw Error(path, "", std::string("cannot be read: ") + std::strerror(errno));
   std::string content(static_cast<std::size_t>(status.st_size), '\0');

@@ -41,6 +41,9 @@ class AtomicFile {
 /// Writes a whole file atomically.
 void write_file(const std::string& path, std::string_view content);
 
+/// Inputs are regular files: a FIFO without a writer would be waited for without end. Throws Error when `path` is none.
+void check_regular_file(const std::string& path);
+
 /// Reads a whole file. Throws Error when it cannot be opened or read, or is no regular file.
 std::string read_file(const std::string& path);
 

@@ -3,7 +3,7 @@
 namespace grtx {
 namespace {
 
-constexpr std::size_t kMostQuoted = 300;  ///< bytes of a path, a place or a rule that a message shows
+constexpr std::size_t kMostQuoted = 200;  ///< bytes of a path, a place or a rule that a message shows
 
 /// Of a text that may be input of any length: its two ends.
 std::string shortened(const std::string& text) {

@@ -33,7 +33,7 @@ CREATE TABLE trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, by
                    seconds REAL);
 CREATE TABLE point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT, scene TEXT, design TEXT,
                    coordinates TEXT, config TEXT, status TEXT, reason TEXT, seconds REAL, document TEXT);
-CREATE TABLE value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL, PRIMARY KEY(point_id, name));
+CREATE TABLE value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL, PRIMARY KEY(point_id, name)) WITHOUT ROWID;
 CREATE TABLE quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT);
 INSERT INTO meta VALUES ('schema', 'grtx.sweep/1'), ('plan', '[sweep]' || char(10) || 'kind = "grid"'),
                         ('program', 'grtx test'), ('created', '2026');

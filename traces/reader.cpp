@@ -24,7 +24,7 @@ std::string at(std::uint64_t offset) { return "byte " + std::to_string(offset); 
 
 struct Reader::Impl {
   explicit Impl(const std::string& p) : path(p) {
-    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait
     if (descriptor < 0) throw Error(path, "", std::string("cannot be read: ") + std::strerror(errno));
   }
   ~Impl() {

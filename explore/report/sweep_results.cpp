@@ -10,8 +10,10 @@
 #include <memory>
 #include <string_view>
 
+#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/explore/sweep/database.h"
 
 namespace grtx::sim {
 namespace {
@@ -83,6 +85,7 @@ bool SweepResults::several(std::string ReportedPoint::*field) const {
 }
 
 bool is_database(const std::string& path) {
+  check_regular_file(path);
   constexpr std::string_view kMagic("SQLite format 3\0", 16);
   char begin[16] = {};
   std::ifstream file(path, std::ios::binary);
@@ -91,6 +94,7 @@ bool is_database(const std::string& path) {
 }
 
 SweepResults read_sweep_results(const std::string& path) {
+  check_sweep_tables(path);
   const Database database(path);
   SweepResults sweep;
   sweep.file = std::filesystem::path(path).filename().string();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <ctime>
 
 #include "grtx/base/error.h"
@@ -45,7 +46,44 @@ const ordered_json* rt_unit(const ordered_json& node) {
   return nullptr;
 }
 
+/// An entry of a database's schema.
+struct SchemaObject {
+  std::string type, sql;
+};
+
+/// By name, without SQLite's own.
+std::map<std::string, SchemaObject> schema_of(Sqlite& database) {
+  std::map<std::string, SchemaObject> objects;
+  SqliteStatement select(database, "SELECT name, type, sql FROM sqlite_master");
+  while (select.step()) {
+    std::string sql = select.text(2);
+    std::erase_if(sql, [](unsigned char c) { return std::isspace(c) != 0; });
+    if (!select.text(0).starts_with("sqlite_")) objects[select.text(0)] = {select.text(1), sql};
+  }
+  return objects;
+}
+
+/// strict: nothing besides a sweep's tables.
+void check_schema(Sqlite& database, bool strict) {
+  Sqlite made(":memory:", Sqlite::Open::create);
+  made.execute(kSchema);
+  const std::map<std::string, SchemaObject> expected = schema_of(made);
+  for (const auto& [name, object] : schema_of(database)) {
+    const auto known = expected.find(name);
+    if (known == expected.end() && !strict) continue;
+    if (known != expected.end() && object.type == known->second.type && object.sql == known->second.sql) continue;
+    throw Error(database.path(), object.type + " " + name,
+                known != expected.end() ? "is not the table that a sweep makes"
+                                        : "was not made by a sweep, and could change its results: drop it");
+  }
+}
+
 }  // namespace
+
+void check_sweep_tables(const std::string& path) {
+  Sqlite database(path, Sqlite::Open::read_only);
+  check_schema(database, false);
+}
 
 std::vector<CostValue> cost_values(const ordered_json& cost) {
   const ordered_json& tree = cost.at("tree");
@@ -87,6 +125,7 @@ SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::
     if (table.integer(0) == 0 || meta("schema") != kSchemaName) {
       throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
     }
+    check_schema(database_, true);
   }
 }
 
@@ -175,8 +214,8 @@ void SweepDatabase::set_running(const std::vector<Task>& tasks) {
 void SweepDatabase::record(const TaskOutcome& o) {
   SqliteTransaction transaction(database_);
   const bool done = o.status == "done";
-  SqliteStatement update(database_, o.is_trace ? "UPDATE trace SET status = ?2, reason = nullif(?3, ''), seconds = ?4, "
-                                                 "bytes = ?5 WHERE key = ?1"
+  SqliteStatement update(database_, o.is_trace ? "UPDATE trace SET status = ?2, reason = nullif(?3, ''), "
+                                                 "seconds = coalesce(nullif(?4, 0), seconds), bytes = ?5 WHERE key = ?1"
                                                : "UPDATE point SET status = ?2, reason = nullif(?3, ''), seconds = ?4, "
                                                  "document = nullif(?5, '') WHERE key = ?1");
   update.bind(1, o.key).bind(2, o.status).bind(3, o.reason).bind(4, o.seconds);
@@ -214,11 +253,6 @@ void SweepDatabase::refuse(const std::string& key, const std::string& reason) {
   outcome.status = "failed";
   outcome.reason = reason;
   record(outcome);
-}
-
-void SweepDatabase::forget_trace(const std::string& key) {
-  SqliteStatement update(database_, "UPDATE trace SET status = 'pending' WHERE key = ?1");
-  update.bind(1, key).run();
 }
 
 std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<SweepPoint>& points) {

@@ -19,9 +19,14 @@ struct CostValue {
 };
 std::vector<CostValue> cost_values(const nlohmann::ordered_json& cost);
 
+/// Throws Error when something in the file has the name of a table of a sweep and is not that table: a view of that
+/// name would show other results.
+void check_sweep_tables(const std::string& path);
+
 class SweepDatabase {
  public:
-  /// Makes it when there is none. Throws Error when the file is no such database.
+  /// Makes it when there is none. Throws Error when the file is no such database, or holds more than a sweep made: a
+  /// trigger would change what is recorded.
   explicit SweepDatabase(const std::string& path);
 
   /// Notes the plan's text. What was "running" when a sweep was killed is pending again; with `retry`, so is what
@@ -46,8 +51,6 @@ class SweepDatabase {
   void record(const TaskOutcome& outcome);
   /// A point that will not run.
   void refuse(const std::string& key, const std::string& reason);
-  /// The trace is to be made again: its file is gone.
-  void forget_trace(const std::string& key);
 
   /// How many of these points have each status.
   std::map<std::string, std::size_t> summary(const std::vector<SweepPoint>& points);

@@ -3,9 +3,11 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "grtx/explore/sweep/own_folder.h"
 #include "grtx/explore/sweep/program_run.h"
 #include "grtx/explore/sweep/task.h"
 
@@ -14,19 +16,22 @@ namespace grtx::sim {
 /// The sweep's folder for what is under way: descriptions, results, scratch. All paths absolute.
 class WorkFolder {
  public:
-  explicit WorkFolder(std::string path);
-  const std::string& path() const { return path_; }
-  std::string description(const std::string& key) const { return path_ + "/tasks/" + key + ".json"; }
-  std::string log(const std::string& key) const { return path_ + "/tasks/" + key + ".log"; }
-  std::string result(const std::string& key) const { return path_ + "/results/" + key + ".json"; }
-  std::string scratch(const std::string& key) const { return path_ + "/scratch/" + key; }
-  /// What ended completely in an earlier, killed sweep.
+  /// Throws Error when something of that name is no sweep's work folder.
+  explicit WorkFolder(std::string path) : folder_(std::move(path)) {}
+  const std::string& path() const { return folder_.path(); }
+  std::string description(const std::string& key) const { return path() + "/tasks/" + key + ".json"; }
+  std::string log(const std::string& key) const { return path() + "/tasks/" + key + ".log"; }
+  std::string result(const std::string& key) const { return path() + "/results/" + key + ".json"; }
+  std::string scratch(const std::string& key) const { return path() + "/scratch/" + key; }
+  /// What a task left behind; nothing when there is no result. Of a damaged one: that it must run again.
+  std::optional<TaskOutcome> outcome(const Task& task) const;
+  /// What ended completely in an earlier, killed sweep. A result that is damaged is none: its task runs again.
   std::vector<TaskOutcome> left_over() const;
   void make() const;
-  void remove() const;
+  void remove() const { folder_.remove(); }
 
  private:
-  std::string path_;
+  OwnFolder folder_;
 };
 
 class Launcher {

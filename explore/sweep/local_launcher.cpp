@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "grtx/base/error.h"
 #include "grtx/explore/sweep/launcher.h"
 
 namespace grtx::sim {
@@ -12,28 +13,42 @@ constexpr auto kBetweenPolls = std::chrono::milliseconds(5);
 
 }  // namespace
 
-WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {}
+std::optional<TaskOutcome> WorkFolder::outcome(const Task& task) const {
+  const std::string file = result(task.key);
+  if (!fs::exists(file)) return std::nullopt;
+  try {
+    return read_outcome(file);
+  } catch (const Error& error) {
+    TaskOutcome damaged;
+    damaged.key = task.key;
+    damaged.is_trace = task.is_trace;
+    damaged.status = task.is_trace ? "failed" : "pending";
+    damaged.reason = error.what();
+    return damaged;
+  }
+}
 
 std::vector<TaskOutcome> WorkFolder::left_over() const {
   std::vector<std::string> files;
-  if (fs::is_directory(path_ + "/results")) {
-    for (const auto& entry : fs::directory_iterator(path_ + "/results")) {
+  if (fs::is_directory(path() + "/results")) {
+    for (const auto& entry : fs::directory_iterator(path() + "/results")) {
       if (entry.path().extension() == ".json") files.push_back(entry.path().string());  // others are partial
     }
   }
   std::sort(files.begin(), files.end());
   std::vector<TaskOutcome> outcomes;
-  for (const std::string& file : files) outcomes.push_back(read_outcome(file));
+  for (const std::string& file : files) {
+    try {
+      outcomes.push_back(read_outcome(file));
+    } catch (const Error&) {  // as if it were not there
+    }
+  }
   return outcomes;
 }
 
 void WorkFolder::make() const {
-  for (const char* part : {"/tasks", "/results", "/scratch", "/log"}) fs::create_directories(path_ + part);
-}
-
-void WorkFolder::remove() const {
-  std::error_code ignored;  // a job that Slurm is ending may still write into it
-  fs::remove_all(path_, ignored);
+  folder_.make();
+  for (const char* part : {"/tasks", "/results", "/scratch", "/log"}) fs::create_directories(path() + part);
 }
 
 LocalLauncher::LocalLauncher(const WorkFolder& work, std::string program, unsigned jobs)
@@ -58,9 +73,8 @@ std::vector<TaskOutcome> LocalLauncher::collect() {
       ++running;
       continue;
     }
-    const std::string result = work_.result(running->task.key);
-    if (fs::exists(result)) {
-      outcomes.push_back(read_outcome(result));
+    if (const auto outcome = work_.outcome(running->task)) {
+      outcomes.push_back(*outcome);
     } else {
       TaskOutcome lost;
       lost.key = running->task.key;

@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::size_t kMaxPoints = 1'000'000;  ///< more is a mistyped plan
+constexpr std::size_t kMaxPoints = 100'000;  ///< more is a mistyped plan
 
 /// What a sweep's plan has besides the sections of all plans.
 class PlanReader {
@@ -27,10 +27,23 @@ class PlanReader {
     }
     if (in_.sets_design) plan.designs.clear();
     if (!varied_) plan.points = {{}};
+    double views = 0.0;
+    for (const PlanScene& scene : plan.scenes) views += static_cast<double>(scene.views.size());
+    const double designs = static_cast<double>(std::max<std::size_t>(1, plan.designs.size()));
+    const double points = static_cast<double>(plan.points.size());
+    check_count(views * designs * points, "",
+                fmt::format("{} views x {} designs x {} combinations: ", views, designs, points));
     return plan;
   }
 
  private:
+  /// Before any is made.
+  void check_count(double count, const std::string& place, const std::string& what) const {
+    if (count <= kMaxPoints) return;
+    throw Error(in_.plan.path, place,
+                fmt::format("{}{:.0f} points, of which a plan may have {}", what, count, kMaxPoints));
+  }
+
   Axis read_axis(const std::string& name, const toml::node& node, bool grid) {
     Axis axis;
     axis.name = name;
@@ -102,14 +115,14 @@ class PlanReader {
   void add_points(const toml::node& node, const std::vector<Coordinates>& points) {
     varied_ = true;
     in_.plan.points.insert(in_.plan.points.end(), points.begin(), points.end());
-    if (in_.plan.points.size() > kMaxPoints) in_.fail(node, fmt::format("more than {} points", kMaxPoints));
+    check_count(static_cast<double>(in_.plan.points.size()), place_of(node), "");
   }
 
   void read_grid(const toml::node& node) {
     const std::vector<Axis> axes = read_axes(in_.table_of(node, "grid"), true);
     double size = 1.0;
     for (const Axis& axis : axes) size *= static_cast<double>(std::max<std::size_t>(axis.values.size(), axis.steps));
-    if (size > kMaxPoints) in_.fail(node, fmt::format("more than {} points", kMaxPoints));
+    check_count(size, place_of(node), "grid: ");
     add_points(node, grid_points(axes));
   }
 
@@ -120,7 +133,9 @@ class PlanReader {
     for (const auto& [name, item] : in_.sorted(in_.table_of(node, kind))) {
       const std::string full = kind + "." + name;
       if (name == "count") {
-        count = static_cast<unsigned>(in_.integer(*item, full, 1, static_cast<std::int64_t>(kMaxPoints)));
+        const std::uint64_t given = in_.integer(*item, full, 1, std::numeric_limits<std::uint32_t>::max());
+        check_count(static_cast<double>(given), place_of(*item), full + ": ");
+        count = static_cast<unsigned>(given);
       } else if (name == "seed") {
         seed = in_.integer(*item, full, 0, std::numeric_limits<std::int64_t>::max());
       } else if (name == "axes") {

@@ -1,9 +1,13 @@
 #include "grtx/explore/sweep/session.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 #include <thread>
@@ -28,10 +32,18 @@ std::string database_path(const std::string& given) {
   return path;
 }
 
-/// Asks `grtx sim` whether it knows a mode, so that a mistyped one is no failure of every point. errors: a file for
-/// what it says.
-void check_mode(const std::string& mode, const std::string& program, const std::string& errors,
-                const std::string& plan) {
+/// An empty file of nobody else's.
+std::string temporary_file() {
+  std::string path = (fs::temp_directory_path() / "grtx-XXXXXX").string();
+  const int file = ::mkstemp(path.data());
+  if (file < 0) throw Error(path, "", std::string("cannot be made: ") + std::strerror(errno));
+  ::close(file);
+  return path;
+}
+
+/// Asks `grtx sim` whether it knows a mode, so that a mistyped one is no failure of every point.
+void check_mode(const std::string& mode, const std::string& program, const std::string& plan) {
+  const std::string errors = temporary_file();
   ProgramLimits limits;
   limits.seconds = 60.0;
   const ProgramEnd end =
@@ -46,7 +58,7 @@ void check_mode(const std::string& mode, const std::string& program, const std::
 SweepSetting setting_of(const SessionOptions& options, const SweepPlan& plan, const std::string& path,
                         const std::string& self) {
   const std::string program = options.program.empty() ? self : fs::absolute(options.program).string();
-  for (const std::string& mode : options.modes) check_mode(mode, program, path + ".mode", plan.path);
+  for (const std::string& mode : options.modes) check_mode(mode, program, plan.path);
   return {program, fs::path(path).parent_path().string() + "/traces", plan.limits, options.quiet};
 }
 
@@ -65,9 +77,9 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
     : path_(database_path(options.database)),
       lock_(path_),
       self_(this_program()),
+      work_(path_ + ".work"),
       setting_(setting_of(options, plan, path_, self_)),
-      database_(path_),
-      work_(path_ + ".work") {
+      database_(path_) {
   const std::string build = hex(xxh3(read_file(self_)));
   if (const std::string before = database_.meta("build"); !options.quiet && !before.empty() && before != build) {
     fmt::print(stderr, "grtx: sweep: {} was begun by another build of {}; its points are kept\n", options.database,
@@ -98,7 +110,7 @@ SweepSession::~SweepSession() = default;
 void SweepSession::run(const SweepPoints& points, const std::string& what) {
   database_.add(points);
   setting_.what = what;
-  run_points(points, database_, *launcher_, work_, setting_);
+  run_points(points, database_, *launcher_, work_, setting_, sound_traces_);
 }
 
 void SweepSession::end() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,9 +48,10 @@ class SweepSession {
   std::string path_;  ///< of the database, absolute
   SweepLock lock_;
   std::string self_;  ///< this program
+  WorkFolder work_;
   SweepSetting setting_;
   SweepDatabase database_;
-  WorkFolder work_;
+  std::set<std::string> sound_traces_;
   std::unique_ptr<Launcher> launcher_;
 };
 

@@ -107,9 +107,8 @@ void SlurmLauncher::launch(const std::vector<Task>& tasks) {
 }
 
 bool SlurmLauncher::finished_task(Waiting& waiting, TaskOutcome& outcome) const {
-  const std::string result = work_.result(waiting.task.key);
-  if (fs::exists(result)) {
-    outcome = read_outcome(result);
+  if (const auto left = work_.outcome(waiting.task)) {
+    outcome = *left;
     return true;
   }
   if (waiting.missing < kLooksUntilLost) return false;

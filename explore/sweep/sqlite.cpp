@@ -2,11 +2,16 @@
 
 #include <sqlite3.h>
 
+#include <filesystem>
+
+#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
 namespace grtx::sim {
 
 Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown)) check_regular_file(path);
   const int flags = how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   if (sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
     const std::string why = handle_ == nullptr ? "out of memory" : sqlite3_errmsg(handle_);

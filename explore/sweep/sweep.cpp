@@ -22,8 +22,9 @@ namespace {
 /// What waits for what: points for their trace, both for a free place.
 class Queue {
  public:
-  Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting)
-      : database_(database), setting_(setting) {
+  Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting,
+        std::set<std::string>& sound_traces)
+      : database_(database), setting_(setting), sound_traces_(sound_traces) {
     for (const SweepTrace& trace : all.traces) traces_[trace.key] = &trace;
     for (const SweepPoint& point : all.points) {
       if (database.status_of_point(point.key) == "pending") pending_.push_back(&point);
@@ -42,14 +43,10 @@ class Queue {
         continue;
       }
       const std::string& key = point->trace_key;
-      std::string status = database_.status_of_trace(key);
-      if (status == "done" && !std::filesystem::exists(setting_.traces + "/" + trace_name(key))) {
-        database_.forget_trace(key);
-        status = "pending";
-      }
-      if (status == "done") {
+      const std::string status = database_.status_of_trace(key);
+      if (sound_traces_.contains(key)) {
         ready_.push_back(point);
-      } else if (status == "pending") {
+      } else if (status == "done" || status == "pending") {  // of one that is done the task looks at the file
         if (waiting_[key].empty()) untraced_.push_back(traces_.at(key));
         waiting_[key].push_back(point);
       } else {
@@ -76,10 +73,14 @@ class Queue {
   /// Records an outcome. Returns how many points it ended.
   std::size_t end(const TaskOutcome& outcome) {
     database_.record(outcome);
-    if (!outcome.is_trace) return 1;
+    if (!outcome.is_trace) {
+      if (outcome.status == "pending") forget_trace_of(outcome.key);
+      return 1;
+    }
     const std::vector<const SweepPoint*> points = waiting_[outcome.key];
     waiting_.erase(outcome.key);
     if (outcome.status == "done") {
+      sound_traces_.insert(outcome.key);
       ready_.insert(ready_.end(), points.begin(), points.end());
       return 0;
     }
@@ -88,8 +89,15 @@ class Queue {
   }
 
  private:
+  void forget_trace_of(const std::string& key) {
+    for (const SweepPoint* point : pending_) {
+      if (point->key == key) sound_traces_.erase(point->trace_key);
+    }
+  }
+
   SweepDatabase& database_;
   const SweepSetting& setting_;
+  std::set<std::string>& sound_traces_;
   std::map<std::string, const SweepTrace*> traces_;
   std::vector<const SweepPoint*> pending_;
   std::deque<const SweepPoint*> ready_;
@@ -101,7 +109,7 @@ class Queue {
 
 SweepLock::SweepLock(const std::string& database) : path_(database + ".lock") {
   for (;;) {
-    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
     if (file_ < 0) throw Error(database, "", std::string("cannot be locked: ") + std::strerror(errno));
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
       ::close(file_);
@@ -110,8 +118,11 @@ SweepLock::SweepLock(const std::string& database) : path_(database + ".lock") {
     // The one before may have removed the file after it was opened here.
     struct stat opened {
     }, named{};
-    if (::fstat(file_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_ino == named.st_ino) return;
+    const bool same =
+        ::fstat(file_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_ino == named.st_ino;
+    if (same && S_ISREG(opened.st_mode) && opened.st_size == 0) return;
     ::close(file_);
+    if (same) throw Error(path_, "", "is no lock of a sweep (which is empty, and deleted at its end): move it away");
   }
 }
 
@@ -121,8 +132,8 @@ SweepLock::~SweepLock() {
 }
 
 void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
-                const SweepSetting& setting) {
-  Queue queue(all, database, setting);
+                const SweepSetting& setting, std::set<std::string>& sound_traces) {
+  Queue queue(all, database, setting, sound_traces);
   Progress progress(setting.what, queue.pending(), "points", setting.quiet || queue.pending() == 0);
   progress.add(queue.begin());
   std::size_t under_way = 0;

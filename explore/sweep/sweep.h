@@ -1,6 +1,7 @@
 // Runs what a sweep's database does not hold yet.
 #pragma once
 
+#include <set>
 #include <string>
 
 #include "grtx/explore/sweep/database.h"
@@ -29,10 +30,11 @@ struct SweepSetting {
   std::string what = "sweep";  ///< for the progress
 };
 
-/// Makes the traces that pending points need and runs the points; every outcome is recorded as it comes. Points whose
-/// trace failed fail with its reason.
+/// Makes the traces that pending points need, or looks whether their files are sound, and runs the points; every
+/// outcome is recorded as it comes. Points whose trace failed fail with its reason. sound_traces: keys of traces that
+/// need no look; grows.
 void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
-                const SweepSetting& setting);
+                const SweepSetting& setting, std::set<std::string>& sound_traces);
 
 /// Of the finished points: those that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
 /// the order given.

@@ -6,8 +6,11 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/explore/sweep/database.h"
+#include "grtx/explore/sweep/own_folder.h"
 #include "grtx/explore/sweep/program_run.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {
@@ -61,7 +64,22 @@ class Commands {
   ProgramLimits limits_;
 };
 
+struct RemovedAtEnd {
+  const OwnFolder& folder;
+  ~RemovedAtEnd() { folder.remove(); }
+};
+
 std::vector<std::string> texts(const ordered_json& list) { return list.get<std::vector<std::string>>(); }
+
+/// Whether a trace is there and its content is what was written: a power loss may leave a file of zeros.
+bool is_sound(const std::string& trace) {
+  try {
+    traces::Reader(trace).verify_content();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
 
 ordered_json do_trace(const ordered_json& task, const Commands& commands) {
   const std::string scene = task.at("scene"), cameras = task.at("cameras"), target = task.at("target");
@@ -75,7 +93,7 @@ ordered_json do_trace(const ordered_json& task, const Commands& commands) {
     fs::rename(made, scene);
   }
   ordered_json result;
-  if (!fs::exists(target)) {
+  if (!is_sound(target)) {
     std::vector<std::string> arguments = {"--scene", scene, "--cameras", cameras};
     for (const std::string& argument : texts(task.at("arguments"))) arguments.push_back(argument);
     const std::string made = commands.file("trace.grtx");
@@ -90,9 +108,15 @@ ordered_json do_trace(const ordered_json& task, const Commands& commands) {
 ordered_json do_point(const ordered_json& task, const Commands& commands) {
   const std::string config = commands.file("config.toml"), statistics = commands.file("stats.json");
   write_file(config, config_toml(task.at("config")));
+  const std::string trace = task.at("trace");
   ordered_json result;
-  result["seconds"] = commands.run("sim", {task.at("trace").get<std::string>(), "--config", config, "--mode",
-                                           task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
+  try {
+    result["seconds"] = commands.run("sim", {trace, "--config", config, "--mode", task.at("mode").get<std::string>(),
+                                             "--stats", statistics, "--quiet"});
+  } catch (Failure& failure) {
+    if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep makes the trace
+    throw;
+  }
   ordered_json document = read_statistics(statistics);
   ordered_json& stats = document.at("stats");
   for (auto entry = stats.begin(); entry != stats.end();) {
@@ -113,6 +137,12 @@ std::vector<std::string> cost_arguments(const MachineUse& use) {
                                         "--layout",   std::string(name_of(use.layout))};
   if (use.spheres) arguments.push_back("--spheres");
   return arguments;
+}
+
+/// That the database can take it. Throws nlohmann::json::exception.
+void check_done_point(const TaskOutcome& outcome) {
+  for (const ordered_json& statistic : outcome.document.at("stats")) (void)statistic.at("value");
+  (void)cost_values(outcome.cost);
 }
 
 ordered_json limits_json(const PlanLimits& limits) {
@@ -162,8 +192,10 @@ void run_task(const std::string& description, const std::string& result, const s
   }
   ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
   try {
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    const OwnFolder folder(scratch);
+    folder.remove();
+    folder.make();
+    const RemovedAtEnd removed{folder};
     const Commands commands(task, scratch);
     outcome.update(task.at("kind") == "trace" ? do_trace(task, commands) : do_point(task, commands));
   } catch (const Failure& failure) {
@@ -173,8 +205,6 @@ void run_task(const std::string& description, const std::string& result, const s
     outcome["status"] = "failed";
     outcome["reason"] = error.what();
   }
-  std::error_code ignored;
-  fs::remove_all(scratch, ignored);
   write_file(result, outcome.dump());
 }
 
@@ -190,6 +220,8 @@ TaskOutcome read_outcome(const std::string& result) {
     outcome.bytes = json.value("bytes", std::uint64_t{0});
     if (json.contains("document")) outcome.document = json.at("document");
     if (json.contains("cost")) outcome.cost = json.at("cost");
+    if (outcome.key != fs::path(result).stem().string()) throw Error(result, "key", "must be the file's name");
+    if (outcome.status == "done" && !outcome.is_trace) check_done_point(outcome);
     return outcome;
   } catch (const nlohmann::json::exception& error) {
     throw Error(result, "", std::string("is no result of a task: ") + error.what());

@@ -15,13 +15,14 @@ struct Task {
   nlohmann::ordered_json description;  ///< what the file holds
 };
 
-/// How a task ended: `status` of the database, the reason when it is not "done", and what it made.
+/// How a task ended: `status` of the database, the reason when it is not "done", and what it made. A point whose trace
+/// is damaged is "pending" again.
 struct TaskOutcome {
   std::string key;
   bool is_trace = false;
   std::string status;
   std::string reason;
-  double seconds = 0.0;             ///< wall time of the simulation or the tracer
+  double seconds = 0.0;             ///< wall time of the simulation or the tracer; 0 for a trace that was there
   std::uint64_t bytes = 0;          ///< of a trace
   nlohmann::ordered_json document;  ///< statistics of a point, without host.*
   nlohmann::ordered_json cost;      ///< grtx.cost/1 of a point
@@ -36,11 +37,12 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
 /// Name of a trace's file in the traces' folder.
 std::string trace_name(const std::string& key);
 
-/// Does what the file describes and writes `result`, complete or not at all. scratch: a folder for its files, which is
-/// made and removed. Throws only when the description is none or the result cannot be written.
+/// Does what the file describes and writes `result`, complete or not at all. A trace whose file is there and sound is
+/// not made again. scratch: an OwnFolder for its files, made and removed. Throws only when the description is none or
+/// the result cannot be written.
 void run_task(const std::string& description, const std::string& result, const std::string& scratch);
 
-/// Reads what run_task wrote. Throws Error.
+/// Reads what run_task wrote. Throws Error when it is damaged.
 TaskOutcome read_outcome(const std::string& result);
 
 }  // namespace grtx::sim

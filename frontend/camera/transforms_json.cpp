@@ -14,6 +14,7 @@ namespace {
 
 // Width and height in the header of a PNG: big-endian at bytes 16 and 20. False when the file is missing or no PNG.
 bool png_size(const std::filesystem::path& path, unsigned& width, unsigned& height) {
+  if (!std::filesystem::is_regular_file(path)) return false;
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) return false;
   unsigned char head[24] = {};

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <ostream>
 
+#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
 namespace grtx::sim {
@@ -23,6 +24,7 @@ namespace {
 /// One memory system of Ramulator with its front end.
 struct System {
   explicit System(const std::string& file) {
+    check_regular_file(file);
     // Ramulator ends the program for a file that it cannot open.
     if (!std::ifstream(file)) throw Error{file, "dram.simulator.config", "cannot be opened"};
     try {

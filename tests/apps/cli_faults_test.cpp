@@ -1,5 +1,6 @@
 // What has gone wrong once, named after its symptom.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 
@@ -119,6 +120,46 @@ TEST_F(CliFaults, ObjectsBeyondFloatRangeAbortTheBuilder) {
   folder_.write("o.json", R"([{"file": "s.ply", "scale": 1e30}])");
   expect_refused("trace --scene o.json --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 --no-trace",
                  "1e18");
+}
+
+TEST_F(CliFaults, AFifoIsWaitedForWithoutEnd) {
+  make_scene();
+  std::filesystem::create_directory(folder_.path("colmap"));
+  for (const char* name : {"f.grtx", "f.ply", "f.json", "f.toml", "f.sqlite", "f.pfm", "f.png", "colmap/cameras.bin",
+                           "colmap/images.bin"}) {
+    ASSERT_EQ(::mkfifo(folder_.path(name).c_str(), 0600), 0);
+  }
+  for (const char* arguments :
+       {"trace-check f.grtx", "trace-dump f.grtx", "sim f.grtx", "sim t.grtx --config f.toml", "info f.ply",
+        "stalls f.json", "cost --stats f.json", "report f.json -o r.html", "report f.sqlite -o r.html",
+        "compare f.pfm f.pfm", "compare f.png f.png", "sweep f.toml --list", "sweep --compare f.sqlite f.sqlite",
+        "search f.toml -o a.sqlite", "trace --scene f.ply --cameras s.cameras.json --no-trace",
+        "trace --scene s.ply --cameras f.json --no-trace", "trace --scene s.ply --cameras colmap --no-trace"}) {
+    expect_refused(arguments, "is not a regular file");
+  }
+  // A frame's image, which is looked into for its size only.
+  folder_.write("transforms.json", R"({"camera_angle_x": 0.8, "frames": [{"file_path": "f", "transform_matrix": )"
+                                   R"([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]})");
+  expect_refused("trace --scene s.ply --cameras transforms.json --no-trace", "or its image as PNG");
+  EXPECT_EQ(folder_.run("sim /dev/stdin --quiet < t.grtx").code, 0);  // this is a regular file
+}
+
+TEST_F(CliFaults, AnErrorLineRepeatsThousandsOfCharactersOfInput) {
+  make_scene();
+  const std::string word(5000, 'w');
+  folder_.write("k.toml", word + " = 1\n");
+  folder_.write("v.toml", "l1.replacement = '" + word + "'\n");
+  for (const std::string& arguments :
+       {word, "sim --" + word, "sim t.grtx " + word, "sim " + word, "sim t.grtx --mode " + word,
+        "sim t.grtx --set " + word + "=1", "sim t.grtx --set l1.bytes=" + word,
+        std::string("sim t.grtx --config k.toml"), std::string("sim t.grtx --config v.toml"), "info " + word,
+        trace_ + "--no-trace --k " + word}) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+    EXPECT_EQ(outcome.err.find(std::string(201, 'w')), std::string::npos) << outcome.err;
+    EXPECT_LT(outcome.err.size(), 450u) << outcome.err;
+  }
 }
 
 TEST_F(CliFaults, HelpIntoAFullDeviceSucceeds) {

@@ -124,7 +124,7 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {scene + "[tracer]\nk = [4]\n", "line 5", "tracer.k: must be a single value"},
       {scene + "[random]\nseed = 1\n[random.axes]\nl1.bytes = [64]\n", "line 4", "random: count is needed"},
       {scene + "[latin]\ncount = 3\n", "line 4", "latin: axes are needed"},
-      {scene + "[latin]\ncount = 0\n", "line 5", "latin.count: must be an integer, 1 to 1000000"},
+      {scene + "[latin]\ncount = 0\n", "line 5", "latin.count: must be an integer, 1 to 4294967295"},
       {"designs = ['grtx', 'swi']\n" + scene, "line 1", "designs: unknown 'swi', the nearest is 'sw'"},
       {"designs = ['grtx']\n" + scene + "[tracer]\naccel = 'tri20'\n", "line 1", "designs: name accel and checkpoint"},
       {"[[scene]]\nfile = 'a.ply'\n", "line 1", "scene: cameras are needed"},
@@ -137,7 +137,12 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {scene + "[limits]\nminutes = 1\n", "line 5", "unknown key 'limits.minutes'"},
       {scene + "[grid]\nl1.bytes = {from = 64, to = 1000, steps = 900, integer = true}\n"
                "l2.queue = {from = 1, to = 2000, steps = 2000, integer = true}\n",
-       "line 4", "more than 1000000 points"},
+       "line 4", "grid: 1800000 points, of which a plan may have 100000"},
+      {scene + "[random]\ncount = 4000000000\n[random.axes]\nl1.bytes = [64]\n", "line 5",
+       "random.count: 4000000000 points, of which a plan may have 100000"},
+      {"designs = ['baseline', 'grtx']\n" + scene +
+           "views = [0, 1]\n[random]\ncount = 30000\n[random.axes]\nl1.bytes = [64]\n",
+       "", "2 views x 2 designs x 30000 combinations: 120000 points, of which a plan may have 100000"},
   };
   for (const auto& c : cases) {
     try {

@@ -191,5 +191,128 @@ TEST_F(Sweep, TheFrontIsConfirmedInAnotherMode) {
   EXPECT_EQ(confirmed, front);
 }
 
+// What has gone wrong once, named after its symptom.
+
+TEST_F(Sweep, AFolderOfSomebodyElsesIsDeleted) {
+  write_plan();
+  const std::string work = folder + "/a.sqlite.work", other = folder + "/other";
+  const auto expect_refused = [&](const std::string& text) {
+    const Outcome outcome = sweep("a.sqlite");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr(text));
+  };
+  std::filesystem::create_directories(work + "/results");
+  write_file(work + "/results/mine", "precious");
+  expect_refused("a.sqlite.work: is no work folder that may be deleted");
+  EXPECT_EQ(read_file(work + "/results/mine"), "precious");
+  std::filesystem::rename(work, other);
+  std::filesystem::create_directory_symlink(other, work);
+  expect_refused("a.sqlite.work: is no work folder that may be deleted");
+  EXPECT_EQ(read_file(other + "/results/mine"), "precious");
+  std::filesystem::remove(work);
+  write_file(folder + "/a.sqlite.lock", "mine, too");
+  expect_refused("a.sqlite.lock: is no lock of a sweep");
+  EXPECT_EQ(read_file(folder + "/a.sqlite.lock"), "mine, too");
+  std::filesystem::remove(folder + "/a.sqlite.lock");
+  write_file(folder + "/a.sqlite.mode", "mine as well");
+  std::filesystem::create_directories(work);  // empty: killed while it was made
+  EXPECT_EQ(sweep("a.sqlite").code, 0);
+  EXPECT_EQ(read_file(folder + "/a.sqlite.mode"), "mine as well");
+  // A worker that somebody starts by hand deletes no other folder, either.
+  write_file(folder + "/task.json", R"({"key": "k", "kind": "point"})");
+  test::shell(grtx::paths::program() + " sweep --task " + folder + "/task.json --result " + folder +
+              "/k.json --scratch " + other);
+  EXPECT_EQ(read_file(other + "/results/mine"), "precious");
+  EXPECT_THAT(read_file(folder + "/k.json"), HasSubstr("is no work folder that may be deleted"));
+}
+
+TEST_F(Sweep, ADamagedTraceFailsItsPointsForEver) {
+  write_plan();
+  ASSERT_EQ(sweep("undamaged.sqlite").code, 0);
+  ASSERT_EQ(sweep("a.sqlite", "--program " + program("[ $1 = sim ] && [ $# -gt 4 ] && kill -9 $$")).code, 1);
+  const Texts traces = rows("a.sqlite", "SELECT path FROM trace ORDER BY key");
+  ASSERT_EQ(traces.size(), 2U);
+  const std::string first = folder + "/" + traces[0], second = folder + "/" + traces[1];
+  const std::string sound = read_file(first);
+  write_file(first, std::string(sound.size(), '\0'));  // as after a power loss
+  std::string flipped = read_file(second);
+  flipped[flipped.size() / 2] ^= 1;
+  write_file(second, flipped);
+  EXPECT_EQ(sweep("a.sqlite", "--retry").code, 0);
+  EXPECT_EQ(read_file(first), sound);
+  const auto same = [&](const std::string& database) {
+    return test::shell(grtx::paths::program() + " sweep --compare " + folder + "/undamaged.sqlite " + folder + "/" +
+                       database);
+  };
+  EXPECT_EQ(same("a.sqlite").output, "the same results\n");
+  // While a sweep runs: the point waits for the next one, which makes the trace again.
+  const std::string damages =
+      "if [ $1 = sim ] && [ $# -gt 4 ] && mkdir " + folder + "/once 2>/dev/null; then : > \"$2\"; fi";
+  const Outcome damaged = sweep("b.sqlite", "--jobs 1 --program " + program(damages));
+  EXPECT_EQ(damaged.code, 1) << damaged.output;
+  EXPECT_THAT(rows("b.sqlite", "SELECT status, count(*) FROM point GROUP BY status", 2),
+              ElementsAre("done|4", "pending|4"));
+  EXPECT_EQ(sweep("b.sqlite").code, 0);
+  EXPECT_EQ(same("b.sqlite").output, "the same results\n");
+}
+
+TEST_F(Sweep, ATruncatedResultBlocksEveryResume) {
+  write_plan();
+  ASSERT_EQ(sweep("undisturbed.sqlite").code, 0);
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const Texts keys = rows("a.sqlite", "SELECT key FROM point ORDER BY id");
+  {
+    Sqlite database(folder + "/a.sqlite", Sqlite::Open::create);  // as a killed sweep leaves it
+    database.execute("UPDATE point SET status = 'running', document = NULL; DELETE FROM value");
+  }
+  const std::string results = folder + "/a.sqlite.work/results/";
+  std::filesystem::create_directories(results);
+  write_file(folder + "/a.sqlite.work/.grtx-work", "");
+  const auto result = [&](std::size_t point, const std::string& text) {
+    write_file(results + keys[point] + ".json", text);
+  };
+  result(0, "");
+  result(1, "{\"key\": \"");
+  result(2, R"({"key": ")" + keys[2] + R"(", "kind": "point", "status": "done"})");
+  result(3, R"({"key": ")" + keys[3] + R"(", "kind": "point", "status": "done", "document": {"stats": {"a": 1}}})");
+  result(4, R"({"key": ")" + keys[5] + R"(", "kind": "point", "status": "failed", "reason": "another's"})");
+  result(5, R"({"key": 7})");
+  std::filesystem::create_directory(results + "folder.json");
+  const Outcome resumed = sweep("a.sqlite");
+  EXPECT_EQ(resumed.code, 0) << resumed.output;
+  const Outcome same = test::shell(grtx::paths::program() + " sweep --compare " + folder + "/undisturbed.sqlite " +
+                                   folder + "/a.sqlite");
+  EXPECT_EQ(same.output, "the same results\n");
+}
+
+TEST_F(Sweep, ATriggerChangesResultsInSilence) {
+  write_plan();
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  struct Case {
+    const char *sql, *refused, *text;
+  };
+  for (const Case& c :
+       {Case{"CREATE TRIGGER t AFTER INSERT ON value BEGIN UPDATE value SET value = 1; END", "sweep",
+             "trigger t: was not made by a sweep"},
+        Case{"ALTER TABLE value RENAME TO z; CREATE VIEW value AS SELECT * FROM z", "sweep report",
+             "view value: is not the table that a sweep makes"},
+        Case{"DROP TABLE quantity; CREATE TABLE quantity(name TEXT CHECK(name = ''), unit, description)",
+             "sweep report", "table quantity: is not the table that a sweep makes"},
+        Case{"CREATE VIEW mine AS SELECT * FROM value", "sweep", "view mine: was not made by a sweep"},
+        Case{"CREATE INDEX i ON value(value)", "sweep", "index i: was not made by a sweep"}}) {
+    std::filesystem::copy_file(folder + "/a.sqlite", folder + "/b.sqlite",
+                               std::filesystem::copy_options::overwrite_existing);
+    Sqlite(folder + "/b.sqlite", Sqlite::Open::create).execute(c.sql);
+    const Outcome filled = sweep("b.sqlite");
+    EXPECT_EQ(filled.code, 2) << c.sql;
+    EXPECT_THAT(filled.output, HasSubstr(c.text)) << c.sql;
+    EXPECT_EQ(std::count(filled.output.begin(), filled.output.end(), '\n'), 1) << filled.output;
+    const Outcome report =
+        test::shell(grtx::paths::program() + " report " + folder + "/b.sqlite -o " + folder + "/r.html");
+    EXPECT_EQ(report.code, std::string(c.refused) == "sweep" ? 0 : 2) << c.sql << report.output;
+  }
+}
+
 }  // namespace
 }  // namespace grtx::sim
