@@ -92,6 +92,13 @@ std::vector<EnergyPart> run_energy(const std::function<double(const std::string&
           (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
           prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
       "entries written and read");
+  if (config.rt.cooperation.ahead > 0) {
+    const double taken = value("gpu.rt.cooperation.taken");
+    add("rt.lane_cooperation.writes", taken, prices.access(".lane_cooperation", "results", true), "results held");
+    add("rt.lane_cooperation.reads", taken - value("gpu.rt.cooperation.wasted"),
+        prices.access(".lane_cooperation", "results", false), "results used");
+    add("rt.lane_cooperation.rays", taken, prices.access(".warp_buffer", "ray", false), "rays of busy lanes read");
+  }
   if (config.rt.prefetcher.stack.depth > 0) {
     add("rt.stack_prefetch.reads", value("gpu.rt.prefetch.stack_looks"),
         prices.access(".sibling_prefetcher", "stack_tops", false), "looks at a lane's stack");

@@ -71,6 +71,7 @@ class NodeTraffic {
   }
   /// Byte address of the node that an event names by its address in units.
   std::uint64_t address(std::uint32_t units) const { return units * sizes_.unit(); }
+  std::uint32_t units(std::uint64_t address) const { return static_cast<std::uint32_t>(address / sizes_.unit()); }
   /// Units a node occupies in the image: the step from one child to the next.
   unsigned stored_units(traces::NodeKind kind) const { return sizes_.units(kind); }
   /// The sectors that hold what is read of the node itself.

@@ -1,6 +1,7 @@
 // RT unit of an SM: the netlist of warp buffer, RT scheduler, memory scheduler, node dispatch, intersection units,
-// any-hit collector, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure "arch". Cost: the
-// sum of its parts. It builds, binds and states the order of stages in a cycle; decisions are those of the parts.
+// any-hit collector, checkpoint unit, stack unit, sibling prefetcher and lane cooperation. Paper: Section IV, Figure
+// "arch". Cost: the sum of its parts. It builds, binds and states the order of stages in a cycle; decisions are those
+// of the parts.
 #pragma once
 
 #include <cstdint>
@@ -42,6 +43,7 @@ struct RtUnitConfig {
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
+  LaneCooperation::Config cooperation;
   /// The ray-box unit that a trace with this header meets: where boxes are oriented, it rotates the ray first.
   IntersectionUnit::Config ray_box_of(const traces::Header& header) const {
     IntersectionUnit::Config unit = ray_box;
@@ -119,6 +121,7 @@ class RtUnit final : public RtUnitModule {
   std::unique_ptr<CheckpointModule> checkpoint_;
   std::unique_ptr<PrefetchModule> prefetcher_;
   std::unique_ptr<StackModule> stack_;
+  std::unique_ptr<CooperationModule> cooperation_;
 
   std::vector<RtPart*> parts_;              ///< that exist, in block-diagram order
   std::vector<IntersectionModule*> units_;  ///< that exist

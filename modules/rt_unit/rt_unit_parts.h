@@ -8,6 +8,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
+#include "grtx/modules/rt_unit/cooperation_if.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
@@ -45,6 +46,7 @@ struct RtUnitParts {
   Factory<CheckpointModule> checkpoint_unit;
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
+  Factory<CooperationModule> lane_cooperation;
 };
 
 }  // namespace grtx::modules

@@ -13,6 +13,7 @@
 #include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/rt_unit/event_effect.h"
 #include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/stack_contents.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -66,41 +67,28 @@ class StackPrefetch {
   template <typename F>
   bool moved(std::size_t lane, std::size_t left, std::uint32_t on_chip, F&& f) {
     Lane& l = lanes_[lane];
-    assert(left > 0 && left <= l.events.size());
-    const std::size_t event = l.events.size() - left;
-    const EventEffect effect(l.events[event]);
+    StackContents& stack = l.stack;
+    assert(left > 0 && left <= stack.events());
+    const std::size_t event = stack.events() - left;
+    const EventEffect effect(stack.event(event));
     if (!triggered(l, effect)) return false;
-    std::uint32_t at = top_after(l, event);
+    std::uint32_t at = stack.top_after(event);
     // The next event fetches the top, unless the shader runs before.
     for (unsigned skip = effect.calls_any_hit() ? 0 : 1, seen = 0;
-         at != kNone && seen < on_chip && seen < config_.depth + skip; ++seen, at = l.entries[at].below) {
-      if (seen < skip || l.entries[at].asked) continue;
-      if (f(node(l, at))) l.entries[at].asked = true;
+         at != StackContents::kNone && seen < on_chip && seen < config_.depth + skip; ++seen, at = stack.below(at)) {
+      if (seen < skip || stack.marked(at)) continue;
+      const NodeVisit node = stack.node(at);
+      if (f(Node{node.kind, node.address, stack.culled(at)})) stack.mark(at);
     }
     return true;
   }
 
  private:
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  /// A stack entry, by the event that takes it: each entry is taken by one event, visited or culled.
-  struct Entry {
-    std::uint32_t below = kNone;  ///< the entry that lies under it
-    traces::NodeKind kind{};      ///< of a culled one, as the parent says
-    bool asked = false;
-  };
   struct Lane {
-    const traces::RayGroup* group = nullptr;
-    std::span<const traces::Event> events;
-    std::vector<Entry> entries;
+    StackContents stack;
     unsigned pops = 0;  ///< in succession
   };
   bool triggered(Lane& lane, const EventEffect& effect) const;
-  std::uint32_t top_after(const Lane& lane, std::size_t event) const {
-    const std::size_t next = event + 1;
-    return next < lane.events.size() && EventEffect(lane.events[next]).takes_top() ? static_cast<std::uint32_t>(next)
-                                                                                   : kNone;
-  }
-  Node node(const Lane& lane, std::uint32_t entry) const;
 
   Config config_;
   const NodeTraffic& traffic_;

@@ -213,6 +213,7 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.stack_prefetch.trigger",
                                                "rt.stack_prefetch.pops",
                                                "rt.box.rotate_latency",
+                                               "rt.cooperation.ahead",
                                                "dram.bank_groups",
                                                "dram.group_bytes",
                                                "dram.timing.ccd_l",

@@ -33,7 +33,8 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
       checkpoint_(elaborated_part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
-      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
+      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")),
+      cooperation_(elaborated_part<modules::LaneCooperation>(rt, "lane_cooperation")) {
   const std::size_t before = wires.selected();
   if (buffer_ != nullptr) warps_of_ = &buffer_->warps();
   const unsigned warps = warps_of_ != nullptr ? warps_of_->entries() : 64;
@@ -90,6 +91,10 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
     if (prefetcher_->reads_stacks()) prefetch_stack_nodes_ = add("sibling_prefetcher.stack_nodes", kCounterBits);
   }
+  if (cooperation_ != nullptr) {
+    helping_ = add("lane_cooperation.helping", lanes);
+    help_held_ = add("lane_cooperation.held", kLevelBits);
+  }
   if (warps_of_ != nullptr) {
     for (unsigned entry = 0; entry < warps; ++entry) {
       warps_.emplace_back(wires, scope + ".warp_buffer", *warps_of_, entry, checkpoint_, header);
@@ -141,6 +146,10 @@ void RtUnitProbe::sample(Cycle now) {
     prefetch_queue_.set(prefetcher_->queued());
     prefetch_outstanding_.set(prefetcher_->outstanding());
     prefetch_stack_nodes_.set(prefetcher_->counters().stack_nodes);
+  }
+  if (cooperation_ != nullptr) {
+    helping_.set(cooperation_->helping());
+    help_held_.set(cooperation_->held());
   }
   for (WarpProbe& warp : warps_) warp.sample();
 }

@@ -35,6 +35,7 @@ class RtUnitProbe {
   const modules::AnyHitCollector* any_hit_;
   const modules::CheckpointUnit* checkpoint_;
   const modules::SiblingPrefetcher* prefetcher_;
+  const modules::LaneCooperation* cooperation_;
   const modules::WarpTable* warps_of_ = nullptr;
   StallFollower stalls_;
   bool selected_ = false;
@@ -43,6 +44,7 @@ class RtUnitProbe {
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
   Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
   Wire prefetch_queue_, prefetch_outstanding_, prefetch_stack_nodes_;
+  Wire helping_, help_held_;
   std::vector<Unit> units_;
   std::vector<WarpProbe> warps_;
 };

@@ -89,6 +89,9 @@ class SampledRun {
     if (!reader_.header().frame_groups.empty()) {
       throw Error(reader_.path(), "", "a sequence of frames needs cycle or fast mode: samples share no caches");
     }
+    if (const Unmodelled lack = unmodelled(config, SimulationMode::sampled)) {
+      throw Error("configuration", std::string(lack.key), lack.rule);
+    }
     if (unmodelled(config, SimulationMode::fast)) options_.model = SampleModel::calls;
   }
 

@@ -79,6 +79,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.prefetch.replayed", "true", kBoth},
       {"rt.stack_prefetch.depth", "4", kBoth},
       {"rt.stack_prefetch.trigger", "push", kBoth, "", {"rt.stack_prefetch.depth=4"}},
+      {"rt.cooperation.ahead", "2", kBoth},
       {"rt.stack_prefetch.pops", "1", kBoth, "", {"rt.stack_prefetch.depth=4"}},
       {"rt.box.per_child", "true", kBoth},
       {"rt.box.count", "1", kBoth},

@@ -195,6 +195,7 @@ inline GpuConfig random_machine(Random& random) {
     rt.prefetcher.stack.trigger = prefetch.coin() ? modules::StackTrigger::pop : modules::StackTrigger::push;
     rt.prefetcher.stack.pops = prefetch.one_of({1U, 2U, 3U});
   }
+  if (prefetch.upto(2) == 0) rt.cooperation.ahead = prefetch.one_of({1U, 2U, 4U, 16U});
   check_config(c, "a random machine");
   return c;
 }

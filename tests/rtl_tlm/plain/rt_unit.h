@@ -1,5 +1,6 @@
 // Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
-// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_prefetch,stack_unit}.md.
+// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_prefetch,stack_unit,
+// cooperative_lanes}.md.
 #pragma once
 
 #include <algorithm>
@@ -133,6 +134,10 @@ class RtUnit {
     s.add(p + "prefetch.stack_merged", stack_merged_);
     s.add(p + "prefetch.stack_dropped", stack_dropped_);
     s.add(p + "prefetch.stack_culled", stack_culled_);
+    s.add(p + "cooperation.taken", taken_);
+    s.add(p + "cooperation.helped", helped_);
+    s.add(p + "cooperation.waited", waited_);
+    s.add(p + "cooperation.wasted", wasted_);
     s.add(p + "stack.spills", spills_);
     s.add(p + "stack.fills", fills_);
     s.most(p + "stack.max_spilled", max_spilled_);
@@ -176,6 +181,17 @@ class RtUnit {
     // prefetches from the stack
     unsigned climbs = 0;              // events in succession that took an entry and pushed none
     std::set<std::size_t> requested;  // entries that have been asked for, by the event that takes them
+    // lane cooperation
+    struct Ahead {
+      bool there = false, awaited = false;
+    };
+    std::map<std::size_t, Ahead> ahead;  // what others do or have done for it, by the event that takes the entry
+    struct Errand {
+      unsigned busy;
+      std::size_t taker;
+      unsigned children;
+    };
+    std::optional<Errand> errand;  // what it does for another
   };
   struct Warp {
     bool used = false;
@@ -275,6 +291,8 @@ class RtUnit {
       unit.flying.erase(unit.flying.begin());
       if (ellipsoid_ && &unit == &units_[3]) {
         queue_at(units_[2], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
+      } else if (lane(name).errand) {
+        errand_done(name);
       } else {
         result(name);
       }
@@ -402,8 +420,13 @@ class RtUnit {
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
-      lane.state = State::unit;
-      const unsigned tests = internal && config_.box_op_per_child ? definition(warp, event(lane)).child_count : 1;
+      unsigned tests = 1;
+      if (lane.errand) {
+        if (internal && config_.box_op_per_child) tests = lane.errand->children;
+      } else {
+        lane.state = State::unit;
+        if (internal && config_.box_op_per_child) tests = definition(warp, event(lane)).child_count;
+      }
       queue_at(unit, {{fetch.entry, l}, now_, tests});
     }
   }
@@ -604,7 +627,7 @@ class RtUnit {
     for (Warp& warp : warps_) {
       if (!warp.used || (oldest != nullptr && oldest->age < warp.age)) continue;
       const bool finished = std::all_of(std::begin(warp.lanes), std::end(warp.lanes), [](const Lane& lane) {
-        return lane.state == State::finished || lane.state == State::absent;
+        return (lane.state == State::finished || lane.state == State::absent) && !lane.errand;
       });
       if (finished) oldest = &warp;
     }
@@ -638,6 +661,7 @@ class RtUnit {
     for (unsigned l = 0; l < kLanes; ++l) {
       if (warps_[chosen].lanes[l].state == State::ready) handle({chosen, l});
     }
+    if (config_.cooperation.ahead > 0) cooperate(chosen);
   }
   unsigned choose(const std::vector<unsigned>& candidates) const {
     const auto older = [this](unsigned a, unsigned b) { return warps_[a].age < warps_[b].age; };
@@ -661,6 +685,22 @@ class RtUnit {
     Lane& lane = warp.lanes[name.second];
     const traces::Event& e = event(lane);
     const std::uint64_t at = std::uint64_t{e.node} * traces::kNodeUnit;
+    if (const auto done = lane.ahead.find(lane.next); done != lane.ahead.end()) {
+      if (e.kind() == EventKind::cull) {
+        ++wasted_;
+        lane.ahead.erase(done);
+      } else if (done->second.there) {
+        ++helped_;
+        lane.ahead.erase(done);
+        result(name);
+        return;
+      } else {
+        ++waited_;
+        done->second.awaited = true;
+        lane.state = State::memory;
+        return;
+      }
+    }
     switch (e.kind()) {
       case EventKind::visit_internal:
         visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * traces::kNodeUnit, false);
@@ -689,6 +729,9 @@ class RtUnit {
   }
   void visit(LaneName name, traces::NodeKind kind, std::uint64_t address, bool header) {
     lane(name).state = State::memory;
+    fetch(name, kind, address, header);
+  }
+  void fetch(LaneName name, traces::NodeKind kind, std::uint64_t address, bool header) {
     const Region region = region_of(kind, address);
     ++node_visits_[modules::index(region)];
     for (auto& [number, fetch] : fetches_) {
@@ -819,24 +862,10 @@ class RtUnit {
     std::uint64_t position = lane.depth;
     if (!shader_first && position > 0) --position;  // the top is fetched at once
     for (unsigned i = 0; i < config.depth && position > lowest; ++i, --position) {
-      const std::size_t taker = taker_of(lane, position);
+      const std::size_t taker = taker_of(lane, position, lane.next + 1);
       if (lane.requested.contains(taker)) continue;
       const traces::Event& takes = lane.ray->events[taker];
-      const std::uint64_t at = std::uint64_t{takes.node} * traces::kNodeUnit;
-      std::pair<traces::NodeKind, std::uint64_t> node;
-      switch (takes.kind()) {
-        case EventKind::visit_internal:
-          node = {traces::NodeKind::internal, std::uint64_t{definition(warp, takes).address} * traces::kNodeUnit};
-          break;
-        case EventKind::visit_instance:
-          node = {traces::NodeKind::instance, at};
-          break;
-        case EventKind::visit_leaf:
-          node = {leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle, at};
-          break;
-        default:
-          node = {kind_in_tree(*warp.group, at), at};
-      }
+      const std::pair<traces::NodeKind, std::uint64_t> node = named_by_entry(warp, takes);
       if (std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
                       [&](const Prefetch& p) { return p.address == node.second; })) {
         ++stack_merged_;
@@ -854,12 +883,26 @@ class RtUnit {
       lane.requested.insert(taker);
     }
   }
-  // The event that takes the entry in this place of the stack, 1 being the lowest: walks the rest of the round and sees
-  // which event finds the stack so deep and handles its top.
-  std::size_t taker_of(const Lane& lane, std::uint64_t place) const {
+  std::pair<traces::NodeKind, std::uint64_t> named_by_entry(const Warp& warp, const traces::Event& takes) const {
+    using traces::EventKind;
+    const std::uint64_t at = std::uint64_t{takes.node} * traces::kNodeUnit;
+    switch (takes.kind()) {
+      case EventKind::visit_internal:
+        return {traces::NodeKind::internal, std::uint64_t{definition(warp, takes).address} * traces::kNodeUnit};
+      case EventKind::visit_instance:
+        return {traces::NodeKind::instance, at};
+      case EventKind::visit_leaf:
+        return {leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle, at};
+      default:
+        return {kind_in_tree(*warp.group, at), at};
+    }
+  }
+  // The event that takes the entry in this place of the stack, 1 being the lowest: walks the rest of the round, from
+  // the first event that has not moved the stack, and sees which finds it so deep and handles its top.
+  std::size_t taker_of(const Lane& lane, std::uint64_t place, std::size_t first) const {
     using traces::EventKind;
     std::uint64_t depth = lane.depth;
-    for (std::size_t i = lane.next + 1; i < lane.end; ++i) {
+    for (std::size_t i = first; i < lane.end; ++i) {
       const traces::Event& e = lane.ray->events[i];
       if (depth == place) return i;
       if (e.kind() == EventKind::visit_instance) continue;
@@ -872,11 +915,65 @@ class RtUnit {
     for (const traces::NodeDefinition& node : group.nodes) {
       std::uint64_t child = std::uint64_t{node.child_base} * traces::kNodeUnit;
       for (unsigned s = 0; s < node.child_count; ++s) {
-        if (child == address) return node.child_kinds[s];
+        if (child == address) {
+          const traces::NodeKind kind = node.child_kinds[s];
+          if (kind == traces::NodeKind::internal || kind == traces::NodeKind::instance) return kind;
+          return leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle;
+        }
         child += stored(node.child_kinds[s]);
       }
     }
     return traces::NodeKind::internal;
+  }
+
+  // --- lane cooperation --------------------------------------------------------------------------------------------
+  static bool goes_on(const Lane& lane) { return lane.state != State::absent && lane.state != State::finished; }
+  // Idle lanes, lowest first, take nodes of busy ones: the nearest to the top first, of the lowest lane.
+  void cooperate(unsigned w) {
+    Warp& warp = warps_[w];
+    for (unsigned helper = 0; helper < header_.warp_size; ++helper) {
+      if (goes_on(warp.lanes[helper]) || warp.lanes[helper].errand) continue;
+      if (!send_on_errand(w, helper)) return;
+    }
+  }
+  bool send_on_errand(unsigned w, unsigned helper) {
+    using traces::EventKind;
+    Warp& warp = warps_[w];
+    for (unsigned level = 1; level <= config_.cooperation.ahead; ++level) {
+      for (unsigned b = 0; b < kLanes; ++b) {
+        Lane& busy = warp.lanes[b];
+        if (!goes_on(busy) || busy.ahead.size() >= config_.cooperation.ahead) continue;
+        const bool at_shader = busy.state == State::any_hit_wait || busy.state == State::any_hit_run;
+        const std::uint64_t above = level - (at_shader ? 1 : 0);  // entries above the one to be taken
+        if (busy.depth <= busy.spilled + above) continue;
+        const std::size_t taker = taker_of(busy, busy.depth - above, busy.next + (at_shader ? 1 : 0));
+        if (busy.ahead.contains(taker)) continue;
+        const traces::Event& takes = busy.ray->events[taker];
+        const auto [kind, address] = named_by_entry(warp, takes);
+        busy.ahead[taker] = {};
+        ++taken_;
+        const unsigned children =
+            takes.kind() == EventKind::visit_internal ? definition(warp, takes).child_count : header_.bvh_width;
+        warp.lanes[helper].errand = typename Lane::Errand{b, taker, children};
+        if (kind != traces::NodeKind::internal) trigger(busy, address);
+        fetch({w, helper}, kind, address,
+              kind == traces::NodeKind::instance && config_.memory.traffic.blas_header_read);
+        return true;
+      }
+    }
+    return false;
+  }
+  void errand_done(LaneName name) {
+    Warp& warp = warps_[name.first];
+    const auto errand = *warp.lanes[name.second].errand;
+    warp.lanes[name.second].errand.reset();
+    Lane& busy = warp.lanes[errand.busy];
+    const auto found = busy.ahead.find(errand.taker);
+    if (found == busy.ahead.end()) return;  // the entry has been culled
+    found->second.there = true;
+    if (!found->second.awaited) return;
+    busy.ahead.erase(found);
+    result({name.first, errand.busy});
   }
 
   /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
@@ -965,6 +1062,7 @@ class RtUnit {
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0, prefetch_sectors_ = 0;
   std::uint64_t stack_looks_ = 0, stack_nodes_ = 0, stack_merged_ = 0, stack_dropped_ = 0, stack_culled_ = 0;
+  std::uint64_t taken_ = 0, helped_ = 0, waited_ = 0, wasted_ = 0;
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
 };
 
