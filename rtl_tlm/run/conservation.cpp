@@ -31,7 +31,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
     equal("L1 writes" + of, c.l1.region[i].writes, c.simt.memory.stores[i]);
   }
   // Nodes, and checkpoint entries that are read ahead, are also prefetched.
-  std::uint64_t l1_misses = 0, l2_reads = 0, l1_writes = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
+  std::uint64_t l1_misses = 0, l2_reads = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
   for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
     const auto region = static_cast<Region>(i);
     const std::string name(modules::kRegionNames[i]);
@@ -40,7 +40,6 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
     equal("DRAM reads of region " + name, c.l2.dram_reads_of[i], l2.misses);
     l1_misses += l1.misses;
     l2_reads += l2.reads;
-    l1_writes += l1.writes;
     l2_writes += l2.writes;
     dram_reads += c.l2.dram_reads_of[i];
     dram_writes += c.l2.dram_writes_of[i];

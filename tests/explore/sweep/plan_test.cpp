@@ -91,6 +91,10 @@ TEST_F(SweepPlanTest, WithoutAxesIsOnePoint) { EXPECT_EQ(read(kScene).points.siz
 TEST_F(SweepPlanTest, ThePlansOfTheProjectAreRead) {
   const SweepPlan plan = load_plan(grtx::paths::source_dir() + "/configs/sweeps/pizza.toml", test::FakeTracerRules());
   EXPECT_EQ(plan.points.size(), 60U);
+  for (const char* name : {"beyond_evaluation", "cooperative_lanes", "mechanisms"}) {
+    const std::string path = grtx::paths::source_dir() + "/configs/sweeps/" + name + ".toml";
+    EXPECT_FALSE(load_plan(path, test::FakeTracerRules()).points.empty()) << name;
+  }
 }
 
 TEST_F(SweepPlanTest, AStructureOfItsOwnIsNoNamedDesign) {
