@@ -15,6 +15,8 @@ if [ "${1:-}" != build ]; then
   packages+=(
     slurmctld slurmd slurm-client munge
     clang-format-14 clang-tidy-14
+    python3-numpy python3-pandas python3-matplotlib python3-xxhash python3-zstandard
+    python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
     gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
   )
   # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.

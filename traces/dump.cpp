@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/instance_levels.h"
 
@@ -30,18 +32,6 @@ const char* name_of(LeafOutcome outcome) {
       return "ignored";
     case LeafOutcome::nearest:
       return "nearest";
-  }
-  return "unknown";
-}
-
-const char* name_of(RayKind kind) {
-  switch (kind) {
-    case RayKind::primary:
-      return "primary";
-    case RayKind::glass:
-      return "glass";
-    case RayKind::mirror:
-      return "mirror";
   }
   return "unknown";
 }
@@ -140,24 +130,108 @@ class Dumper {
   std::string text_;
 };
 
+/// What --warp names, or all.
+class Groups {
+ public:
+  Groups(const Reader& reader, std::optional<std::uint64_t> group, std::optional<unsigned> lane)
+      : first_(group.value_or(0)), end_(group ? *group + 1 : reader.group_count()) {
+    if (group && *group >= reader.group_count()) {
+      throw Error(reader.path(), "group " + std::to_string(*group),
+                  "must be below the number of groups, " + std::to_string(reader.group_count()));
+    }
+    if (lane && *lane >= reader.header().warp_size) {
+      throw Error(reader.path(), "lane " + std::to_string(*lane),
+                  "must be below the warp size, " + std::to_string(reader.header().warp_size));
+    }
+  }
+  std::uint64_t begin() const { return first_; }
+  std::uint64_t end() const { return end_; }
+
+ private:
+  std::uint64_t first_;
+  std::uint64_t end_;
+};
+
+/// One group as a line of JSON.
+class JsonLine {
+ public:
+  JsonLine(const RayGroup& group, const NodeSizes& sizes) : group_(group), sizes_(sizes) {}
+
+  std::string of(std::optional<unsigned> lane) {
+    put(R"({{"group":{},"frame":{},"kind":"{}","nodes":[)", group_.index, group_.frame, name_of(group_.kind));
+    list(group_.nodes, [this](const NodeDefinition& node) {
+      put("[{},{}", bytes(node.address), bytes(node.child_base));
+      for (unsigned slot = 0; slot < node.child_count; ++slot) {
+        put(",{}", std::ranges::find(kStoredKinds, node.child_kinds[slot]) - kStoredKinds);
+      }
+      put("]");
+    });
+    put(R"(],"rays":[)");
+    for (unsigned i = lane.value_or(0); i < group_.rays.size() && i <= lane.value_or(i); ++i) {
+      if (i != lane.value_or(0)) put(",");
+      ray(i, group_.rays[i]);
+    }
+    put("]}}\n");
+    return std::move(text_);
+  }
+
+ private:
+  template <typename... Args>
+  void put(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
+  }
+  template <typename Items, typename Put>
+  void list(const Items& items, const Put& put_one) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (i != 0) put(",");
+      put_one(items[i]);
+    }
+  }
+  std::uint64_t bytes(std::uint64_t units) const { return units * sizes_.unit(); }
+
+  void ray(unsigned lane, const Ray& ray) {
+    put(R"({{"lane":{},"pixel":{},"rounds":[)", lane, ray.pixel);
+    list(ray.rounds, [this](const Round& r) {
+      put("[{},{:d},{:d},{:d},{},{},{},{}]", r.event_count, r.replay, r.overflow, r.terminated, r.preloaded, r.k_count,
+          r.processed_count, r.eviction_dropped);
+    });
+    put(R"(],"events":[)");
+    list(ray.events, [this](const Event& e) {
+      const bool internal = e.kind() == EventKind::visit_internal;
+      put("[{},{},{},{},{}]", static_cast<unsigned>(e.kind()), bytes(internal ? group_.nodes[e.node].address : e.node),
+          e.detail, e.checkpoints, e.shifts());
+    });
+    put(R"(],"processed":[)");
+    list(ray.processed, [this](const Processed& p) { put("[{},{}]", p.gaussian + 0U, p.blended + 0U); });
+    put("]}}");
+  }
+
+  const RayGroup& group_;
+  NodeSizes sizes_;
+  std::string text_;
+};
+
 }  // namespace
 
+const char* name_of(RayKind kind) {
+  switch (kind) {
+    case RayKind::primary:
+      return "primary";
+    case RayKind::glass:
+      return "glass";
+    case RayKind::mirror:
+      return "mirror";
+  }
+  return "unknown";
+}
+
 void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group, std::optional<unsigned> lane) {
-  if (group && *group >= reader.group_count()) {
-    throw Error(reader.path(), "group " + std::to_string(*group),
-                "must be below the number of groups, " + std::to_string(reader.group_count()));
-  }
-  if (lane && *lane >= reader.header().warp_size) {
-    throw Error(reader.path(), "lane " + std::to_string(*lane),
-                "must be below the warp size, " + std::to_string(reader.header().warp_size));
-  }
+  const Groups groups(reader, group, lane);
   out << "header " << header_to_json(reader.header()) << "\ntotals " << totals_to_json(reader.totals()) << "\ncontent "
       << reader.content_hash() << "\n";
   const InstanceLevels levels(reader.header());
   RayGroup decoded;
-  const std::uint64_t first = group.value_or(0);
-  const std::uint64_t end = group ? first + 1 : reader.group_count();
-  for (std::uint64_t index = first; index < end; ++index) {
+  for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
     reader.read(index, decoded);
     Dumper dumper(decoded, reader.header().node_sizes(), levels);
     dumper.group_line();
@@ -167,6 +241,19 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
       dumper.text().clear();
     }
     out << dumper.text();
+  }
+}
+
+void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
+               std::optional<unsigned> lane) {
+  const Groups groups(reader, group, lane);
+  out << R"({"schema":"grtx.trace-dump/1","version":)" << format_version(reader.header()) << R"(,"header":)"
+      << header_to_json(reader.header()) << R"(,"totals":)" << totals_to_json(reader.totals()) << R"(,"content_hash":")"
+      << reader.content_hash() << "\"}\n";
+  RayGroup decoded;
+  for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
+    reader.read(index, decoded);
+    out << JsonLine(decoded, reader.header().node_sizes()).of(lane);
   }
 }
 

@@ -1,4 +1,4 @@
-// grtx trace-dump: prints a trace file as text.
+// grtx trace-dump: prints a trace file as text or JSON.
 #include <fmt/format.h>
 
 #include <iostream>
@@ -18,6 +18,7 @@ struct Options {
   std::string trace;
   std::optional<std::uint64_t> warp;
   std::optional<unsigned> lane;
+  bool json = false;
 };
 
 int dump_trace(const Options& options) {
@@ -30,7 +31,8 @@ int dump_trace(const Options& options) {
     throw Error(options.trace, fmt::format("--lane {}", *options.lane),
                 fmt::format("a warp has {} lanes, numbered from 0", reader.header().warp_size));
   }
-  traces::dump(reader, std::cout, options.warp, options.lane);
+  const auto print = options.json ? traces::dump_json : traces::dump;
+  print(reader, std::cout, options.warp, options.lane);
   std::cout.flush();
   if (!std::cout) throw Error("standard output", "", "cannot be written");
   return 0;
@@ -45,6 +47,8 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();
   command->add_option("--warp", options->warp, "Only this warp (default: all)");
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
+  command->add_flag("--json", options->json,
+                    "JSON Lines with every field: the file, then a line a warp (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -1,0 +1,12 @@
+"""Reads what the program `grtx` writes: statistics, results and sweeps as pandas frames, and traces.
+
+Plots are in ``grtx_tlm.plots``, which needs matplotlib. Guide: docs/guide/python.md.
+"""
+from .errors import GrtxError, StatisticsError, TraceError
+from .frames import DESIGNS, Results, read_results, read_statistics, read_sweep
+from .trace import EVENT_KINDS, Trace, read_trace
+from .trace_group import RayGroup
+from .trace_replay import OUTCOMES
+
+__all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "RayGroup", "Results", "StatisticsError", "Trace", "TraceError",
+           "read_results", "read_statistics", "read_sweep", "read_trace"]

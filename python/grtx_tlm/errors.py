@@ -1,0 +1,21 @@
+"""Errors: one line that names the file, the place and the rule, as the program's own."""
+
+
+class GrtxError(ValueError):
+    """A file that does not hold what its format says.
+
+    Attributes: ``file`` (path as given), ``place`` (where in it, e.g. ``group 3``), ``rule`` (what does not hold).
+    ``str()`` is ``FILE: PLACE: RULE``.
+    """
+
+    def __init__(self, file, place, rule):
+        self.file, self.place, self.rule = str(file), place, rule
+        super().__init__(f"{file}: {place}: {rule}" if place else f"{file}: {rule}")
+
+
+class TraceError(GrtxError):
+    """A trace that is damaged, cut, of an unknown version, or that its own columns contradict."""
+
+
+class StatisticsError(GrtxError):
+    """A statistics, result or sweep file that is damaged or of an unknown schema."""

@@ -1,0 +1,155 @@
+"""Statistics, results and sweeps of the program as pandas frames."""
+import json
+import os
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from .errors import StatisticsError
+
+#: The designs, in the order of the paper's figure.
+DESIGNS = ("baseline", "sw", "hw", "grtx")
+
+
+def _document(path, schema, made_by):
+    path = os.fspath(path)
+    try:
+        with open(path, encoding="utf-8") as file:
+            document = json.load(file)
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise StatisticsError(path, "", f"is no JSON: {error}") from None
+    found = document.get("schema") if isinstance(document, dict) else None
+    if found != schema:
+        raise StatisticsError(path, "schema", f"is {found!r}, must be {schema}: {made_by}")
+    return document
+
+
+def _part(document, name, path):
+    part = document.get(name)
+    if not isinstance(part, dict):
+        raise StatisticsError(path, name, "must be an object")
+    return part
+
+
+def _quantities(stats, path, place):
+    """{name: {value, unit, description}} as a frame of one row a statistic."""
+    for name, entry in stats.items():
+        if not isinstance(entry, dict) or not {"value", "unit", "description"} <= set(entry):
+            raise StatisticsError(path, f"{place}.{name}", "must have value, unit and description")
+        if isinstance(entry["value"], bool) or not isinstance(entry["value"], (int, float, type(None))):
+            raise StatisticsError(path, f"{place}.{name}", "must have a number or null as its value")
+    frame = pd.DataFrame.from_dict(stats, orient="index", columns=["value", "unit", "description"])
+    frame["value"] = pd.to_numeric(frame["value"])
+    return frame.rename_axis("statistic")
+
+
+def read_statistics(path):
+    """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
+
+    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (float or int; NaN for null), ``unit``,
+    ``description``. ``frame.attrs`` holds ``config`` and ``inputs`` (dicts). Raises StatisticsError, OSError.
+    """
+    path = os.fspath(path)
+    document = _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
+    frame = _quantities(_part(document, "stats", path), path, "stats")
+    frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path))
+    return frame
+
+
+@dataclass
+class Results:
+    """What ``grtx run`` measured.
+
+    - ``statistics``: frame of one row a statistic, one column a design (value; NaN where a design has none).
+    - ``quantities``: frame of the same rows: ``unit``, ``description``.
+    - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
+    - ``frames``: frame of one row a frame of a sequence, a column a design, in cycles; empty for one view.
+    - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
+    """
+
+    statistics: pd.DataFrame
+    quantities: pd.DataFrame
+    speedup: pd.Series
+    speedup_over: str
+    frames: pd.DataFrame
+    machine: str
+    config: dict
+    images_identical: bool
+    violations: list
+
+
+def read_results(path):
+    """``results.json`` of ``grtx run`` (schema grtx.run/1), or its folder, as Results. Raises StatisticsError, OSError."""
+    path = os.fspath(path)
+    if os.path.isdir(path):
+        path = os.path.join(path, "results.json")
+    document = _document(path, "grtx.run/1", "write one with 'grtx run -o DIR'")
+    designs = {name: _quantities(stats, path, f"designs.{name}") for name, stats in _part(document, "designs", path).items()}
+    if not designs:
+        raise StatisticsError(path, "designs", "must name a design")
+    over = document.get("speedup_over", "baseline")
+    speedup = pd.Series({over: 1.0, **_part(document, "speedup", path)}, name="speedup", dtype=float)
+    quantities = pd.concat([frame[["unit", "description"]] for frame in designs.values()])
+    return Results(
+        statistics=pd.DataFrame({name: frame["value"] for name, frame in designs.items()}),
+        quantities=quantities[~quantities.index.duplicated()],
+        speedup=speedup.reindex([d for d in DESIGNS if d in speedup] + [d for d in speedup.index if d not in DESIGNS]),
+        speedup_over=over,
+        frames=pd.DataFrame(document.get("frames", {}).get("cycles", {})).rename_axis("frame"),
+        machine=document.get("machine", ""),
+        config=_part(document, "config", path),
+        images_identical=document.get("images_identical"),
+        violations=document.get("violations", []),
+    )
+
+
+def read_sweep(path, values=None):
+    """Points of a sweep or a search (SQLite, schema grtx.sweep/1), opened read-only.
+
+    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``mode``, ``status``, ``reason``, ``seconds``, a
+    column for each coordinate that was varied, and one for each statistic and cost. ``values``: names of those wanted
+    (default: all). ``frame.attrs``: ``units`` and ``descriptions`` by statistic, ``plan`` (text). Statistics of points that
+    are not done are NaN. Raises StatisticsError, OSError.
+    """
+    path = os.fspath(path)
+    with open(path, "rb"):  # an error of the operating system, not SQLite's
+        pass
+    try:
+        database = sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
+        try:
+            return _sweep(database, path, values)
+        finally:
+            database.close()
+    except (sqlite3.Error, pd.errors.DatabaseError) as error:
+        raise StatisticsError(path, "", f"is no database of a sweep: {error}") from None
+
+
+def _sweep(database, path, values):
+    meta = dict(database.execute("SELECT key, value FROM meta"))
+    if meta.get("schema") != "grtx.sweep/1":
+        raise StatisticsError(path, "meta.schema", "must be grtx.sweep/1: write one with 'grtx sweep -o DB'")
+    quantities = pd.read_sql_query("SELECT * FROM quantity", database, index_col="name")
+    names = list(quantities.index) if values is None else list(values)
+    for name in names:
+        if name not in quantities.index:
+            raise StatisticsError(path, "values", f"there is no '{name}'; frame.attrs['units'] of read_sweep(path) has all")
+    points = pd.read_sql_query("SELECT id AS point, scene, design, mode, status, reason, seconds, coordinates FROM point "
+                               "ORDER BY id", database, index_col="point")
+    try:
+        varied = pd.DataFrame([json.loads(text) for text in points.pop("coordinates")], index=points.index)
+    except (json.JSONDecodeError, TypeError) as error:
+        raise StatisticsError(path, "point.coordinates", f"is no JSON: {error}") from None
+    marks = ",".join("?" * len(names))
+    rows = pd.read_sql_query("SELECT point_id AS point, name, value FROM value" +
+                             ("" if values is None else f" WHERE name IN ({marks})"), database,
+                             params=None if values is None else names)
+    table = rows.pivot(index="point", columns="name", values="value").reindex(index=points.index)
+    table = table.reindex(columns=[name for name in names if name in table.columns or values is not None])
+    table.columns.name = None
+    varied = varied.drop(columns=[name for name in varied if name in points])
+    frame = pd.concat([points, varied, table], axis=1)
+    frame.attrs.update(units=quantities["unit"].to_dict(), descriptions=quantities["description"].to_dict(),
+                       plan=meta.get("plan", ""))
+    return frame

@@ -1,0 +1,109 @@
+"""Plots with matplotlib. Each takes an optional ``ax`` (else a new figure's) and gives the axes it drew on."""
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from .frames import DESIGNS
+
+#: Colours of the designs, which people with red-green blindness can tell apart (Okabe and Ito).
+COLOURS = {"baseline": "#999999", "sw": "#56B4E9", "hw": "#E69F00", "grtx": "#009E73"}
+STALL = "gpu.rt.stall."
+
+
+def _axes(ax):
+    return ax if ax is not None else plt.subplots(constrained_layout=True)[1]
+
+
+def plot_speedup(speedups, reference=None, ax=None):
+    """Bars of the designs' speed-ups, as in the paper's main figure.
+
+    ``speedups``: frame of one row a scene, one column a design (over the baseline, no unit), or the series of one scene.
+    ``reference``: series by design, drawn as a line over each bar (say the paper's means). Raises ValueError if empty.
+    """
+    frame = speedups.to_frame().T if speedups.ndim == 1 else speedups
+    if frame.empty:
+        raise ValueError("plot_speedup: there is no scene")
+    ax, width = _axes(ax), 0.8 / frame.shape[1]
+    places = np.arange(len(frame))
+    for i, design in enumerate(frame.columns):
+        left = places + (i - (frame.shape[1] - 1) / 2) * width
+        bars = ax.bar(left, frame[design], width, label=design, color=COLOURS.get(design))
+        ax.bar_label(bars, fmt="%.2f", fontsize=8)
+        if reference is not None and design in reference:
+            ax.hlines([reference[design]] * len(left), left - width / 2, left + width / 2, colors="black",
+                      label=None if i else "reference")
+    ax.set_xticks(places, [str(name) for name in frame.index])
+    ax.set_ylabel("speed-up over the baseline")
+    ax.legend()
+    return ax
+
+
+def pareto_front(frame, x, y):
+    """Rows of ``frame`` than which no other is smaller in both columns; ascending in ``x``. Rows with NaN are left out."""
+    ordered = frame.dropna(subset=[x, y]).sort_values([x, y])
+    best = ordered[y].cummin().shift()
+    return ordered[~(ordered[y] >= best)]
+
+
+def plot_pareto(sweep, x="cost.mm2", y="gpu.time_us", ax=None):
+    """Points of a sweep (``read_sweep``) and their front, both axes the smaller the better. Units: ``sweep.attrs``."""
+    for name in (x, y):
+        if name not in sweep:
+            raise ValueError(f"plot_pareto: the sweep has no column '{name}'")
+    ax, front = _axes(ax), pareto_front(sweep, x, y)
+    for design, points in sweep.groupby("design"):
+        ax.scatter(points[x], points[y], s=18, label=design, color=COLOURS.get(design))
+    ax.step(front[x], front[y], where="post", color="black", linewidth=1, label="front")
+    units = sweep.attrs.get("units", {})
+    ax.set_xlabel(f"{x} ({units[x]})" if units.get(x) else x)
+    ax.set_ylabel(f"{y} ({units[y]})" if units.get(y) else y)
+    ax.legend()
+    return ax
+
+
+def stall_shares(statistics):
+    """Share of each reason in the RT units' stall cycles (0 to 1), rows as reasons, columns as designs.
+
+    ``statistics``: ``Results.statistics``, or the frame of ``read_statistics`` (one column, ``run``).
+    """
+    frame = statistics[["value"]].set_axis(["run"], axis=1) if "unit" in statistics else statistics
+    stalls = frame[frame.index.str.startswith(STALL)]
+    if stalls.empty:
+        raise ValueError(f"stall_shares: there is no statistic {STALL}*")
+    stalls = stalls.set_axis(stalls.index.str[len(STALL):], axis=0).fillna(0)
+    return stalls / stalls.sum().replace(0, 1)
+
+
+def plot_stalls(statistics, ax=None):
+    """Stacked bars: why RT units issued nothing, as shares (``stall_shares``), a bar a design."""
+    shares, ax = stall_shares(statistics), _axes(ax)
+    bottom = np.zeros(shares.shape[1])
+    for reason, row in shares.iterrows():
+        ax.bar([str(name) for name in shares.columns], row, bottom=bottom, label=reason)
+        bottom += row.to_numpy()
+    ax.set_ylabel("share of stall cycles")
+    ax.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+    return ax
+
+
+def plot_error_against_time(frame, time, error, label=None, ax=None):
+    """Error over time, both axes logarithmic: a point a row of ``frame``, columns ``time`` and ``error``, one colour for each
+    value of the column ``label``. Rows whose error or time is not above 0 are left out, as a logarithm has no place for them.
+    """
+    for name in (time, error, *([label] if label else [])):
+        if name not in frame:
+            raise ValueError(f"plot_error_against_time: there is no column '{name}'")
+    ax = _axes(ax)
+    shown = frame[(frame[time] > 0) & (frame[error] > 0)]
+    for name, rows in shown.groupby(label) if label else [(None, shown)]:
+        ax.scatter(rows[time], rows[error], s=18, label=name, color=COLOURS.get(name) if label else None)
+    ax.set(xscale="log", yscale="log", xlabel=time, ylabel=error)
+    if label:
+        ax.legend()
+    return ax
+
+
+def main_figure(results, reference=None, ax=None):
+    """The paper's main figure from ``{scene: Results}``: speed-ups of the designs other than the baseline."""
+    speedups = pd.DataFrame({scene: one.speedup for scene, one in results.items()}).T
+    return plot_speedup(speedups[[d for d in DESIGNS[1:] if d in speedups]], reference, ax)

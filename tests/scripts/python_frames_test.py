@@ -1,0 +1,166 @@
+#!/usr/bin/python3
+"""python/grtx_tlm: frames have the numbers of the files, plots draw them, bad files raise StatisticsError, and the package
+installs.
+
+    python_frames_test.py GRTX       Exit code 77: a Python package is missing.
+"""
+import json
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(ROOT, "python"))
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import pandas as pd
+    import grtx_tlm
+    from grtx_tlm import plots
+except ImportError as error:
+    print(f"skipped: {error}; Debian packages: python3-numpy python3-pandas python3-matplotlib python3-xxhash "
+          "python3-zstandard")
+    sys.exit(77)
+
+PROGRAM = ""
+PLAN = """mode = "fast"
+designs = ["baseline", "grtx"]
+[[scene]]
+name = "s"
+file = "s.ply"
+cameras = "s.cameras.json"
+width = 8
+height = 8
+[grid]
+"l1.bytes" = [32768, 131072]
+"""
+
+
+def grtx(*arguments):
+    done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise AssertionError(f"grtx {' '.join(arguments)}: {done.stderr}")
+
+
+class Frames(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.path = staticmethod(lambda name: os.path.join(folder.name, name))
+        grtx("synth", "--preset", "object", "--count", "400", "--seed", "1", "-o", cls.path("s.ply"), "--quiet")
+        grtx("run", "--scene", cls.path("s.ply"), "--cameras", cls.path("s.cameras.json"), "--width", "8", "--height", "8",
+             "--mode", "fast", "-o", cls.path("run"), "--quiet")
+        trace = next(f for f in os.listdir(cls.path("run")) if f.endswith(".grtx"))
+        grtx("sim", os.path.join(cls.path("run"), trace), "--mode", "fast", "--stats", cls.path("stats.json"), "--quiet")
+        with open(cls.path("plan.toml"), "w", encoding="utf-8") as file:
+            file.write(PLAN)
+        grtx("sweep", cls.path("plan.toml"), "-o", cls.path("s.sqlite"), "--quiet")
+
+    def document(self, name):
+        with open(self.path(name), encoding="utf-8") as file:
+            return json.load(file)
+
+    def raw(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def test_statistics_have_the_file_s_values(self):
+        frame, document = grtx_tlm.read_statistics(self.path("stats.json")), self.document("stats.json")
+        self.assertEqual(list(frame.index), list(document["stats"]))
+        for name, entry in document["stats"].items():
+            row = frame.loc[name]
+            self.assertTrue(row["value"] == entry["value"] or entry["value"] is None and pd.isna(row["value"]), name)
+            self.assertEqual((row["unit"], row["description"]), (entry["unit"], entry["description"]))
+        self.assertEqual(frame.attrs["config"], document["config"])
+
+    def test_results_have_the_file_s_values(self):
+        results, document = grtx_tlm.read_results(self.path("run")), self.document("run/results.json")
+        self.assertEqual(list(results.statistics.columns), ["baseline", "sw", "hw", "grtx"])
+        for design, stats in document["designs"].items():
+            for name in ("gpu.cycles", "tracer.rays", "gpu.l1.node.hit_rate"):
+                self.assertEqual(results.statistics.loc[name, design], stats[name]["value"])
+        cycles = results.statistics.loc["gpu.cycles"]
+        for design in ("sw", "hw", "grtx"):
+            self.assertEqual(results.speedup[design], document["speedup"][design])
+            self.assertAlmostEqual(results.speedup[design], cycles["baseline"] / cycles[design], places=12)
+        self.assertEqual(results.quantities.loc["gpu.cycles", "unit"], document["designs"]["sw"]["gpu.cycles"]["unit"])
+        self.assertTrue(results.images_identical)
+
+    def test_a_sweep_has_the_database_s_values(self):
+        frame = grtx_tlm.read_sweep(self.path("s.sqlite"))
+        database = sqlite3.connect(self.path("s.sqlite"))
+        self.assertEqual(len(frame), 4)
+        self.assertEqual(sorted(zip(frame["design"], frame["l1.bytes"])),
+                         [(d, b) for d in ("baseline", "grtx") for b in (32768, 131072)])
+        rows = database.execute("SELECT point_id, name, value FROM value").fetchall()
+        self.assertGreater(len(rows), 1000)
+        for point, name, value in rows:
+            self.assertEqual(frame.loc[point, name], value)
+        few = grtx_tlm.read_sweep(self.path("s.sqlite"), ["gpu.cycles"])
+        self.assertTrue(few["gpu.cycles"].equals(frame["gpu.cycles"]))
+        self.assertNotIn("cost.mm2", few)
+        self.assertEqual(frame.attrs["units"]["gpu.cycles"], "cycles")
+        database.close()
+
+    def test_plots_show_the_numbers(self):
+        results, sweep = grtx_tlm.read_results(self.path("run")), grtx_tlm.read_sweep(self.path("s.sqlite"))
+        bars = plots.main_figure({"s": results}, pd.Series({"sw": 2.0, "hw": 1.94, "grtx": 4.36})).patches
+        self.assertEqual([bar.get_height() for bar in bars], list(results.speedup[["sw", "hw", "grtx"]]))
+        shares = plots.stall_shares(results.statistics)
+        self.assertTrue((abs(shares.sum() - 1) < 1e-12).all())
+        self.assertEqual(len(plots.plot_stalls(results.statistics).patches), shares.size)
+        self.assertEqual(list(plots.stall_shares(grtx_tlm.read_statistics(self.path("stats.json"))).columns), ["run"])
+        dots = plots.plot_pareto(sweep).collections
+        self.assertEqual(sum(len(dot.get_offsets()) for dot in dots), 4)
+        errors = pd.DataFrame({"speed": [1.0, 4.0, 8.0], "error": [0.0, 0.005, 0.01]})
+        self.assertEqual(len(plots.plot_error_against_time(errors, "speed", "error").collections[0].get_offsets()), 2)
+
+    def test_the_front_holds_what_nothing_beats(self):
+        frame = pd.DataFrame({"a": [1, 2, 2, 3, 4, None], "b": [9, 5, 6, 5, 1, 0]})
+        self.assertEqual(list(plots.pareto_front(frame, "a", "b").index), [0, 1, 4])
+
+    def test_bad_files_are_named(self):
+        stats = self.document("stats.json")
+        stats["stats"]["gpu.cycles"] = 3
+        cases = [(grtx_tlm.read_statistics, "{", "is no JSON"), (grtx_tlm.read_statistics, "[1]", "must be grtx.stats/1"),
+                 (grtx_tlm.read_results, '{"schema": "grtx.stats/1"}', "must be grtx.run/1"),
+                 (grtx_tlm.read_results, '{"schema": "grtx.run/1"}', "designs: must be an object"),
+                 (grtx_tlm.read_results, '{"schema": "grtx.run/1", "designs": {}}', "must name a design"),
+                 (grtx_tlm.read_statistics, json.dumps(stats), "stats.gpu.cycles: must have value"),
+                 (grtx_tlm.read_sweep, "no database at all", "is no database of a sweep")]
+        for read, text, words in cases:
+            with self.subTest(words):
+                with open(self.path("bad"), "w", encoding="utf-8") as file:
+                    file.write(text)
+                with self.assertRaisesRegex(grtx_tlm.StatisticsError, words) as caught:
+                    read(self.path("bad"))
+                self.assertTrue(str(caught.exception).startswith(self.path("bad") + ": "))
+        for read in (grtx_tlm.read_statistics, grtx_tlm.read_results, grtx_tlm.read_sweep):
+            with self.assertRaises(FileNotFoundError):
+                read(self.path("missing"))
+        with self.assertRaisesRegex(grtx_tlm.StatisticsError, "there is no 'gpu.cycle'"):
+            grtx_tlm.read_sweep(self.path("s.sqlite"), ["gpu.cycle"])
+
+    def test_a_sweep_is_opened_read_only(self):
+        before = self.raw("s.sqlite")
+        grtx_tlm.read_sweep(self.path("s.sqlite"))
+        self.assertEqual(self.raw("s.sqlite"), before)
+
+    def test_the_package_installs(self):
+        source = self.path("source")
+        shutil.copytree(os.path.join(ROOT, "python"), source, ignore=shutil.ignore_patterns("*.pyc", "notebooks"))
+        subprocess.run([sys.executable, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", "--quiet",
+                        "--target", self.path("site"), source], check=True, capture_output=True)
+        done = subprocess.run([sys.executable, "-c", "import grtx_tlm.plots; print(grtx_tlm.__file__)"], cwd=self.path(""),
+                              env={**os.environ, "PYTHONPATH": self.path("site")}, capture_output=True, text=True, check=True)
+        self.assertTrue(done.stdout.startswith(self.path("site")))
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
