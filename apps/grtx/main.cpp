@@ -2,6 +2,7 @@
 #include <fcntl.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
@@ -25,7 +27,29 @@ using grtx::sim::CommonOptions;
 constexpr int kBadInput = 2;
 constexpr int kInternalError = 3;
 
-void print_error(const grtx::Error& error) { std::fprintf(stderr, "grtx: %s\n", error.what()); }
+void print_error(const grtx::Error& error, const std::vector<std::string>& arguments) {
+  const std::string step = grtx::sim::next_step(error, arguments);
+  std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", step.c_str());
+}
+
+// Lines of 80 columns.
+constexpr const char* kFirstSession = R"(Five steps of a first session, minutes together:
+
+  1. A scene of 60,000 Gaussians, and cameras for it
+     grtx synth --preset object --count 60000 -o object.ply
+  2. What is in it
+     grtx info object.ply
+  3. A picture of it
+     grtx trace --scene object.ply --cameras object.cameras.json --width 512 \
+       --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
+  4. The four designs simulated: speed-ups, and a report to open in a browser
+     grtx run --scene object.ply --cameras object.cameras.json --width 48 \
+       --height 48 --mode fast -o out
+  5. One of them on another machine: half the L1
+     grtx sim out/grtx.grtx --machine paper --set l1.bytes=65536 --mode fast
+
+Commands: grtx --help. Options of a command: grtx COMMAND --help.
+)";
 
 /// A one-line reason for a command line that was not accepted, naming the nearest known command or option.
 grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
@@ -46,14 +70,15 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     }
     if (command == &app) {
       for (const CLI::App* sub : app.get_subcommands(nullptr)) known.push_back(sub->get_name());
-      return {name, "unknown command " + word, "the nearest is " + grtx::nearest_name(word, known)};
+      return {name, "unknown command " + word,
+              "the nearest is " + grtx::nearest_name(word, known) + "; grtx --help lists all"};
     }
     return {name, "unexpected argument " + word, "see grtx " + name + " --help"};
   }
   return {name, "", error.what()};
 }
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
   CommonOptions common;
@@ -81,11 +106,11 @@ int run(int argc, char** argv) {
     }
     return code;
   } catch (const CLI::ParseError& error) {
-    print_error(usage_error(app, error));
+    print_error(usage_error(app, error), arguments);
     return kBadInput;
   }
   if (!common.action) {
-    std::fputs(app.help().c_str(), stderr);
+    std::fputs(kFirstSession, stderr);
     return kBadInput;
   }
   const int code = common.action();
@@ -96,24 +121,25 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int sc_main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
   // A SystemC warning is a fault of the model: it stops the program instead of scrolling by.
   sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
   try {
     grtx::sim::register_dram_simulators();
-    return run(argc, argv);
+    return run(argc, argv, arguments);
   } catch (const grtx::Error& error) {
-    print_error(error);
+    print_error(error, arguments);
     return kBadInput;
   } catch (const std::filesystem::filesystem_error& error) {  // a path that the system does not take
-    print_error({error.path1().string(), "", error.code().message()});
+    print_error({error.path1().string(), "", error.code().message()}, arguments);
     return kBadInput;
   } catch (const std::bad_alloc&) {
-    print_error({"internal error", "", "out of memory"});
+    print_error({"internal error", "", "out of memory"}, arguments);
     return kInternalError;
   } catch (const std::exception& error) {
-    print_error({"internal error", "", error.what()});
+    print_error({"internal error", "", error.what()}, arguments);
     return kInternalError;
   }
 }

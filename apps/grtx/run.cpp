@@ -214,15 +214,16 @@ double value(const ordered_json& statistics, const std::string& name) {
 }
 
 void print_table(const ordered_json& designs, const Comparison& comparison) {
-  fmt::print("{:<9} {:>12} {:>8} {:>12} {:>12} {:>10} {:>7} {:>12} {:>10}\n", "design", "cycles", "speed-up",
-             "node visits", "node fetches", "latency", "L1 hit", "L2 accesses", "DRAM MB");
+  // 80 columns; visits, fetches and L2 accesses in millions.
+  fmt::print("{:<8} {:>11} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
+             "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
   const double reference = value(designs.at(comparison.reference()), "gpu.cycles");
   for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
-    fmt::print("{:<9} {:>12.0f} {:>8.2f} {:>12.0f} {:>12.0f} {:>10.1f} {:>6.1f}% {:>12.0f} {:>10.1f}\n", name,
-               value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits"),
-               value(s, "gpu.rt.node_fetches"), value(s, "gpu.rt.node_fetch_latency"),
-               100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses"),
+    fmt::print("{:<8} {:>11.0f} {:>8.2f} {:>8.3f} {:>9.3f} {:>7.1f} {:>5.1f}% {:>8.3f} {:>7.1f}\n", name,
+               value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits") * 1e-6,
+               value(s, "gpu.rt.node_fetches") * 1e-6, value(s, "gpu.rt.node_fetch_latency"),
+               100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses") * 1e-6,
                value(s, "gpu.dram.bytes") * 1e-6);
   }
 }

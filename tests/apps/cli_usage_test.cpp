@@ -49,12 +49,17 @@ TEST(CliUsage, VersionIsPrinted) {
   EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+\n"));
 }
 
-TEST(CliUsage, WithoutACommandTheHelpGoesToStderr) {
+TEST(CliUsage, WithoutACommandTheStepsOfAFirstSessionGoToStderr) {
   const Folder folder;
   const Outcome outcome = folder.run("");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_EQ(outcome.out, "");
-  EXPECT_THAT(outcome.err, HasSubstr("trace-check"));
+  for (const char* step :
+       {"1. ", "grtx synth", "2. ", "grtx info", "3. ", "grtx trace", "4. ", "grtx run", "5. ", "grtx sim"}) {
+    EXPECT_THAT(outcome.err, HasSubstr(step));
+  }
+  std::istringstream lines(outcome.err);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
 TEST(CliUsage, MistakesNameTheNearestKnownName) {
