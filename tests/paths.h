@@ -6,9 +6,10 @@
 
 namespace grtx::paths {
 
-std::string source_dir();     ///< the checkout
-std::string program();        ///< grtx
-std::string own_dram();       ///< examples/own_dram
-std::string charts_folder();  ///< the chart library as it was fetched; empty: built without charts
+std::string source_dir();      ///< the checkout
+std::string program();         ///< grtx
+std::string own_dram();        ///< examples/own_dram
+std::string own_regression();  ///< examples/own_regression
+std::string charts_folder();   ///< the chart library as it was fetched; empty: built without charts
 
 }  // namespace grtx::paths

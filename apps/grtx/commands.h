@@ -27,5 +27,6 @@ void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
 void add_sweep(CLI::App& app, CommonOptions& common);
 void add_search(CLI::App& app, CommonOptions& common);
+void add_regress(CLI::App& app, CommonOptions& common);
 
 }  // namespace grtx::sim

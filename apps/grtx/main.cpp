@@ -96,6 +96,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   grtx::sim::add_report(app, common);
   grtx::sim::add_sweep(app, common);
   grtx::sim::add_search(app, common);
+  grtx::sim::add_regress(app, common);
   grtx::sim::add_selftest(app, common);
   try {
     app.parse(argc, argv);

@@ -1,0 +1,219 @@
+#include "grtx/rtl_tlm/regress/regression.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "grtx/base/stopwatch.h"
+#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+using Kind = RegressionOutcome::Kind;
+
+GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) {
+  if (options.machine) return options.machine(c.machine, c.config, c.settings);
+  if (!c.machine.empty()) throw Error(c.file, "machine", "is not known to this program: name a configuration");
+  return load_config(c.config, c.settings);
+}
+
+/// What a case's process sends back.
+std::string run_case(const RegressionCase& c, const RegressionOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const GpuConfig config = machine_of(c, options);
+  const SimulationResult result =
+      options.simulate ? options.simulate(c, config) : simulate_case(c, config, options.price);
+  ordered_json stats = ordered_json::object();
+  for (const auto& [name, statistic] : result.document.at("stats").items()) {
+    if (is_compared(c, name)) stats[name] = statistic;
+  }
+  const ordered_json document = {{"schema", result.document.at("schema")},
+                                 {"config", result.document.at("config")},
+                                 {"inputs", result.document.at("inputs")},
+                                 {"stats", std::move(stats)}};
+  return ordered_json{{"document", document}, {"violations", result.violations}, {"seconds", seconds_since(start)}}
+      .dump();
+}
+
+/// Compares, and records when it is asked to. Throws Error.
+void judge(RegressionOutcome& outcome, const ordered_json& found, const RegressionOptions& options) {
+  const RegressionCase& c = outcome.regression_case;
+  outcome.seconds = found.at("seconds").get<double>();
+  const ordered_json& document = found.at("document");
+  if (document.at("stats").empty()) throw Error(c.file, "statistics", "name none that this simulation has");
+  if (const ordered_json& violations = found.at("violations"); !violations.empty()) {
+    outcome.kind = Kind::differs;
+    outcome.message = "conservation law violated: " + violations.front().get<std::string>();
+    return;
+  }
+  const bool is_new = !std::filesystem::exists(c.record);
+  if (is_new && options.reason.empty()) {
+    throw Error(c.record, "", "there is no record: --update --reason TEXT makes one");
+  }
+  if (!is_new) {
+    outcome.comparison = compare_statistics(c, read_statistics(c.record), document);
+    if (outcome.comparison.compared == 0 && outcome.comparison.unrecorded.empty()) {
+      throw Error(c.record, "stats", "holds none of the case's statistics");
+    }
+    const bool grown = !outcome.comparison.unrecorded.empty() && !options.reason.empty();
+    if (outcome.comparison.equal() && !grown) return;
+  }
+  const auto& differences = outcome.comparison.differences;
+  outcome.message =
+      is_new ? "new" : fmt::format("{} of {} statistics differ", differences.size(), outcome.comparison.compared);
+  outcome.kind = Kind::differs;
+  if (options.reason.empty()) return;
+  note_update(c, options.program, options.reason);  // first: a record without its reason would be lost knowledge
+  write_file(c.record, statistics_text(document));
+  outcome.kind = Kind::recorded;
+}
+
+RegressionOutcome ended(const RegressionCase& c, ChildProcess& child, const RegressionOptions& options) {
+  RegressionOutcome outcome;
+  outcome.regression_case = c;
+  try {
+    judge(outcome, ordered_json::parse(child.result()), options);
+  } catch (const Error& error) {
+    outcome.kind = Kind::refused;
+    outcome.message = error.what();
+  } catch (const std::runtime_error& error) {  // the model stood still, or died
+    outcome.kind = Kind::differs;
+    outcome.message = error.what();
+  }
+  return outcome;
+}
+
+void print(const RegressionOutcome& outcome, const RegressionOptions& options) {
+  const std::string& name = outcome.regression_case.name;
+  const StatisticsComparison& comparison = outcome.comparison;
+  if (outcome.kind == Kind::refused) {
+    fmt::print(stderr, "grtx: regress: {}: {}\n", name, outcome.message);
+    return;
+  }
+  if (outcome.kind == Kind::equal) {
+    if (options.quiet) return;
+    fmt::print("{}: equal, {} statistics\n", name, comparison.compared);
+  } else {
+    fmt::print("{}: {}: {}\n", name, outcome.kind == Kind::recorded ? "recorded" : "differs", outcome.message);
+    fmt::print("{}", text_of(comparison, options.each));
+  }
+  if (!comparison.unrecorded.empty() && outcome.kind != Kind::recorded) {
+    fmt::print("  {} statistics are not on record: {}{}\n", comparison.unrecorded.size(), comparison.unrecorded.front(),
+               comparison.unrecorded.size() > 1 ? " and others" : "");
+  }
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' ? ' ' : c;
+    }
+  }
+  return out;
+}
+
+std::size_t count(const std::vector<RegressionOutcome>& outcomes, Kind kind) {
+  std::size_t n = 0;
+  for (const RegressionOutcome& outcome : outcomes) n += outcome.kind == kind ? 1 : 0;
+  return n;
+}
+
+}  // namespace
+
+SimulationResult simulate_case(const RegressionCase& regression_case, const GpuConfig& config,
+                               const EnergyPricing& price) {
+  if (regression_case.mode != SimulationMode::sampled) {
+    SimulationOptions options;
+    options.price = price;
+    return simulate(regression_case.trace, config, options, regression_case.mode);
+  }
+  SampledOptions options;
+  if (regression_case.share != 0.0) options.share = regression_case.share;
+  options.seed = regression_case.seed;
+  options.price = price;
+  check_sampled(options);
+  return simulate_sampled(regression_case.trace, config, options).result;
+}
+
+std::vector<RegressionOutcome> run_regression(const RegressionOptions& options) {
+  std::vector<RegressionCase> cases = load_regression(options.folder);
+  std::erase_if(cases,
+                [&](const RegressionCase& c) { return ::fnmatch(options.cases.c_str(), c.name.c_str(), 0) != 0; });
+  if (cases.empty()) throw Error(options.folder, options.cases, "is the name of no case");
+  struct Running {
+    std::size_t index;
+    std::unique_ptr<ChildProcess> child;
+  };
+  std::deque<Running> running;
+  std::vector<RegressionOutcome> outcomes;
+  for (std::size_t next = 0; next < cases.size() || !running.empty();) {
+    while (next < cases.size() && running.size() < std::max(1U, options.jobs)) {
+      const RegressionCase& c = cases[next];
+      running.push_back({next++, std::make_unique<ChildProcess>(c.name, [&] { return run_case(c, options); })});
+    }
+    outcomes.push_back(ended(cases[running.front().index], *running.front().child, options));
+    running.pop_front();
+    print(outcomes.back(), options);
+  }
+  if (!options.quiet) {
+    fmt::print("{} cases: {} equal, {} differ, {} recorded, {} refused\n", outcomes.size(),
+               count(outcomes, Kind::equal), count(outcomes, Kind::differs), count(outcomes, Kind::recorded),
+               count(outcomes, Kind::refused));
+  }
+  if (!options.junit.empty()) write_file(options.junit, junit_xml(options.folder, outcomes, options.each));
+  return outcomes;
+}
+
+int exit_code(const std::vector<RegressionOutcome>& outcomes) {
+  if (count(outcomes, Kind::refused) > 0) return 2;
+  return count(outcomes, Kind::differs) > 0 ? 1 : 0;
+}
+
+std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes, std::size_t each) {
+  double seconds = 0.0;
+  for (const RegressionOutcome& outcome : outcomes) seconds += outcome.seconds;
+  const std::string counts = fmt::format("tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\"", outcomes.size(),
+                                         count(outcomes, Kind::differs), count(outcomes, Kind::refused), seconds);
+  std::string xml =
+      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites {}>\n<testsuite name=\"{}\" {}>\n", counts,
+                  escaped(suite), counts);
+  for (const RegressionOutcome& outcome : outcomes) {
+    xml += fmt::format("<testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">", escaped(suite),
+                       escaped(outcome.regression_case.name), outcome.seconds);
+    if (outcome.kind == Kind::differs || outcome.kind == Kind::refused) {
+      const char* const element = outcome.kind == Kind::differs ? "failure" : "error";
+      xml += fmt::format("\n<{0} message=\"{1}\">{2}</{0}>\n", element, escaped(outcome.message),
+                         escaped(text_of(outcome.comparison, each)));
+    }
+    xml += "</testcase>\n";
+  }
+  return xml + "</testsuite>\n</testsuites>\n";
+}
+
+}  // namespace grtx::sim

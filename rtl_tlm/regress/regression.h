@@ -1,0 +1,65 @@
+// A regression: runs a folder of cases and compares their statistics with those on record (docs/guide/regress.md).
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/regress/statistics_difference.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+
+namespace grtx::sim {
+
+/// The machine of a case. Throws Error.
+using MachineLoader = std::function<GpuConfig(const std::string& machine, const std::string& config,
+                                              const std::vector<std::string>& settings)>;
+
+/// Runs the trace of a case on a machine, in a process of its own. Throws Error for what it cannot do: another mode
+/// than it knows.
+using CaseSimulator = std::function<SimulationResult(const RegressionCase& regression_case, const GpuConfig& config)>;
+
+struct RegressionOptions {
+  std::string folder;
+  std::string cases = "*";       ///< shell pattern of their names
+  unsigned jobs = 1;             ///< simulations at a time, each a process of its own
+  std::string reason;            ///< not empty: what differs, or is not on record yet, is recorded, and why
+  std::string junit;             ///< file to write; "" for none
+  std::size_t each = 5;          ///< differing statistics of a unit that are printed; 0: all
+  bool quiet = false;            ///< prints differences only
+  std::string program = "grtx";  ///< that records, as an update names it
+  MachineLoader machine;         ///< none: configuration files and settings alone
+  EnergyPricing price;           ///< none: the runs have no energy statistics
+  CaseSimulator simulate;        ///< none: simulate_case(). Own units and an own memory come in here
+};
+
+/// Runs the case's trace in the case's mode, with the project's own units. Throws what simulate() throws.
+SimulationResult simulate_case(const RegressionCase& regression_case, const GpuConfig& config,
+                               const EnergyPricing& price);
+
+/// How one case ended.
+struct RegressionOutcome {
+  enum class Kind : std::uint8_t {
+    equal,
+    differs,   ///< statistics differ, a conservation law does not hold, or the model stood still
+    recorded,  ///< differed, or had no record; has one now
+    refused    ///< bad input
+  };
+  RegressionCase regression_case;
+  Kind kind = Kind::equal;
+  StatisticsComparison comparison;
+  std::string message;   ///< one line, of what is not equal
+  double seconds = 0.0;  ///< wall time of its simulation
+};
+
+/// Runs the cases, each in a process of its own: call it while no other thread of this process runs. Prints what it
+/// finds to stdout. Throws Error for a case file that is wrong, before anything is run.
+std::vector<RegressionOutcome> run_regression(const RegressionOptions& options);
+
+/// 0: all are equal or recorded; 1: some differ; 2: some were refused.
+int exit_code(const std::vector<RegressionOutcome>& outcomes);
+
+/// The outcomes as JUnit XML: a test case each; statistics that differ are a failure, bad input is an error.
+std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes, std::size_t each);
+
+}  // namespace grtx::sim

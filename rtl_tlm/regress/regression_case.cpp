@@ -1,0 +1,188 @@
+#include "grtx/rtl_tlm/regress/regression_case.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <ctime>
+#include <filesystem>
+#include <limits>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
+
+namespace grtx::sim {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::string_view kEnding = ".case.toml";
+
+bool fits(const std::string& pattern, const std::string& name) {
+  return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+}
+
+class CaseReader {
+ public:
+  explicit CaseReader(std::string path) : path_(std::move(path)), folder_(fs::path(path_).parent_path()) {}
+
+  RegressionCase read() {
+    toml::table table;
+    try {
+      table = toml::parse(read_file(path_), path_);
+    } catch (const toml::parse_error& error) {
+      throw Error(path_, fmt::format("line {}", error.source().begin.line), std::string(error.description()));
+    }
+    case_.file = path_;
+    case_.record = path_.substr(0, path_.size() - kEnding.size()) + ".stats.json";
+    for (const auto& [name, node] : table) read_key(std::string(name.str()), node);
+    if (case_.trace.empty()) throw Error(path_, "trace", "is needed: the trace's file");
+    if (case_.mode != SimulationMode::sampled && sampled_ != nullptr) fail(*sampled_, "needs mode = \"sampled\"");
+    return case_;
+  }
+
+ private:
+  [[noreturn]] void fail(const toml::node& node, const std::string& rule) const {
+    throw Error(path_, fmt::format("line {}", node.source().begin.line), rule);
+  }
+  std::string text(const toml::node& node, const std::string& name) const {
+    const auto* value = node.as_string();
+    if (value == nullptr || value->get().empty()) fail(node, name + ": must be a text");
+    return value->get();
+  }
+  std::vector<std::string> texts(const toml::node& node, const std::string& name) const {
+    const auto* list = node.as_array();
+    if (list == nullptr) fail(node, name + ": must be a list of texts");
+    std::vector<std::string> all;
+    for (const toml::node& item : *list) all.push_back(text(item, name));
+    return all;
+  }
+  double number(const toml::node& node, const std::string& name, double max) const {
+    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!value || !(*value >= 0.0 && *value <= max))
+      fail(node, fmt::format("{}: must be a number, 0 to {}", name, max));
+    return *value;
+  }
+  /// Relative to the case's folder.
+  std::string path(const toml::node& node, const std::string& name) const {
+    return (folder_ / text(node, name)).lexically_normal().string();
+  }
+
+  void read_key(const std::string& name, const toml::node& node) {
+    if (name == "trace") {
+      case_.trace = path(node, name);
+    } else if (name == "machine") {
+      case_.machine = text(node, name);
+      if (case_.machine.ends_with(".toml")) case_.machine = path(node, name);
+    } else if (name == "config") {
+      case_.config = path(node, name);
+    } else if (name == "set") {
+      case_.settings = texts(node, name);
+    } else if (name == "mode") {
+      const std::string mode = text(node, name);
+      const auto known = from_name<SimulationMode>(mode);
+      if (!known) {
+        fail(node, fmt::format("mode: unknown '{}', the nearest is '{}'", mode,
+                               nearest_name(mode, names_of<SimulationMode>())));
+      }
+      case_.mode = *known;
+    } else if (name == "share") {
+      case_.share = number(node, name, 1.0);
+      sampled_ = &node;
+    } else if (name == "seed") {
+      const auto* seed = node.as_integer();
+      if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");
+      case_.seed = static_cast<std::uint64_t>(seed->get());
+      sampled_ = &node;
+    } else if (name == "statistics") {
+      case_.statistics = texts(node, name);
+      if (case_.statistics.empty()) fail(node, "statistics: the list is empty");
+    } else if (name == "tolerance") {
+      read_tolerances(node);
+    } else if (name != "update" && name != "title") {  // for people
+      fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
+                             nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
+                                                 "statistics", "tolerance", "title", "update"})));
+    }
+  }
+
+  void read_tolerances(const toml::node& node) {
+    const auto* table = node.as_table();
+    if (table == nullptr) fail(node, "tolerance: must be a table: \"pattern\" = share");
+    std::vector<std::pair<toml::source_position, RegressionTolerance>> all;
+    for (const auto& [pattern, value] : *table) {
+      const std::string name(pattern.str());
+      if (value.is_table()) fail(value, fmt::format("tolerance: a pattern is a text: \"{}...\"", name));
+      all.push_back({value.source().begin, {name, number(value, "tolerance: " + name, 1e6)}});
+    }
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
+    });
+    for (auto& [position, tolerance] : all) case_.tolerances.push_back(std::move(tolerance));
+  }
+
+  std::string path_;
+  fs::path folder_;
+  RegressionCase case_;
+  const toml::node* sampled_ = nullptr;
+};
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
+}
+
+/// As a TOML string in one line.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+  }
+  return out + "\"";
+}
+
+}  // namespace
+
+std::vector<RegressionCase> load_regression(const std::string& folder) {
+  if (!fs::is_directory(folder)) throw Error(folder, "", "is no folder");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().filename().string().ends_with(kEnding)) files.push_back(entry.path());
+  }
+  if (files.empty()) throw Error(folder, "", fmt::format("holds no case (NAME{})", kEnding));
+  std::sort(files.begin(), files.end());
+  std::vector<RegressionCase> cases;
+  for (const fs::path& file : files) {
+    cases.push_back(CaseReader(file.string()).read());
+    const std::string name = file.lexically_relative(folder).generic_string();
+    cases.back().name = name.substr(0, name.size() - kEnding.size());
+  }
+  return cases;
+}
+
+bool is_compared(const RegressionCase& regression_case, const std::string& statistic) {
+  return !statistic.starts_with("host.") &&
+         std::any_of(regression_case.statistics.begin(), regression_case.statistics.end(),
+                     [&](const std::string& pattern) { return fits(pattern, statistic); });
+}
+
+double tolerance_of(const RegressionCase& regression_case, const std::string& statistic) {
+  double relative = 0.0;
+  for (const RegressionTolerance& tolerance : regression_case.tolerances) {
+    if (fits(tolerance.pattern, statistic)) relative = tolerance.relative;
+  }
+  return relative;
+}
+
+void note_update(const RegressionCase& regression_case, const std::string& program, const std::string& reason) {
+  std::string text = read_file(regression_case.file);
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  text += fmt::format("\n[[update]]\ndate = {}\nprogram = {}\nreason = {}\n", today(), quoted(program), quoted(reason));
+  write_file(regression_case.file, text);
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,44 @@
+// A case of a regression: a trace, the machine that runs it, and the statistics on record.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
+
+namespace grtx::sim {
+
+/// How far statistics may be off, by a shell pattern of their names.
+struct RegressionTolerance {
+  std::string pattern;
+  double relative = 0.0;  ///< |found - recorded| / |recorded|
+};
+
+/// What NAME.case.toml says (docs/guide/regress.md). Paths are relative to the working directory.
+struct RegressionCase {
+  std::string name;  ///< below the regression's folder, without the ending
+  std::string file;
+  std::string record;  ///< NAME.stats.json beside the file
+  std::string trace;
+  std::string machine;                ///< a name, or the path of a file .toml; "" for none
+  std::string config;                 ///< "" for none
+  std::vector<std::string> settings;  ///< key=value
+  SimulationMode mode = SimulationMode::cycle;
+  double share = 0.0;                           ///< sampled mode: of the groups; 0: the default
+  std::uint64_t seed = 1;                       ///< sampled mode
+  std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
+  std::vector<RegressionTolerance> tolerances;  ///< the last that matches holds; none: exact
+};
+
+/// The cases in a folder and those below, by name. Throws Error when there are none, and Error{file, "line N", rule}
+/// for whatever is unknown, missing, of the wrong type or out of range.
+std::vector<RegressionCase> load_regression(const std::string& folder);
+
+bool is_compared(const RegressionCase& regression_case, const std::string& statistic);
+/// Relative.
+double tolerance_of(const RegressionCase& regression_case, const std::string& statistic);
+
+/// Adds to the case's file why its record is written anew: a table [[update]] at the end.
+void note_update(const RegressionCase& regression_case, const std::string& program, const std::string& reason);
+
+}  // namespace grtx::sim

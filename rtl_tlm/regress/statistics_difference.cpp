@@ -1,0 +1,165 @@
+#include "grtx/rtl_tlm/regress/statistics_difference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct UnitNames {
+  const char* unit;
+  std::vector<std::string_view> prefixes;
+};
+
+/// In the order in which data flow: a warp is launched, its rays go down the tree, its fetches to the DRAM. Of a name
+/// that several prefixes fit the longest counts.
+const std::vector<UnitNames>& units() {
+  static const std::vector<UnitNames> all = {
+      {"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}},
+      {"SIMT core", {"gpu.simt."}},
+      {"RT scheduler and warp buffer", {"gpu.rt."}},
+      {"stack unit", {"gpu.rt.stack."}},
+      {"memory scheduler", {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."}},
+      {"prefetchers", {"gpu.rt.prefetch.", "gpu.rt.stack_prefetch."}},
+      {"ray-box unit", {"gpu.rt.ray_box."}},
+      {"ray-triangle unit", {"gpu.rt.ray_triangle."}},
+      {"ray-sphere unit", {"gpu.rt.ray_sphere."}},
+      {"ray-transform unit", {"gpu.rt.ray_transform."}},
+      {"any-hit collector", {"gpu.rt.any_hit"}},
+      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}},
+      {"L1 data cache", {"gpu.l1."}},
+      {"crossbar", {"gpu.crossbar."}},
+      {"L2", {"gpu.l2."}},
+      {"DRAM", {"gpu.dram."}},
+      {"whole machine", {""}},
+      {"energy", {"gpu.energy_"}},
+      {"lower bounds", {"gpu.bound."}}};
+  return all;
+}
+
+/// What the whole machine did follows from its units.
+bool is_sum(const StatisticUnit& unit) {
+  static const std::size_t whole = unit_of_statistic("gpu.cycles").place;
+  return unit.place >= whole;
+}
+
+std::string text_of_value(const ordered_json& statistic) { return statistic.at("value").dump(); }
+
+void compare_objects(const ordered_json& record, const ordered_json& found, const char* part,
+                     std::vector<std::string>& lines) {
+  const ordered_json none = ordered_json::object();
+  const ordered_json& old_values = record.contains(part) ? record.at(part) : none;
+  const ordered_json& new_values = found.contains(part) ? found.at(part) : none;
+  for (const auto& [key, value] : new_values.items()) {
+    const auto old = old_values.find(key);
+    if (old == old_values.end()) {
+      lines.push_back(fmt::format("{}: new, {}", key, value.dump()));
+    } else if (*old != value) {
+      lines.push_back(fmt::format("{}: {} -> {}", key, old->dump(), value.dump()));
+    }
+  }
+  for (const auto& [key, value] : old_values.items()) {
+    if (!new_values.contains(key)) lines.push_back(fmt::format("{}: {}, is gone", key, value.dump()));
+  }
+}
+
+std::string line_of(const StatisticDifference& difference) {
+  if (difference.found.empty()) return fmt::format("{} {} -> missing", difference.name, difference.recorded);
+  const std::string change = difference.relative == 0.0 ? "" : fmt::format(" ({:+.3g} %)", 100.0 * difference.relative);
+  return fmt::format("{} {} -> {}{}", difference.name, difference.recorded, difference.found, change);
+}
+
+}  // namespace
+
+StatisticUnit unit_of_statistic(const std::string& statistic) {
+  if (statistic.starts_with("gpu.sm") && statistic.find(".rt.") != statistic.npos) return unit_of_statistic("gpu.rt.");
+  StatisticUnit unit;
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < units().size(); ++i) {
+    for (const std::string_view prefix : units()[i].prefixes) {
+      if (!statistic.starts_with(prefix) || prefix.size() < longest) continue;
+      longest = prefix.size();
+      unit = {i, units()[i].unit};
+    }
+  }
+  return unit;
+}
+
+bool is_time(const std::string& statistic, const std::string& unit) {
+  return unit.find("cycle") != unit.npos || unit.find("clock") != unit.npos || unit == "us" || unit == "ns" ||
+         statistic.find("latency") != statistic.npos;
+}
+
+StatisticsComparison compare_statistics(const RegressionCase& regression_case, const ordered_json& record,
+                                        const ordered_json& found) {
+  StatisticsComparison comparison;
+  const ordered_json& recorded = record.at("stats");
+  const ordered_json& stats = found.at("stats");
+  for (const auto& [name, statistic] : recorded.items()) {
+    if (!is_compared(regression_case, name)) continue;
+    ++comparison.compared;
+    StatisticDifference difference{
+        name, unit_of_statistic(name), is_time(name, statistic.value("unit", "")), text_of_value(statistic), "", 0.0};
+    if (const auto now = stats.find(name); now != stats.end()) {
+      const ordered_json &old_value = statistic.at("value"), &new_value = now->at("value");
+      if (old_value == new_value) continue;
+      difference.found = text_of_value(*now);
+      if (old_value.is_number() && new_value.is_number()) {
+        const double before = old_value.get<double>(), change = new_value.get<double>() - before;
+        if (std::abs(change) <= tolerance_of(regression_case, name) * std::abs(before)) continue;
+        difference.relative = before == 0.0 ? 0.0 : change / before;
+      }
+    }
+    comparison.differences.push_back(std::move(difference));
+  }
+  std::stable_sort(comparison.differences.begin(), comparison.differences.end(),
+                   [](const auto& a, const auto& b) { return a.unit.place < b.unit.place; });
+  for (const auto& [name, statistic] : stats.items()) {
+    if (is_compared(regression_case, name) && !recorded.contains(name)) comparison.unrecorded.push_back(name);
+  }
+  compare_objects(record, found, "config", comparison.configuration);
+  compare_objects(record, found, "inputs", comparison.inputs);
+  return comparison;
+}
+
+const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
+  const StatisticDifference* work = nullptr;
+  const StatisticDifference* time = nullptr;
+  const StatisticDifference* sum = nullptr;
+  for (const StatisticDifference& difference : comparison.differences) {
+    if (is_sum(difference.unit)) {
+      if (sum == nullptr) sum = &difference;
+    } else if (!difference.time) {
+      if (work == nullptr) work = &difference;
+    } else if (time == nullptr || difference.unit.place > time->unit.place) {
+      time = &difference;
+    }
+  }
+  return work != nullptr ? work : time != nullptr ? time : sum;
+}
+
+std::string text_of(const StatisticsComparison& comparison, std::size_t each) {
+  std::string text;
+  for (const std::string& input : comparison.inputs) text += fmt::format("  input {}\n", input);
+  for (const std::string& key : comparison.configuration) text += fmt::format("  configuration {}\n", key);
+  if (const StatisticDifference* first = moved_first(comparison)) {
+    text += fmt::format("  moved first: {}: {}\n", first->unit.name, line_of(*first));
+  }
+  const auto& all = comparison.differences;
+  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+    while (end < all.size() && all[end].unit.place == all[begin].unit.place) ++end;
+    text += fmt::format("  {}: {} differ\n", all[begin].unit.name, end - begin);
+    const std::size_t shown = each == 0 ? end : std::min(end, begin + each);
+    for (std::size_t i = begin; i < shown; ++i) text += fmt::format("    {}\n", line_of(all[i]));
+    if (shown < end) text += fmt::format("    and {} more\n", end - shown);
+  }
+  return text;
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,173 @@
+// grtx regress: what is equal, what differs and where, what is recorded and why, and what is refused.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/program.h"
+
+namespace grtx::e2e {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Regress : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(folder_.run("synth --preset object --count 300 --seed 1 --quiet -o s.ply").code, 0);
+    ASSERT_EQ(folder_
+                  .run("trace --scene s.ply --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 "
+                       "--checkpoint on -o t.grtx --quiet")
+                  .code,
+              0);
+    std::filesystem::create_directories(folder_.path("d/below"));
+  }
+  void write_case(const std::string& name, const std::string& more = "", const std::string& trace = "../t.grtx") {
+    folder_.write("d/" + name + ".case.toml", "trace = '" + trace + "'\nset = ['gpu.sms=1'" + settings_ + "]\n" + more);
+  }
+  Outcome record() { return folder_.run("regress d --update --reason 'the first'"); }
+
+  Folder folder_;
+  std::string settings_;
+};
+
+TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
+  write_case("cycle");
+  write_case("fast", "mode = 'fast'\n");
+  write_case("below/sampled", "mode = 'sampled'\nshare = 0.5\nmachine = 'paper'\n", "../../t.grtx");
+  const Outcome recorded = record();
+  EXPECT_EQ(recorded.code, 0) << recorded.err;
+  EXPECT_THAT(recorded.out, HasSubstr("3 cases: 0 equal, 0 differ, 3 recorded, 0 refused"));
+  const std::string file = folder_.read("d/cycle.case.toml");
+  EXPECT_THAT(file, AllOf(HasSubstr("[[update]]"), HasSubstr("reason = \"the first\"")));
+  EXPECT_THAT(folder_.read("d/cycle.stats.json"), Not(HasSubstr("host.")));
+  for (const char* how : {"", "--jobs 3", "--update --reason 'nothing to do'"}) {
+    const Outcome again = folder_.run(std::string("regress d ") + how);
+    EXPECT_EQ(again.code, 0) << again.out << again.err;
+    EXPECT_THAT(again.out, AllOf(HasSubstr("below/sampled: equal, "), HasSubstr("3 cases: 3 equal")));
+  }
+  EXPECT_EQ(folder_.read("d/cycle.case.toml"), file);
+  EXPECT_EQ(folder_.run("regress d --quiet").out, "");
+  EXPECT_THAT(folder_.run("regress d --cases 'below/*'").out, HasSubstr("1 cases: 1 equal"));
+}
+
+TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  const std::string before = folder_.read("d/a.stats.json");
+  settings_ = ", 'simt.cost.trace_call=999'";
+  write_case("a");
+  const Outcome differs = folder_.run("regress d --each 1 --junit out.xml");
+  EXPECT_EQ(differs.code, 1);
+  EXPECT_THAT(differs.out, AllOf(HasSubstr("a: differs: "), HasSubstr("  configuration simt.cost.trace_call: 6 -> 999"),
+                                 HasSubstr("  moved first: SIMT core: gpu.simt."), HasSubstr("  whole machine: "),
+                                 HasSubstr("    and ")));
+  const std::string xml = folder_.read("out.xml");
+  EXPECT_THAT(xml, AllOf(HasSubstr("tests=\"1\" failures=\"1\" errors=\"0\""),
+                         HasSubstr("<testcase classname=\"d\" name=\"a\""), HasSubstr("<failure message=\""),
+                         HasSubstr("moved first: SIMT core"), HasSubstr("-&gt;")));
+  EXPECT_EQ(folder_.read("d/a.stats.json"), before);
+  EXPECT_EQ(folder_.run("regress d --update --reason 'calls are \"dear\"'").code, 0);
+  EXPECT_THAT(folder_.read("d/a.case.toml"), HasSubstr(R"(reason = "calls are \"dear\"")"));
+  EXPECT_NE(folder_.read("d/a.stats.json"), before);
+  EXPECT_EQ(folder_.run("regress d").code, 0);
+}
+
+TEST_F(Regress, ToleranceAndChoiceOfStatistics) {
+  const auto with_cycles = [&](double factor) {
+    auto document = nlohmann::ordered_json::parse(folder_.read("d/a.stats.json"));
+    auto& value = document["stats"]["gpu.cycles"]["value"];
+    value = static_cast<std::uint64_t>(value.get<double>() * factor);
+    folder_.write("d/a.stats.json", document.dump());
+  };
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  with_cycles(1.015);
+  EXPECT_EQ(folder_.run("regress d").code, 1);
+  write_case("a", "[tolerance]\n'gpu.*' = 0.02\n");
+  EXPECT_EQ(folder_.run("regress d").code, 0);
+  write_case("a", "[tolerance]\n'gpu.*' = 0.02\n'gpu.cycles' = 0.01\n");  // the last holds
+  EXPECT_EQ(folder_.run("regress d").code, 1);
+  write_case("a", "statistics = ['gpu.l1.*', 'gpu.l2.*']\n");
+  EXPECT_EQ(folder_.run("regress d").code, 0);
+  // A statistic on record that is gone differs; one that is not on record is named.
+  auto document = nlohmann::ordered_json::parse(folder_.read("d/a.stats.json"));
+  document["stats"].erase("gpu.l1.accesses");
+  folder_.write("d/a.stats.json", document.dump());
+  const Outcome grown = folder_.run("regress d");
+  EXPECT_EQ(grown.code, 0);
+  EXPECT_THAT(grown.out, HasSubstr("1 statistics are not on record: gpu.l1.accesses"));
+  document["stats"]["gpu.l1.gone"] = {{"value", 1}};
+  folder_.write("d/a.stats.json", document.dump());
+  const Outcome gone = folder_.run("regress d");
+  EXPECT_EQ(gone.code, 1);
+  EXPECT_THAT(gone.out, HasSubstr("gpu.l1.gone 1 -> missing"));
+}
+
+TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
+  const auto expect_refused = [&](const std::string& arguments, const std::string& text) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(text));
+  };
+  expect_refused("regress none", "none: is no folder");
+  expect_refused("regress d", "d: holds no case (NAME.case.toml)");
+  write_case("a");
+  expect_refused("regress d", "a.stats.json: there is no record: --update --reason TEXT makes one");
+  expect_refused("regress d --update", "--update: needs --reason TEXT");
+  expect_refused("regress d --reason x", "--reason: needs --update");
+  expect_refused("regress d --cases b", "d: b: is the name of no case");
+  ASSERT_EQ(record().code, 0);
+  const struct {
+    const char *more, *text;
+  } cases[] = {{"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
+               {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
+               {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
+               {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
+               {"statistics = []\n", "line 3: statistics: the list is empty"},
+               {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
+               {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
+               {"x = = 1\n", "line 3: "},
+               {"machine = 'papr'\n", "papr: is none of"},
+               {"config = 'none.toml'\n", "none.toml: "},
+               {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
+  for (const auto& c : cases) {
+    write_case("b", c.more);
+    expect_refused("regress d", c.text);
+  }
+  // What only shows when a case is run leaves the others alone.
+  write_case("b", "", "../none.grtx");
+  const Outcome outcome = folder_.run("regress d --junit out.xml");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.out, HasSubstr("2 cases: 1 equal, 0 differ, 0 recorded, 1 refused"));
+  EXPECT_THAT(folder_.read("out.xml"), HasSubstr("<error message=\"none.grtx: cannot be read"));
+  folder_.write("d/a.stats.json", "{\"schema\": \"grtx.stats/1\"");
+  EXPECT_EQ(folder_.run("regress d --cases a").code, 2);
+}
+
+TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  const auto own = [&](const std::string& more) {
+    const std::string command =
+        "cd '" + folder_.path("") + "' && '" + grtx::paths::own_regression() + "' d " + more + " >.own 2>&1";
+    const int status = std::system(command.c_str());
+    return Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder_.read(".own"), ""};
+  };
+  const Outcome differs = own("");
+  EXPECT_EQ(differs.code, 1);
+  EXPECT_THAT(differs.out, AllOf(HasSubstr("a: differs"), HasSubstr("  L2: "), HasSubstr("gpu.cycles ")));
+  EXPECT_THAT(differs.out, Not(HasSubstr("configuration ")));  // the unit itself is another
+  EXPECT_EQ(own("--update 'L2 slices of mine'").code, 0);
+  EXPECT_EQ(own("").code, 0);
+  EXPECT_EQ(folder_.run("regress d").code, 1);
+  write_case("b", "mode = 'fast'\n");
+  const Outcome fast = own("");
+  EXPECT_EQ(fast.code, 2);
+  EXPECT_THAT(fast.out, HasSubstr("own units run in cycle mode only"));
+}
+
+}  // namespace
+}  // namespace grtx::e2e
