@@ -83,6 +83,7 @@ struct Options {
   std::string output;
   unsigned jobs = 0;
   bool flatten = false;
+  bool json = false;
   SimulationMode mode = SimulationMode::cycle;
   SampledCli sampled;
 };
@@ -289,6 +290,28 @@ void print_intervals(const ordered_json& results) {
   fmt::print("\n");
 }
 
+/// What a person wants to see of the results.
+void print_summary(const Options& options, const Comparison& comparison, const ordered_json& results,
+                   const TracedDesigns& traced) {
+  const bool objects = results.contains("speedup_over");
+  fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
+             options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
+  print_table(results.at("designs"), comparison);
+  if (options.mode == SimulationMode::sampled) print_intervals(results);
+  if (results.contains("frames")) print_frames(results, comparison);
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string key = fmt::format("speedup_{}", kind);
+    if (!results.contains(key)) continue;
+    fmt::print("speed-up on {} rays alone:", kind);
+    for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
+    fmt::print("\n");
+  }
+  fmt::print("{}\n", describe(traced.rays_end));
+  if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
+  fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
+             traced.identical ? "bit-identical" : "DIFFERENT");
+}
+
 int run(const Options& options, bool quiet) {
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
@@ -351,22 +374,11 @@ int run(const Options& options, bool quiet) {
   report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
 
-  fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
-             options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
-  print_table(results["designs"], comparison);
-  if (options.mode == SimulationMode::sampled) print_intervals(results);
-  if (frames > 1) print_frames(results, comparison);
-  for (const char* kind : {"primary", "secondary"}) {
-    const std::string key = fmt::format("speedup_{}", kind);
-    if (!results.contains(key)) continue;
-    fmt::print("speed-up on {} rays alone:", kind);
-    for (const auto& [name, speedup] : results[key].items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
-    fmt::print("\n");
+  if (options.json) {
+    fmt::print("{}\n", results.dump(1));
+  } else {
+    print_summary(options, comparison, results, traced);
   }
-  fmt::print("{}\n", describe(traced.rays_end));
-  if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
-  fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
-             traced.identical ? "bit-identical" : "DIFFERENT");
   for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
   return traced.identical && violations.empty() ? 0 : 1;
 }
@@ -380,6 +392,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command->add_option("--scene", options->scene, "Scene file, or object list .json: sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
+  command->add_flag("--json", options->json, "Print results.json in place of the table (default: off)");
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
   add_views_option(command, options->view);

@@ -14,15 +14,27 @@ namespace {
 
 struct Options {
   std::string statistics;
-  unsigned columns = 50;
+  unsigned columns = 38;  ///< lines of 80 columns
+  bool json = false;
 };
+
+std::string stall_json(const std::vector<StallSection>& sections) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const StallSection& section : sections) {
+    nlohmann::ordered_json& entry = list.emplace_back();
+    entry = {{"title", section.title}, {"unit", section.unit}, {"whole", section.whole}};
+    for (const StallBar& bar : section.bars) entry["bars"][bar.label] = bar.value;
+  }
+  return list.dump(1) + "\n";
+}
 
 int print_stalls(const Options& options) {
   const nlohmann::ordered_json document = read_json(options.statistics);
   if (document.is_object() && document.contains("stats")) {
     check_statistics(document.at("stats"), options.statistics, "");
   }
-  fmt::print("{}", stall_text(stall_sections(document, options.statistics), options.columns));
+  const std::vector<StallSection> sections = stall_sections(document, options.statistics);
+  fmt::print("{}", options.json ? stall_json(sections) : stall_text(sections, options.columns));
   return 0;
 }
 
@@ -36,6 +48,7 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile)
       ->required();
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(CLI::Range(1, 500));
+  command->add_flag("--json", options->json, "Print JSON (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -2,22 +2,28 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/traces/check.h"
+#include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {
 
-int check_trace(const std::string& path, bool quiet) {
+int check_trace(const std::string& path, bool json, bool quiet) {
   const traces::Reader reader(path);
   reader.verify_content();  // a damaged file is bad input (exit 2); a sound one that breaks a rule fails (exit 1)
   try {
     const traces::Totals totals = traces::check(reader, quiet);
-    if (!quiet) {
+    if (json) {
+      fmt::print(R"({{"file":{},"groups":{},"totals":{}}})"
+                 "\n",
+                 nlohmann::json(path).dump(), reader.group_count(), traces::totals_to_json(totals));
+    } else if (!quiet) {
       fmt::print("{}: consistent: {} groups, {} rays, {} rounds, {} visits, {} any-hit calls, {} checkpoints\n", path,
                  reader.group_count(), totals.rays, totals.rounds, totals.visits(), totals.any_hit_calls,
                  totals.checkpoints_written);
@@ -33,9 +39,11 @@ int check_trace(const std::string& path, bool quiet) {
 
 void add_trace_check(CLI::App& app, CommonOptions& common) {
   const auto path = std::make_shared<std::string>();
+  const auto json = std::make_shared<bool>(false);
   CLI::App* command = make_command(app, common, "trace-check", "Proves a trace file consistent",
-                                   [path, &common] { return check_trace(*path, common.quiet); });
+                                   [path, json, &common] { return check_trace(*path, *json, common.quiet); });
   command->add_option("TRACE", *path, "Trace file")->type_name(kInputFile)->required();
+  command->add_flag("--json", *json, "Print the totals as JSON (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -95,8 +95,8 @@ std::string box_text(const std::optional<FileBox>& box) {
 }
 
 std::string percentiles_text(const char* what, const Percentiles& values) {
-  std::string line = fmt::format("{:<20}", what);
-  for (const double value : values) line += fmt::format(" {:>10.4g}", value);
+  std::string line = fmt::format("{:<15}", what);
+  for (const double value : values) line += fmt::format(" {:>8.4g}", value);
   return line + "\n";
 }
 
@@ -150,8 +150,8 @@ std::string to_text(const SceneInfo& info) {
   text += fmt::format("{:<20} {}\n", "without outer 0.1 %", box_text(info.inner_centres));
   text += fmt::format("{:<20} {}\n", "extent at 3 sigma", box_text(info.extent));
   text += fmt::format("{:<20} ({:.9g}, {:.9g}, {:.9g})\n", "offset", info.offset.x, info.offset.y, info.offset.z);
-  text += fmt::format("{:<20}", "percentile");
-  for (const double p : kInfoPercentiles) text += fmt::format(" {:>10}", p);
+  text += fmt::format("{:<15}", "percentile");  // 78 columns
+  for (const double p : kInfoPercentiles) text += fmt::format(" {:>8}", p);
   text += "\n";
   text += percentiles_text("largest scale", info.scale_max);
   text += percentiles_text("middle scale", info.scale_mid);
