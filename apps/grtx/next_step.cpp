@@ -168,7 +168,7 @@ std::size_t place_of(const std::string& file, const std::vector<std::string>& ar
 std::string next_step(const Error& error, const std::vector<std::string>& arguments) {
   if (error.file() == "internal error" || arguments.empty()) return "";
   if (const std::size_t at = place_of(error.file(), arguments); at != 0) {
-    if (const std::string step = of_file(error, arguments, at); !step.empty()) return step;
+    if (std::string step = of_file(error, arguments, at); !step.empty()) return step;
   }
   // These rules name what is known or what to do.
   const std::string said = error.place() + " " + error.rule();
