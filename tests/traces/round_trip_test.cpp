@@ -185,6 +185,11 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
               h.checkpoint_capacity = 1ULL << 40;
             }),
             "checkpoint_capacity must be at most 2^24");
+  EXPECT_EQ(refusal([](Header& h) {  // aborted in the memory map
+              h.checkpoint = true;
+              h.checkpoint_capacity = 0;
+            }),
+            "checkpoint_capacity must be above 0 when checkpoint is true");
 }
 
 }  // namespace

@@ -242,6 +242,7 @@ std::string header_fault(const Header& h) {
     return "node image and records must take at most 64 GiB";
   }
   if (h.checkpoint_capacity > kMostCheckpoints) return "checkpoint_capacity must be at most 2^24";
+  if (h.checkpoint && h.checkpoint_capacity == 0) return "checkpoint_capacity must be above 0 when checkpoint is true";
   if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
   std::uint64_t left = h.groups;
   for (const std::uint64_t groups : h.frame_groups) {

@@ -1,6 +1,8 @@
 // A tracer that knows two options: k (1 to 64), and which k single-round tracing takes.
 #pragma once
 
+#include <cstdlib>
+
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/plan.h"
 
@@ -13,7 +15,8 @@ class FakeTracerRules final : public TracerRules {
       if (option == taken) return;
     }
     if (option != "k") throw Error("tracer", option, "unknown tracer option '" + option + "', the nearest is 'k'");
-    if (std::stoi(value) < 1 || std::stoi(value) > 64) throw Error("tracer", option, "k: must be 1 to 64");
+    if (value.size() > 2 || std::atoi(value.c_str()) < 1 || std::atoi(value.c_str()) > 64)
+      throw Error("tracer", option, "k: must be 1 to 64");
   }
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override {
