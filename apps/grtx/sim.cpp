@@ -52,9 +52,10 @@ void print_summary(const SimulationResult& result) {
   fmt::print("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %\n",
              number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),
              100.0 * number(d, "gpu.l1.node.hit_rate"), 100.0 * number(d, "gpu.l2.hit_rate"));
-  fmt::print("host: {:.2f} s ({:.2f} s of CPU), {:.3g} cycles/s, {:.3g} node visits/s, {:.0f} MB\n",
-             number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.cycles_per_second"),
-             number(d, "host.node_visits_per_second"), number(d, "host.peak_rss_bytes") * 1e-6);
+  fmt::print("host: {:.2f} s ({:.2f} s of CPU), {:.3g} node visits/s, {:.3g} SM-cycles/s, slowdown {:.3g}, {:.0f} MB\n",
+             number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.node_visits_per_second"),
+             number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"),
+             number(d, "host.peak_rss_bytes") * 1e-6);
 }
 
 int report_violations(const SimulationResult& result) {

@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/conservation.h"
+#include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
@@ -121,18 +122,12 @@ std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const
   return inputs;
 }
 
-void add_host_statistics(modules::StatisticList& host, const GpuCounters& counters, std::uint64_t ticks, double wall,
-                         double cpu) {
-  const double seconds = wall > 0.0 ? wall : 1e-9;
-  host.add("host.wall_seconds", wall, "s", "wall time of building and running the model");
-  host.add("host.cpu_seconds", cpu, "s", "processor time of building and running the model, all threads");
+void add_host_statistics(modules::StatisticList& host, const HostWork& work, const GpuConfig& config,
+                         std::uint64_t ticks) {
+  host.add("host.wall_seconds", work.wall_seconds, "s", "wall time of building and running the model");
+  host.add("host.cpu_seconds", work.cpu_seconds, "s", "processor time of building and running the model, all threads");
   host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
-  host.add("host.cycles_per_second", static_cast<double>(counters.cycles) / seconds, "cycles/s",
-           "simulated core cycles a second of wall time");
-  host.add("host.node_visits_per_second", static_cast<double>(counters.rt.memory.node_visits()) / seconds, "visits/s",
-           "lane visits replayed a second of wall time");
-  host.add("host.cycles_per_cpu_second", static_cast<double>(counters.cycles) / std::max(cpu, 1e-9), "cycles/s",
-           "simulated core cycles a second of processor time: what a busy machine does not change");
+  add_host_speed(host, work, config);
   host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
 }
 
@@ -256,7 +251,10 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     engine.describe(result.statistics);
     describe(bounds, counters.cycles, result.statistics);
     if (options.price) options.price(config, finished.inventories, source.totals().rays, result.statistics);
-    add_host_statistics(result.host, counters, finished.ticks, seconds_since(start), cpu_seconds() - cpu_start);
+    add_host_statistics(
+        result.host,
+        {counters.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start}, config,
+        finished.ticks);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }

@@ -18,6 +18,7 @@
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -286,17 +287,11 @@ class SampledRun {
   void add_host(SampledResult& r) const {
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     const double cpu = cpu_of_all_processes() - start_cpu_;
-    const auto cycles = static_cast<double>(r.result.cycles);
     modules::StatisticList& host = r.result.host;
     host.add("host.wall_seconds", wall, "s", "wall time of the whole estimate");
     host.add("host.cpu_seconds", cpu, "s", "processor time of the whole estimate, all processes");
     host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process");
-    host.add("host.cycles_per_second", cycles / std::max(wall, 1e-9), "cycles/s",
-             "estimated core cycles a second of wall time");
-    host.add("host.node_visits_per_second", static_cast<double>(reader_.totals().visits()) / std::max(wall, 1e-9),
-             "visits/s", "lane visits of the trace a second of wall time");
-    host.add("host.cycles_per_cpu_second", cycles / std::max(cpu, 1e-9), "cycles/s",
-             "estimated core cycles a second of processor time");
+    add_host_speed(host, {r.result.cycles, reader_.totals().visits(), wall, cpu}, config_);
   }
 
   SampledResult finished(const SampledEstimate& estimate) {

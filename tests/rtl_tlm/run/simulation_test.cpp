@@ -126,6 +126,8 @@ TEST(Simulation, HasTheStatisticsThatScriptsRelyOn) {
                            "host.wall_seconds",
                            "host.peak_rss_bytes",
                            "host.cycles_per_second",
+                           "host.sm_cycles_per_second",
+                           "host.slowdown",
                            "host.node_visits_per_second"}) {
     EXPECT_TRUE(stats.contains(name)) << name;
   }
