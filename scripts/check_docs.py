@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 
-SOURCE = r"(?:h|cpp|py|sh|cmake|v|toml|md|csv|svg|png|in)"
+SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
 
 # Pages of commands that are wrong on purpose; tests/scripts/newcomer_test.py runs them.

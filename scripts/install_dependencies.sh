@@ -14,7 +14,7 @@ packages=(
 if [ "${1:-}" != build ]; then
   packages+=(
     slurmctld slurmd slurm-client munge
-    clang-format-14 clang-tidy-14
+    clang-format-14 clang-tidy-14 verilator yosys
     python3-numpy python3-pandas python3-matplotlib python3-xxhash python3-zstandard
     python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
     gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core

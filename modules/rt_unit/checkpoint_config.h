@@ -18,6 +18,13 @@ constexpr auto enum_names(CheckpointForward) {
   return std::to_array<EnumName<CheckpointForward>>({{rewrite, "rewrite"}, {reference, "reference"}});
 }
 
+/// Who does the work: the SystemC unit, or a Verilated block behind the same interface (modules/rtl).
+enum class UnitImplementation : std::uint8_t { tlm, rtl };
+constexpr auto enum_names(UnitImplementation) {
+  using enum UnitImplementation;
+  return std::to_array<EnumName<UnitImplementation>>({{tlm, "tlm"}, {rtl, "rtl"}});
+}
+
 /// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
 /// ray has its places there for good: no allocation, no tags, and the address is a concatenation of bits.
 struct CheckpointStoreConfig {
@@ -45,6 +52,7 @@ struct CheckpointConfig {
   unsigned read_ahead = 0;      ///< sectors; 0: off
   bool prefetch_nodes = false;  ///< of entries that have come and will be taken
   CheckpointStoreConfig store;
+  UnitImplementation implementation = UnitImplementation::tlm;
   /// But for the store, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
@@ -62,6 +70,8 @@ struct CheckpointConfig {
              "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs);
     list.add("prefetch_nodes", prefetch_nodes,
              "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
+    list.add("implementation", implementation,
+             "the SystemC unit, or its SystemVerilog by Verilator, with the same statistics (rtl_bridge.md)", kOurs);
   }
   static constexpr const char* kStoreRule =
       "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory";

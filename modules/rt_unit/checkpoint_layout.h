@@ -86,11 +86,13 @@ class CheckpointLayout {
   /// have not come before. Up to the next run entry, and none while a run is read.
   Entries arrived(Lane& lane, std::uint64_t number) const;
 
+  /// Throws Error: a ray `does` ("reads", "writes") more entries than its buffer has.
+  [[noreturn]] static void refuse(const char* does);
+
   /// Runs of all rays so far; the lists that nobody has read are among what is left.
   CheckpointLog::Counters runs() const;
 
  private:
-  [[noreturn]] static void refuse(const char* does);
   Sectors append_at(std::uint64_t begin) const;
   Sectors read_at(Lane& lane, std::uint64_t begin, bool down) const;
   Sectors read_log(Lane& lane);

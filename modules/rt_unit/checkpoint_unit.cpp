@@ -17,8 +17,8 @@ constexpr std::uint64_t kNoSector = CheckpointLayout::kNoSector;
 
 }  // namespace
 
-const CounterTable<CheckpointUnit::Counters>& CheckpointUnit::Counters::table() {
-  using C = CheckpointUnit::Counters;
+const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
+  using C = CheckpointCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -287,46 +287,50 @@ void CheckpointUnit::accept(Cycle) {
 void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_.with_runs_of(layout_)); }
 
 Inventory CheckpointUnit::inventory() const {
-  Inventory inventory{name(), {}, {}};
+  return checkpoint_inventory(name(), config_, lanes_.size(), two_level_, log_entries_);
+}
+
+Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes, bool two_level,
+                               std::uint64_t log_entries) {
+  Inventory inventory{name, {}, {}};
   auto& storage = inventory.storage;
   const std::uint64_t sector_bits = kSectorBytes * 8;
-  storage.push_back({"write_queue", StorageKind::ram, config_.write_queue * (sector_bits + kSectorBytes + 48), 1, 1,
+  storage.push_back({"write_queue", StorageKind::ram, config.write_queue * (sector_bits + kSectorBytes + 48), 1, 1,
                      false, static_cast<unsigned>(sector_bits) + kSectorBytes + 48});
-  storage.push_back({"submitted", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
-  storage.push_back({"reads", StorageKind::ram, lanes_.size() * 8, 1, 1, false, 8});
+  storage.push_back({"submitted", StorageKind::ram, lanes * 8, 1, 1, false, 8});
+  storage.push_back({"reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
   // Not in the paper's table: it does not say how entries become memory requests.
-  const unsigned entry_bits = config_.entry_bytes * 8;
-  if (config_.write_combine)
-    storage.push_back({"open_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, entry_bits});
-  if (config_.read_buffer)
-    storage.push_back({"read_sectors", StorageKind::ram, lanes_.size() * sector_bits, 1, 1, false, entry_bits});
-  if (log_entries_ != 0) {
+  const unsigned entry_bits = config.entry_bytes * 8;
+  if (config.write_combine)
+    storage.push_back({"open_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
+  if (config.read_buffer)
+    storage.push_back({"read_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
+  if (log_entries != 0) {
     // A lane's run that is read, and the one that is being forwarded with its first entry, which may have to be copied.
-    const unsigned run_bits = 2u * static_cast<unsigned>(std::bit_width(log_entries_ - 1)) + 1;
-    storage.push_back({"runs", StorageKind::ram, lanes_.size() * (2 * run_bits + entry_bits), 1, 1, false, run_bits});
+    const unsigned run_bits = 2u * static_cast<unsigned>(std::bit_width(log_entries - 1)) + 1;
+    storage.push_back({"runs", StorageKind::ram, lanes * (2 * run_bits + entry_bits), 1, 1, false, run_bits});
   }
-  const std::uint64_t lanes = lanes_.size();
-  if (const CheckpointStoreConfig& store = config_.store; store.entries > 0) {
+  if (const CheckpointStoreConfig& store = config.store; store.entries > 0) {
     const std::uint64_t places = 2ull * store.entries * store.warps * kMaxLanes;
     storage.push_back({"private_store", StorageKind::ram, places * entry_bits, store.read_ports, 1, false, entry_bits});
     storage.push_back({"store_reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
   }
-  if (config_.read_ahead > 0) {
+  if (config.read_ahead > 0) {
     // Lanes in turn; of each the next sector and the list's end.
     storage.push_back({"ahead", StorageKind::ram, lanes * (8 + 16 + 16), 1, 1, false, 40});
   }
-  if (config_.prefetch_nodes) storage.push_back({"named", StorageKind::ram, lanes * 16, 1, 1, false, 16});
+  if (config.prefetch_nodes) storage.push_back({"named", StorageKind::ram, lanes * 16, 1, 1, false, 16});
   auto& operators = inventory.operators;
-  operators.push_back({"fp_compare", 32, 2ull * config_.lanes});  // t-value validation: t_hit against t_min, t_max
+  operators.push_back({"fp_compare", 32, 2ull * config.lanes});  // t-value validation: t_hit against t_min, t_max
   // offset x 20 = x 16 + x 4; powers of two are wires.
-  if (!std::has_single_bit(config_.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config_.lanes});
-  operators.push_back({"int_add", 64, 2ull * config_.lanes});  // base + slot offset + entry offset
+  if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes});
+  operators.push_back({"int_add", 64, 2ull * config.lanes});  // base + slot offset + entry offset
   // BLAS header to number and back.
-  if (config_.entry_bytes == 8 && two_level_) operators.push_back({"int_add", 64, 2ull * config_.lanes});
+  if (config.entry_bytes == 8 && two_level) operators.push_back({"int_add", 64, 2ull * config.lanes});
   // t of each entry of a sector that comes, against t_max.
-  if (config_.prefetch_nodes) operators.push_back({"fp_compare", 32, kSectorBytes / config_.entry_bytes});
-  operators.push_back({"increment", 16, 2ull * config_.lanes});    // source and destination offset
-  operators.push_back({"int_compare", 16, 2ull * config_.lanes});  // against the maximum size
+  if (config.prefetch_nodes) operators.push_back({"fp_compare", 32, kSectorBytes / config.entry_bytes});
+  operators.push_back({"increment", 16, 2ull * config.lanes});    // source and destination offset
+  operators.push_back({"int_compare", 16, 2ull * config.lanes});  // against the maximum size
   return inventory;
 }
 

@@ -24,36 +24,60 @@
 
 namespace grtx::modules {
 
-class CheckpointUnit final : public CheckpointModule {
+struct CheckpointCounters {
+  std::uint64_t entries_written = 0;
+  std::uint64_t entries_read = 0;
+  std::uint64_t sectors_written = 0;
+  std::uint64_t sectors_read = 0;
+  std::uint64_t acknowledged = 0;        ///< write responses
+  std::uint64_t returned = 0;            ///< read responses
+  std::uint64_t straddling_written = 0;  ///< entries and run entries that lie in two sectors
+  std::uint64_t straddling_read = 0;
+  CheckpointLog::Counters log;       ///< forward = reference
+  std::uint64_t sectors_ahead = 0;   ///< requested ahead of need
+  std::uint64_t ahead_returned = 0;  ///< responses to them
+  std::uint64_t store_written = 0;   ///< entries, of the private store
+  std::uint64_t store_read = 0;      ///< entries asked of it
+  std::uint64_t store_returned = 0;  ///< entries that came from it
+  std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
+  std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
+  /// Those of the layout, which knows the runs.
+  CheckpointCounters with_runs_of(const CheckpointLayout& layout) const {
+    CheckpointCounters all = *this;
+    all.log = layout.runs();
+    return all;
+  }
+  static const CounterTable<CheckpointCounters>& table();
+  void add(const CheckpointCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
+/// What shows of a checkpoint unit of the project's, in SystemC or RTL, after a cycle.
+class CheckpointState {
+ public:
+  virtual std::size_t lanes_submitting() const = 0;
+  virtual std::size_t lanes_reading() const = 0;                  ///< with sectors to request
+  virtual std::size_t writes_queued() const = 0;                  ///< sectors
+  virtual bool has_store() const = 0;                             ///< the private store
+  virtual std::size_t lanes_at_store() const = 0;                 ///< that wait for one of its entries
+  virtual std::uint64_t outstanding() const = 0;                  ///< requests sent, not answered
+  virtual std::uint32_t source_offset(LaneId id) const = 0;       ///< entries read in the round
+  virtual std::uint32_t destination_offset(LaneId id) const = 0;  ///< entries written in the round
+  virtual const CheckpointCounters& counters() const = 0;
+
+ protected:
+  ~CheckpointState() = default;
+};
+
+/// Storage and operators of a checkpoint unit with this configuration; lanes: of the warp buffer. log_entries: places
+/// of a ray's log, 0 with two buffers.
+Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes, bool two_level,
+                               std::uint64_t log_entries);
+
+class CheckpointUnit final : public CheckpointModule, public CheckpointState {
  public:
   using Config = CheckpointConfig;
-  struct Counters {
-    std::uint64_t entries_written = 0;
-    std::uint64_t entries_read = 0;
-    std::uint64_t sectors_written = 0;
-    std::uint64_t sectors_read = 0;
-    std::uint64_t acknowledged = 0;        ///< write responses
-    std::uint64_t returned = 0;            ///< read responses
-    std::uint64_t straddling_written = 0;  ///< entries and run entries that lie in two sectors
-    std::uint64_t straddling_read = 0;
-    CheckpointLog::Counters log;       ///< forward = reference
-    std::uint64_t sectors_ahead = 0;   ///< requested ahead of need
-    std::uint64_t ahead_returned = 0;  ///< responses to them
-    std::uint64_t store_written = 0;   ///< entries, of the private store
-    std::uint64_t store_read = 0;      ///< entries asked of it
-    std::uint64_t store_returned = 0;  ///< entries that came from it
-    std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
-    std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
-    /// Those of the layout, which knows the runs.
-    Counters with_runs_of(const CheckpointLayout& layout) const {
-      Counters all = *this;
-      all.log = layout.runs();
-      return all;
-    }
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
+  using Counters = CheckpointCounters;
 
   /// map: made for the same entry_bytes. header: of the trace. sm: whose per-ray buffers are addressed. Throws Error
   /// for an impossible configuration.
@@ -81,17 +105,15 @@ class CheckpointUnit final : public CheckpointModule {
            counters_.sectors_ahead + counters_.ahead_returned + counters_.store_written + counters_.store_returned;
   }
   void count(RtUnitCounters& all) const override;
-  std::size_t lanes_submitting() const { return submitted_.size(); }
-  std::size_t lanes_reading() const { return reads_.size(); }   ///< with sectors to request
-  std::size_t writes_queued() const { return writes_.size(); }  ///< sectors
-  bool has_store() const { return config_.store.entries > 0; }
-  /// That wait for an entry of the private store.
-  std::size_t lanes_at_store() const { return store_reads_.size() + store_returns_.size(); }
-  std::uint64_t outstanding() const { return outstanding_; }                      ///< requests sent, not answered
-  std::uint32_t source_offset(LaneId id) const { return lanes_[id].place.read; }  ///< entries read in the round
-  /// Entries written in the round.
-  std::uint32_t destination_offset(LaneId id) const { return lanes_[id].place.written; }
-  const Counters& counters() const { return counters_; }
+  std::size_t lanes_submitting() const override { return submitted_.size(); }
+  std::size_t lanes_reading() const override { return reads_.size(); }
+  std::size_t writes_queued() const override { return writes_.size(); }
+  bool has_store() const override { return config_.store.entries > 0; }
+  std::size_t lanes_at_store() const override { return store_reads_.size() + store_returns_.size(); }
+  std::uint64_t outstanding() const override { return outstanding_; }
+  std::uint32_t source_offset(LaneId id) const override { return lanes_[id].place.read; }
+  std::uint32_t destination_offset(LaneId id) const override { return lanes_[id].place.written; }
+  const Counters& counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
 

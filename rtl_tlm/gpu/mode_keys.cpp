@@ -26,13 +26,16 @@ class Settings {
 }  // namespace
 
 const std::vector<ModeKey>& mode_keys() {
-  constexpr SimulationMode kFast = SimulationMode::fast, kCycle = SimulationMode::cycle;
+  constexpr SimulationMode kFast = SimulationMode::fast, kCycle = SimulationMode::cycle,
+                           kSampled = SimulationMode::sampled;
   static const std::vector<ModeKey> keys = {
       {kFast, "rt.memory.by_shader", "is not modelled by --mode fast"},
       {kFast, "rt.checkpoint.read_ahead", "must be 0 with --mode fast, which is 6 % off with it"},
       {kFast, "rt.checkpoint.prefetch_nodes", "must be false with --mode fast, which is 12 % off with it"},
       {kFast, "rt.cooperation.ahead", "must be 0 with --mode fast, which has no idle lanes"},
-      {SimulationMode::sampled, "rt.cooperation.ahead", "must be 0 with --mode sampled, whose estimates count visits"},
+      {kSampled, "rt.cooperation.ahead", "must be 0 with --mode sampled, whose estimates count visits"},
+      {kFast, "rt.checkpoint.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
+      {kSampled, "rt.checkpoint.implementation", "must be tlm with --mode sampled: RTL is compared on whole traces"},
       {kFast, "gpu.rt_units", "must be 1 with --mode fast"},
       {kFast, "dram.scheduling", "is not modelled by --mode fast, which approximates fr_fcfs"},
       // What only queues have that fast mode does not fill.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/modules/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {
@@ -94,6 +95,12 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   l1.clients = static_cast<unsigned>(clients.size());
   l1.widths = widths;
   rt_.resize(units);
+  modules::RtUnitParts rt_parts = parts.rt_parts;
+  if (config.rt.checkpoint.implementation == modules::UnitImplementation::rtl && !rt_parts.checkpoint_unit) {
+    rt_parts.checkpoint_unit = [](const char* part, const modules::RtUnitContext& rt) {
+      return modules::make_checkpoint_rtl(part, rt);
+    };
+  }
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     simt_ = parts.simt_core ? parts.simt_core("simt", clock, simt, header, map)
@@ -104,7 +111,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
       const std::string unit = numbered("rt", u);
       rt_[u] = parts.rt_unit ? parts.rt_unit(unit.c_str(), config.rt, header, map, clock, config.index)
                              : std::make_unique<modules::RtUnit>(unit.c_str(), config.rt, header, map, clock,
-                                                                 config.index, parts.rt_parts);
+                                                                 config.index, rt_parts);
     });
   }
   builders.push_back([&] {

@@ -32,7 +32,8 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
-      checkpoint_(elaborated_part<modules::CheckpointUnit>(rt, "checkpoint_unit")),
+      checkpoint_(elaborated_part<modules::CheckpointState>(rt, "checkpoint_unit")),
+      checkpoint_rtl_(elaborated_part<modules::RtlSignals>(rt, "checkpoint_unit")),
       prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")),
       cooperation_(elaborated_part<modules::LaneCooperation>(rt, "lane_cooperation")) {
   const std::size_t before = wires.selected();
@@ -84,6 +85,11 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       ckpt_at_store_ = add("checkpoint_unit.private_store.lanes_reading", lanes);
       ckpt_store_written_ = add("checkpoint_unit.private_store.written", kCounterBits);
       ckpt_store_read_ = add("checkpoint_unit.private_store.read", kCounterBits);
+    }
+  }
+  if (checkpoint_rtl_ != nullptr) {
+    for (const modules::RtlSignal& signal : checkpoint_rtl_->rtl_signals()) {
+      ckpt_rtl_.push_back(wires.add(scope + ".checkpoint_unit.rtl." + signal.name, signal.width, WaveLevel::signals));
     }
   }
   if (prefetcher_ != nullptr) {
@@ -142,6 +148,7 @@ void RtUnitProbe::sample(Cycle now) {
     ckpt_store_written_.set(checkpoint_->counters().store_written);
     ckpt_store_read_.set(checkpoint_->counters().store_read);
   }
+  for (std::size_t i = 0; i < ckpt_rtl_.size(); ++i) ckpt_rtl_[i].set(checkpoint_rtl_->rtl_value(i, now));
   if (prefetcher_ != nullptr) {
     prefetch_queue_.set(prefetcher_->queued());
     prefetch_outstanding_.set(prefetcher_->outstanding());

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/modules/rtl/rtl_signals.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/warp_probe.h"
@@ -33,7 +34,8 @@ class RtUnitProbe {
   const modules::RtScheduler* scheduler_;
   const modules::MemoryScheduler* memory_;
   const modules::AnyHitCollector* any_hit_;
-  const modules::CheckpointUnit* checkpoint_;
+  const modules::CheckpointState* checkpoint_;
+  const modules::RtlSignals* checkpoint_rtl_;
   const modules::SiblingPrefetcher* prefetcher_;
   const modules::LaneCooperation* cooperation_;
   const modules::WarpTable* warps_of_ = nullptr;
@@ -42,6 +44,7 @@ class RtUnitProbe {
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
+  std::vector<Wire> ckpt_rtl_;
   Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
   Wire prefetch_queue_, prefetch_outstanding_, prefetch_stack_nodes_;
   Wire helping_, help_held_;

@@ -40,7 +40,7 @@ Node node_of(const traces::RayGroup& group, const Event& event, const modules::N
 }  // namespace
 
 WarpProbe::WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
-                     const modules::CheckpointUnit* checkpoint, const traces::Header& header)
+                     const modules::CheckpointState* checkpoint, const traces::Header& header)
     : buffer_(buffer), checkpoint_(checkpoint), entry_(entry), k_(header.k), traffic_(header, {}) {
   const std::size_t before = wires.selected();
   const std::string name = scope + ".w" + std::to_string(entry) + ".";

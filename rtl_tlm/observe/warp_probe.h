@@ -16,7 +16,7 @@ class WarpProbe {
  public:
   /// scope: of the warp buffer. checkpoint: null when not elaborated. All must outlive the probe.
   WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
-            const modules::CheckpointUnit* checkpoint, const traces::Header& header);
+            const modules::CheckpointState* checkpoint, const traces::Header& header);
 
   void sample();
 
@@ -28,7 +28,7 @@ class WarpProbe {
   void clear();
 
   const modules::WarpTable& buffer_;
-  const modules::CheckpointUnit* checkpoint_;
+  const modules::CheckpointState* checkpoint_;
   unsigned entry_;
   unsigned k_;
   modules::NodeTraffic traffic_;

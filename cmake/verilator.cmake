@@ -1,0 +1,28 @@
+# Blocks of the RT unit as RTL (docs/model/rtl_bridge.md): with Debian's Verilator where it is found; without it nothing
+# changes but that rt.checkpoint.implementation = rtl is refused.
+option(GRTX_RTL "Build the Verilated units, where Verilator is found" ON)
+set(grtx_rtl_found FALSE)
+if(GRTX_RTL)
+  find_package(verilator 5.006 QUIET HINTS /usr/share/verilator $ENV{VERILATOR_ROOT})
+  set(grtx_rtl_found ${verilator_FOUND})
+endif()
+if(grtx_rtl_found)
+  message(STATUS "RTL in the loop: Verilator ${verilator_VERSION}")
+else()
+  message(STATUS "RTL in the loop: off (no Verilator 5.006; apt-get install verilator)")
+endif()
+
+# grtx_verilated_blocks(TARGET): an object library for blocks of grtx_verilate() and Verilator's runtime. Generated code is
+# compiled without the project's warnings.
+function(grtx_verilated_blocks target)
+  add_library(${target} OBJECT)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  target_compile_options(${target} PRIVATE -O3 -w)
+endfunction()
+
+# grtx_verilate(TARGET PREFIX TOP [SOURCES file...] [ARGS argument...]): adds the class PREFIX that Verilator makes of a
+# module.
+function(grtx_verilate target prefix top)
+  cmake_parse_arguments(PARSE_ARGV 3 block "" "" "SOURCES;ARGS")
+  verilate(${target} PREFIX ${prefix} TOP_MODULE ${top} SOURCES ${block_SOURCES} VERILATOR_ARGS -O3 ${block_ARGS})
+endfunction()

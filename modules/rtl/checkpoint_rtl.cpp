@@ -1,0 +1,538 @@
+// The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, and back.
+// What the trace does not hold, the bytes and t of entries, is made here, and what the block returns is checked against
+// it. Compiled only where Verilator was found. docs/model/rtl_bridge.md has every pin.
+#include <Vcheckpoint_faults.h>
+#include <Vcheckpoint_faults___024root.h>
+#include <Vcheckpoint_lanes32.h>
+#include <Vcheckpoint_lanes32___024root.h>
+#include <Vcheckpoint_lanes4.h>
+#include <Vcheckpoint_lanes4___024root.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <ostream>
+#include <span>
+#include <string>
+#include <unordered_map>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/rt_unit/checkpoint_layout.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/rtl/clocked_model.h"
+#include "grtx/modules/rtl/rtl_signals.h"
+#include "grtx/modules/rtl/rtl_units.h"
+
+namespace grtx::modules {
+namespace {
+
+/// Mixes a number's bits (SplitMix64).
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+constexpr unsigned kEntryBytes = 28;                        ///< most
+static_assert(std::endian::native == std::endian::little);  // wide pins are words, the lowest first
+constexpr std::uint32_t kInfinity = 0x7f800000;
+
+/// What a ray hands over, as bytes: the entry and the t values it is validated with.
+struct EntryBits {
+  std::array<std::uint8_t, kEntryBytes> bytes{};
+  std::uint32_t t = 0, t_min = 0, t_max = 0;  ///< fp32
+};
+
+/// Entry `index` of what was written as number `generation`: arbitrary, but t_min <= t_max < t, often by one step.
+EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32_t index) {
+  EntryBits entry;
+  const std::uint64_t seed = mixed(generation * 0x100000001b3u + index);
+  const std::uint64_t t = mixed(seed), more = mixed(t);
+  // Of numbers that are not negative the order is that of their bits.
+  entry.t_max = static_cast<std::uint32_t>(t % kInfinity);
+  entry.t_min = t >> 60 == 0 ? 0x80000000u : static_cast<std::uint32_t>((t >> 32) % (entry.t_max + 1u));
+  const std::uint32_t above = kInfinity - entry.t_max;
+  entry.t = entry.t_max + 1 + static_cast<std::uint32_t>(more >> 62 == 0 ? 0 : more % above);
+  for (unsigned i = 0; i < kEntryBytes; i += 4) {
+    const auto word = static_cast<std::uint32_t>(mixed(seed + i + 1));
+    std::memcpy(&entry.bytes[i], &word, sizeof word);
+  }
+  // t is the last word of an entry, or the first (docs/model/checkpoint_unit.md, layouts).
+  const unsigned place = entry_bytes == 20 || entry_bytes == 28 ? entry_bytes - 4 : 0;
+  std::memcpy(&entry.bytes[place], &entry.t, sizeof entry.t);
+  return entry;
+}
+
+std::string hexadecimal(std::uint64_t value) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text;
+  do {
+    text.insert(text.begin(), kDigits[value % 16]);
+    value /= 16;
+  } while (value != 0);
+  return "0x" + text;
+}
+
+/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it.
+template <typename Model, unsigned kLanes>
+class CheckpointRtl final : public CheckpointModule, public CheckpointState, public RtlSignals {
+ public:
+  CheckpointRtl(const char* name, const RtUnitContext& rt, const RtlBenchOptions& options)
+      : CheckpointModule(name),
+        config_(rt.config.checkpoint),
+        map_(rt.map),
+        two_level_(rt.header.two_level),
+        sm_(rt.sm),
+        rays_(std::size_t{rt.config.warp_buffer.entries} * kMaxLanes),
+        model_("checkpoint_unit"),
+        noise_(options.disturbance) {
+    require_allowed("rt.checkpoint", config_);
+    CheckpointLayout(config_, rt.header);  // refuses what cannot be
+    if (rt.map.checkpoint_entry_bytes() != config_.entry_bytes) {
+      throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
+    }
+    const std::uint64_t first = map_.ray_slot(sm_, 0, 0);
+    base_ = map_.checkpoint_entry(first, 0, 0);
+    Model& pins = model_.pins();
+    pins.cfg_lanes = static_cast<std::uint8_t>(config_.lanes);
+    pins.cfg_write_queue = static_cast<std::uint8_t>(config_.write_queue);
+    pins.cfg_write_combine = config_.write_combine;
+    pins.cfg_read_buffer = config_.read_buffer;
+    pins.cfg_entry_bytes = static_cast<std::uint8_t>(config_.entry_bytes);
+    pins.cfg_base0 = base_;
+    pins.cfg_base1 = map_.checkpoint_entry(first, 1, 0);
+    pins.cfg_size = static_cast<std::uint16_t>(rt.header.checkpoint_capacity);
+    if constexpr (requires { pins.fault; }) pins.fault = static_cast<std::uint8_t>(options.fault);
+    model_.reset();
+  }
+
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t) override {
+    Ray& ray = rays_[id];
+    const std::uint64_t ray_slot = map_.ray_slot(sm_, slot, lane_of(id));
+    ray = {};
+    ray.offset = map_.checkpoint_entry(ray_slot, 0, 0) - base_;
+    ray.parity = (round & 1) != 0;
+    const std::size_t buffers = (std::size_t{slot} * kMaxLanes + lane_of(id)) * 2;
+    if (generations_.size() < buffers + 2) generations_.resize(buffers + 2);
+    generations_[buffers + (round & 1)] = ++last_generation_;
+    ray.destination = last_generation_;
+    ray.source = generations_[buffers + ((round & 1) ^ 1)];
+    Model& pins = disturbed();
+    pins.begin_valid = 1;
+    pins.begin_ray = id;
+    pins.begin_replay = replays;
+    clock();
+    pins.begin_valid = 0;
+  }
+
+  bool needs_source_entries() const override { return false; }  // read from the front
+
+  bool submit(LaneId id, unsigned entries, bool, bool last) override {
+    Model& pins = disturbed();
+    pins.submit_valid = 1;
+    pins.submit_ray = id;
+    pins.submit_entries = static_cast<std::uint8_t>(entries);
+    pins.submit_last = last;
+    model_.settle();
+    if (pins.submit_overflow) CheckpointLayout::refuse("writes");
+    const bool waits = pins.submit_wait;
+    counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, pins.submit_end);
+    if (waits) {
+      Ray& ray = rays_[id];
+      ray.pending = static_cast<std::uint8_t>(entries);
+      ray.last = last;
+      ray.submitted = true;
+      clock();
+    }
+    pins.submit_valid = 0;
+    return waits;
+  }
+
+  bool read(LaneId id) override {
+    Model& pins = disturbed();
+    pins.read_valid = 1;
+    pins.read_ray = id;
+    model_.settle();
+    if (pins.read_refused) CheckpointLayout::refuse("reads");
+    ++counters_.entries_read;
+    if (pins.read_straddles) ++counters_.straddling_read;
+    const bool done = pins.read_done;
+    if (done) take_part();
+    clock();
+    pins.read_valid = 0;
+    return done;
+  }
+
+  void respond(Cycle now) override {
+    const MemoryResponse* answer = responses_.front(now);
+    if (answer == nullptr) return;
+    Model& pins = disturbed();
+    pins.rsp_valid = 1;
+    pins.rsp_write = answer->write;
+    put_bits(pins.rsp_tag, 0, kRayBits + 1, answer->tag);
+    const Sector& sector = memory_[answer->address];
+    std::memcpy(&pins.rsp_data[0], sector.bytes.data(), kSectorBytes);
+    responses_.pop(now);
+    model_.settle();
+    const bool write = pins.rsp_write;
+    const bool done = !write && pins.part_valid && pins.part_done;
+    const LaneId id = pins.part_ray;
+    ++(write ? counters_.acknowledged : counters_.returned);
+    if (!write) take_part();
+    clock();
+    pins.rsp_valid = 0;
+    if (done) client_->entry_read(id);
+  }
+
+  void issue(Cycle now) override {
+    requested_ = false;
+    if (!busy() || !requests_.can_push(now)) return;
+    Model& pins = disturbed();
+    look();
+    model_.settle();
+    if (!pins.req_valid) return;
+    requested_ = true;
+    MemoryRequest message;
+    message.region = Region::checkpoint;
+    message.address = pins.req_address;
+    message.tag = pins.req_tag;
+    message.write = pins.req_write;
+    if (message.write) {
+      Sector& sector = memory_[message.address];
+      std::array<std::uint8_t, kSectorBytes> data;
+      std::memcpy(data.data(), &pins.req_data[0], kSectorBytes);
+      for (unsigned i = 0; i < kSectorBytes; ++i) {
+        if ((pins.req_mask >> i & 1) != 0) sector.bytes[i] = data[i];
+      }
+    }
+    requests_.push(now, message);
+    ++(message.write ? counters_.sectors_written : counters_.sectors_read);
+  }
+
+  void accept(Cycle now) override {
+    Model& pins = model_.pins();
+    const bool submitted = pins.submitted_level != 0;
+    if (!submitted && !requested_) return;
+    if (stuck_ && !requested_) {  // as in the cycle before: nothing moves, so this cycle has no edge
+      ++counters_.blocked_cycles;
+      return;
+    }
+    // Idle edges come before: at this one the cycle's request and items move.
+    disturbed();
+    look();
+    pins.req_ready = requested_;
+    const unsigned items = offer();
+    if (submitted) {  // else no output is looked at
+      model_.settle();
+      check_validation();
+    }
+    std::array<LaneId, kLanes> done{};
+    unsigned count = 0;
+    for (unsigned i = 0; i < items; ++i) {
+      if (get_bits(pins.item_ready, i, 1) == 0) break;
+      const LaneId id = items_[i];
+      Ray& ray = rays_[id];
+      if (get_bits(pins.item_entry, i, 1) != 0) {
+        --ray.pending;
+        ++ray.written;
+        ++counters_.entries_written;
+      }
+      if (get_bits(pins.item_straddles, i, 1) != 0) ++counters_.straddling_written;
+      if (get_bits(pins.item_done, i, 1) != 0) {
+        ray.submitted = false;
+        done[count++] = id;
+      }
+    }
+    stuck_ = submitted && get_bits(pins.item_ready, 0, 1) == 0;
+    show(now);
+    clock();
+    pins.req_ready = 0;
+    pins.item_valid = 0;
+    requested_ = false;
+    for (unsigned i = 0; i < count; ++i) client_->entries_taken(done[i]);
+    if (submitted && pins.submitted_level != 0) ++counters_.blocked_cycles;
+  }
+
+  bool busy() const override { return model_->busy; }
+  bool idle() const override { return model_->idle; }
+  std::uint64_t progress() const override {
+    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
+  }
+  void count(RtUnitCounters& all) const override { all.checkpoint.add(counters_); }
+  Inventory inventory() const override { return checkpoint_inventory(name(), config_, rays_.size(), two_level_, 0); }
+  void dump_state(std::ostream& out) const override {
+    out << name() << " (RTL): " << lanes_submitting() << " lanes handing over, " << lanes_reading()
+        << " lanes to read, " << writes_queued() << " sectors to write, " << outstanding() << " requests outstanding, "
+        << model_.edges() << " clock edges\n";
+  }
+
+  std::size_t lanes_submitting() const override { return model_->submitted_level; }
+  std::size_t lanes_reading() const override { return model_->reads_level; }
+  std::size_t writes_queued() const override { return model_->writes_level; }
+  bool has_store() const override { return false; }
+  std::size_t lanes_at_store() const override { return 0; }
+  std::uint64_t outstanding() const override { return model_->outstanding; }
+  std::uint32_t source_offset(LaneId id) const override {
+    return model_->rootp->checkpoint_unit__DOT__source_offset[id];
+  }
+  std::uint32_t destination_offset(LaneId id) const override {
+    return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
+  }
+  const CheckpointCounters& counters() const override { return counters_; }
+
+  const std::vector<RtlSignal>& rtl_signals() const override {
+    static const std::vector<RtlSignal> signals = {
+        {"clk_edges", 32},      {"req_valid"},           {"req_write"},
+        {"req_address", 48},    {"item_valid", kLanes},  {"item_ready", kLanes},
+        {"item_done", kLanes},  {"item_beyond", kLanes}, {"item_straddles", kLanes},
+        {"submitted_head", 10}, {"reads_head", 10},      {"write_head", 6},
+        {"first_sent"}};
+    return signals;
+  }
+  std::uint64_t rtl_value(std::size_t index, Cycle now) const override {
+    const auto& root = *model_->rootp;
+    switch (index) {
+      case 0:
+        return model_.edges();
+      case 9:
+        return root.checkpoint_unit__DOT__submitted_head;
+      case 10:
+        return root.checkpoint_unit__DOT__reads_head;
+      case 11:
+        return root.checkpoint_unit__DOT__write_head;
+      case 12:
+        return root.checkpoint_unit__DOT__first_sent;
+      default:
+        return shown_in_ == now ? shown_[index] : 0;
+    }
+  }
+
+ private:
+  struct Ray {
+    std::uint64_t offset = 0;  ///< of its buffers, from the bases
+    bool parity = false;
+    std::uint64_t source = 0, destination = 0;  ///< generations
+    std::uint32_t written = 0;                  ///< entries taken in the round
+    std::uint8_t pending = 0;                   ///< entries submitted, not taken
+    bool last = false;
+    bool submitted = false;  ///< and not done
+    std::uint32_t arrived = 0;
+    std::uint32_t part_mask = 0;
+    std::array<std::uint8_t, kEntryBytes> part{};
+  };
+  struct Sector {
+    std::array<std::uint8_t, kSectorBytes> bytes{};
+  };
+
+  void end_of_elaboration() override {
+    client_ = client.operator->();
+    requests_ = writer_of(request);
+    responses_ = reader_of(response);
+  }
+
+  [[noreturn]] void refuse(LaneId id, const std::string& rule) const {
+    throw Error(std::string(name()) + " (RTL)",
+                "warp " + std::to_string(entry_of(id)) + " lane " + std::to_string(lane_of(id)), rule);
+  }
+
+  void clock() { model_.edge(); }
+
+  /// The pins, perhaps after edges without a transfer, with arbitrary values where nothing is valid.
+  Model& disturbed() {
+    Model& pins = model_.pins();
+    if (noise_ == 0) return pins;
+    do {
+      noise_ = mixed(noise_);
+      const auto ray = static_cast<LaneId>(noise_ % rays_.size());
+      pins.begin_ray = pins.submit_ray = pins.read_ray = ray;
+      pins.begin_replay = noise_ >> 20 & 1;
+      pins.submit_entries = noise_ >> 21 & 255;
+      pins.submit_last = noise_ >> 29 & 1;
+      pins.rsp_tag = ray;
+      pins.rsp_write = noise_ >> 30 & 1;
+      for (unsigned i = 0; i < kSectorBytes * 8; i += 64) put_bits(pins.rsp_data, i, 64, mixed(noise_ + i));
+      for (unsigned i = 0; i < kLanes; ++i) {
+        const std::uint64_t more = mixed(noise_ ^ i);
+        put_bits(pins.item_ray, i * kRayBits, kRayBits, more % rays_.size());
+        put_bits(pins.item_entry, i, 1, more >> 20);
+        put_bits(pins.item_end, i, 1, more >> 21);
+        put_bits(pins.item_last, i, 1, more >> 22);
+        put_bits(pins.item_parity, i, 1, more >> 23);
+      }
+      if ((noise_ >> 40 & 3) == 0) {
+        model_.settle();
+        clock();
+      }
+    } while ((noise_ >> 40 & 3) == 0);
+    return pins;
+  }
+
+  /// Answers where the buffers of the ray lie whose sectors are requested next.
+  void look() {
+    Model& pins = model_.pins();
+    const Ray& ray = rays_[pins.look_ray % rays_.size()];
+    pins.look_parity = ray.parity;
+    pins.look_offset = ray.offset;
+  }
+
+  /// Offers the items of the rays at the front; returns how many.
+  unsigned offer() {
+    Model& pins = model_.pins();
+    unsigned item = 0;
+    for (unsigned front = 0; front < kLanes && item < config_.lanes; ++front) {
+      if (get_bits(pins.front_valid, front, 1) == 0) break;
+      const auto id = static_cast<LaneId>(get_bits(pins.front_ray, front * kRayBits, kRayBits));
+      if (id >= rays_.size() || !rays_[id].submitted) refuse(id, "is next in its queue, but has handed over nothing");
+      const Ray& ray = rays_[id];
+      // The open sector comes with the last entry, or alone if that is taken.
+      const unsigned count = std::max<unsigned>(ray.pending, 1);
+      for (unsigned i = 0; i < count && item < config_.lanes; ++i, ++item) {
+        items_[item] = id;
+        put_bits(pins.item_valid, item, 1, 1);
+        put_bits(pins.item_ray, item * kRayBits, kRayBits, id);
+        put_bits(pins.item_parity, item, 1, ray.parity);
+        put_bits(pins.item_offset, item * 48, 48, ray.offset);
+        put_bits(pins.item_entry, item, 1, ray.pending != 0);
+        put_bits(pins.item_end, item, 1, i + 1 == count);
+        put_bits(pins.item_last, item, 1, ray.last);
+        const EntryBits bits = entry_bits(config_.entry_bytes, ray.destination, ray.written + i);
+        set_times(item, bits.t, bits.t_min, bits.t_max);
+        std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
+      }
+    }
+    // The comparators of the others: any bits, equal ones, zeros of both signs.
+    for (unsigned other = item; other < kLanes; ++other) {
+      const std::uint64_t any = mixed(model_.edges() * 64 + other);
+      const auto t = static_cast<std::uint32_t>(any);
+      const auto t_max = static_cast<std::uint32_t>(any >> 32);
+      switch (any % 5) {
+        case 0:
+          set_times(other, t, t, t);
+          break;
+        case 1:
+          set_times(other, t & 0x80000000u, t_max & 0x80000000u, 0);
+          break;
+        case 2:
+          set_times(other, t, t + 1, t - 1);
+          break;
+        default:
+          set_times(other, t, t_max, ~t_max);
+      }
+    }
+    return item;
+  }
+
+  void set_times(unsigned item, std::uint32_t t, std::uint32_t t_min, std::uint32_t t_max) {
+    Model& pins = model_.pins();
+    put_bits(pins.item_t, item * 32, 32, t);
+    put_bits(pins.item_t_min, item * 32, 32, t_min);
+    put_bits(pins.item_t_max, item * 32, 32, t_max);
+    times_[item] = {t, t_min, t_max};
+  }
+
+  /// t-value validation of all lanes against the host's comparisons, which are the tracer's.
+  void check_validation() const {
+    const Model& pins = model_.pins();
+    for (unsigned i = 0; i < kLanes; ++i) {
+      const auto [t, t_min, t_max] = times_[i];
+      const bool before = std::bit_cast<float>(t) < std::bit_cast<float>(t_min);
+      const bool beyond = std::bit_cast<float>(t_max) < std::bit_cast<float>(t);
+      if ((get_bits(pins.item_before, i, 1) != 0) == before && (get_bits(pins.item_beyond, i, 1) != 0) == beyond) {
+        continue;
+      }
+      throw Error(std::string(name()) + " (RTL)", "t-value validation " + std::to_string(i),
+                  "t = " + hexadecimal(t) + " with t_min = " + hexadecimal(t_min) +
+                      " and t_max = " + hexadecimal(t_max) + " must be " +
+                      (before   ? "before"
+                       : beyond ? "beyond"
+                                : "between"));
+    }
+  }
+
+  /// Bytes of a source entry; all of them, when it is complete, must be those that were written.
+  void take_part() {
+    const Model& pins = model_.pins();
+    if (!pins.part_valid) return;
+    const LaneId id = pins.part_ray;
+    Ray& ray = rays_[id];
+    const std::uint32_t mask = pins.part_mask;
+    std::array<std::uint8_t, kEntryBytes> came;
+    std::memcpy(came.data(), &pins.part_data[0], kEntryBytes);
+    for (unsigned b = 0; b < kEntryBytes; ++b) {
+      if ((mask >> b & 1) != 0) ray.part[b] = came[b];
+    }
+    ray.part_mask |= mask;
+    if (!pins.part_done) return;
+    const std::uint32_t whole = (std::uint32_t{1} << config_.entry_bytes) - 1;
+    const EntryBits expected = entry_bits(config_.entry_bytes, ray.source, ray.arrived);
+    if (ray.part_mask != whole) {
+      refuse(id, "source entry " + std::to_string(ray.arrived) + " has come with bytes " + hexadecimal(ray.part_mask) +
+                     " in place of " + hexadecimal(whole));
+    }
+    for (unsigned b = 0; b < config_.entry_bytes; ++b) {
+      if (ray.part[b] == expected.bytes[b]) continue;
+      refuse(id, "source entry " + std::to_string(ray.arrived) + " is not what the round before wrote: byte " +
+                     std::to_string(b) + " is " + hexadecimal(ray.part[b]) + " in place of " +
+                     hexadecimal(expected.bytes[b]));
+    }
+    ++ray.arrived;
+    ray.part_mask = 0;
+  }
+
+  void show(Cycle now) {
+    const Model& pins = model_.pins();
+    shown_in_ = now;
+    shown_ = {0,
+              std::uint64_t{pins.req_valid} & std::uint64_t{pins.req_ready},
+              pins.req_write,
+              pins.req_address,
+              get_bits(pins.item_valid, 0, kLanes),
+              get_bits(pins.item_ready, 0, kLanes),
+              get_bits(pins.item_done, 0, kLanes),
+              get_bits(pins.item_beyond, 0, kLanes),
+              get_bits(pins.item_straddles, 0, kLanes)};
+  }
+
+  static constexpr unsigned kRayBits = 10;
+  static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
+
+  CheckpointConfig config_;
+  const MemoryMap& map_;
+  bool two_level_;
+  unsigned sm_;
+  std::uint64_t base_ = 0;  ///< first byte of the first ray's buffer 0
+  checkpoint_client_if* client_ = nullptr;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
+  std::vector<Ray> rays_;
+  ClockedModel<Model> model_;
+  std::uint64_t noise_;
+  std::vector<std::uint64_t> generations_;  ///< by warp slot, lane and buffer: what was written into it last
+  std::uint64_t last_generation_ = 0;
+  std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
+  std::array<LaneId, kLanes> items_{};                ///< whose items are offered
+  struct Times {
+    std::uint32_t t, t_min, t_max;
+  };
+  std::array<Times, kLanes> times_{};
+  bool requested_ = false;  ///< this cycle
+  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
+  Cycle shown_in_ = kNever;
+  std::array<std::uint64_t, 9> shown_{};
+  CheckpointCounters counters_;
+};
+
+}  // namespace
+
+std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* name, const RtUnitContext& rt,
+                                                                 const RtlBenchOptions& options) {
+  if (options.faulty_block) return std::make_unique<CheckpointRtl<Vcheckpoint_faults, 4>>(name, rt, options);
+  if (rt.config.checkpoint.lanes <= 4) return std::make_unique<CheckpointRtl<Vcheckpoint_lanes4, 4>>(name, rt, options);
+  return std::make_unique<CheckpointRtl<Vcheckpoint_lanes32, 32>>(name, rt, options);
+}
+
+}  // namespace grtx::modules

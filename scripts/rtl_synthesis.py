@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Storage and gates of the checkpoint unit's RTL (modules/rtl/checkpoint_unit.sv) beside the cost model's.
+
+    rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--set KEY=VALUE ...] [GRTX]      default build/release/grtx
+
+Yosys 0.23 reads the RTL with the straps tied to the configuration. Storage: its memories must have the bits that the inventory names
+(queues, sector buffers, the paper's 1,074 B), its other flip-flops those of the list in control_bits(). Gates: what is left
+beside memories, mapped to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018), in gate equivalents (area over that
+of the library's NAND2X1). --storage: without the gates, in seconds. --set: keys of rt.checkpoint and rt.warp_buffer.entries.
+Exit code 1: the storage is not the inventory's.
+"""
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+LIBRARY = os.environ.get("OSU018", "/usr/share/qflow/tech/osu018/osu018_stdcells.lib")
+# What the model's item is called in the RTL.
+MEMORIES = {"write_queue": ["write_address", "write_mask", "write_data"], "submitted": ["submitted"], "reads": ["reads"],
+            "open_sectors": ["open_sectors"], "read_sectors": ["read_sectors"], "replay_flag": ["replay_flag"],
+            "source_offset": ["source_offset"], "destination_offset": ["destination_offset"]}
+REGISTERS = {"source_base": 64, "destination_base": 64, "maximum_size": 16}  # of the paper's table
+
+
+def node_of(tree, name):
+    if tree.get("name") == name:
+        return tree
+    for child in tree.get("children", []):
+        found = node_of(child, name)
+        if found:
+            return found
+    return None
+
+
+def model(grtx, settings):
+    """The configuration, the inventory's bits by item, and gate equivalents of the unit's operators."""
+    command = [grtx, "cost", "--json", "--items", "--quiet"] + [a for s in settings for a in ("--set", s)]
+    document = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    unit, buffer = node_of(document["tree"], "checkpoint_unit"), node_of(document["tree"], "warp_buffer")
+    bits = {item["name"]: item["bits"] for item in unit["items"] if item.get("bits")}
+    bits.update({item["name"]: item["bits"] for item in buffer["items"] if item.get("added_by_grtx")})
+    gates = {item["name"]: item["gate_equivalents"]["central"] for item in unit["items"] if not item.get("bits")}
+    return document["config"], bits, gates
+
+
+def control_bits(rays, places):
+    """Flip-flops beside the paper's: heads and levels of the queues of rays, head, level and full bits of the write queue, the
+    count of outstanding requests, whether a first sector has been sent, and a bit a ray: two responses are missing."""
+    ray, place, level = (rays - 1).bit_length(), (places - 1).bit_length(), places.bit_length()
+    return 2 * (ray + ray + 1) + place + level + places + 16 + 1 + rays
+
+
+def yosys(config, gates):
+    """Memories of the RTL by name: bits, words, read and write ports; other flip-flop bits; area of the rest."""
+    lanes, places = config["rt.checkpoint.lanes"], config["rt.checkpoint.write_queue"]
+    rays = 32 * config["rt.warp_buffer.entries"]
+    straps = {"cfg_lanes": (7, lanes), "cfg_write_queue": (places.bit_length(), places),
+              "cfg_write_combine": (1, int(config["rt.checkpoint.write_combine"])),
+              "cfg_read_buffer": (1, int(config["rt.checkpoint.read_buffer"])),
+              "cfg_entry_bytes": (5, config["rt.checkpoint.entry_bytes"])}
+    with tempfile.TemporaryDirectory() as folder:
+        netlist, stat = os.path.join(folder, "netlist.json"), os.path.join(folder, "stat")
+        script = (f"read_verilog synthesis/fp32.v; read_verilog -sv modules/rtl/checkpoint_unit.sv; "
+                  f"hierarchy -top checkpoint_unit -chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}; "
+                  f"rename -top top; proc; flatten; delete -input {' '.join('w:' + s for s in straps)}; cd top; "
+                  + "".join(f"connect -set {name} {bits}'d{value}; " for name, (bits, value) in straps.items())
+                  + f"cd ..; opt -full; opt_clean -purge; memory_collect; opt_clean; write_json {netlist}; ")
+        if gates:
+            script += (f"wreduce; peepopt; opt_clean; alumacc; opt; techmap; opt -fast; dfflibmap -liberty {LIBRARY}; "
+                       f"abc -liberty {LIBRARY}; opt_clean; tee -q -o {stat} stat -liberty {LIBRARY}; ")
+        run = subprocess.run(["yosys", "-q", "-p", script], cwd=TOP, capture_output=True, text=True)
+        if run.returncode != 0:
+            sys.exit(f"rtl_synthesis.py: yosys: {run.stderr.strip() or run.stdout[-500:]}")
+        memories, flip_flops = {}, 0
+        with open(netlist, encoding="utf-8") as stream:
+            cells = json.load(stream)["modules"]["top"]["cells"].values()
+        for cell in cells:
+            of = cell["parameters"]
+            if cell["type"].startswith("$mem"):
+                size, width, reads, writes = (int(of[k], 2) for k in ("SIZE", "WIDTH", "RD_PORTS", "WR_PORTS"))
+                memories[of["MEMID"].lstrip("\\")] = (size * width, size, reads, writes)
+            elif "dff" in cell["type"]:
+                flip_flops += int(of["WIDTH"], 2)
+        area = None
+        if gates:
+            with open(stat, encoding="utf-8") as stream:
+                area = float(re.search(r"Chip area.*: +([\d.]+)", stream.read()).group(1))
+        return memories, flip_flops, area
+
+
+def check_storage(config, bits, memories, flip_flops):
+    """Lines that say what differs."""
+    faults = []
+    expected = {}
+    for item, amount in bits.items():
+        if item in REGISTERS:
+            continue
+        parts = MEMORIES.get(item)
+        if parts is None:
+            faults.append(f"{item}: the RTL has no such memory")
+            continue
+        expected.update(dict.fromkeys(parts))
+        have = sum(memories.get(part, (0,))[0] for part in parts)
+        if have != amount:
+            faults.append(f"{item}: {have} bits in the RTL, {amount} in the inventory")
+    faults += [f"{name}: {memories[name][0]} bits in the RTL, none in the inventory" for name in memories if name not in expected]
+    control = control_bits(32 * config["rt.warp_buffer.entries"], config["rt.checkpoint.write_queue"])
+    paper = sum(bits[name] for name in REGISTERS)
+    if flip_flops != paper + control:
+        faults.append(f"flip-flops: {flip_flops} in the RTL, {paper} + {control} expected")
+    return faults
+
+
+def nand_area():
+    with open(LIBRARY, encoding="utf-8") as stream:
+        text = stream.read()
+    return float(re.search(r"cell *\(NAND2X1\).*?area *: *([\d.]+)", text, re.S).group(1))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("grtx", nargs="?", default=os.path.join(TOP, "build/release/grtx"))
+    parser.add_argument("--storage", action="store_true")
+    parser.add_argument("--lanes", default="1,4,8,32")
+    parser.add_argument("--set", action="append", default=[], dest="settings")
+    options = parser.parse_args()
+    if not options.storage and not os.path.exists(LIBRARY):
+        sys.exit(f"rtl_synthesis.py: {LIBRARY} is missing (apt-get install qflow-tech-osu018), or give --storage")
+    failed = False
+    for lanes in options.lanes.split(","):
+        config, bits, operators = model(options.grtx, options.settings + [f"rt.checkpoint.lanes={lanes}"])
+        memories, flip_flops, area = yosys(config, not options.storage)
+        faults = check_storage(config, bits, memories, flip_flops)
+        failed |= bool(faults)
+        for fault in faults:
+            print(f"lanes {lanes}: {fault}")
+        total = sum(memory[0] for memory in memories.values())
+        paper = sum(amount for name, amount in bits.items() if name in REGISTERS or name.endswith(("_offset", "_flag")))
+        print(f"lanes {lanes}: {total} bits in memories, {flip_flops} flip-flops; inventory {sum(bits.values())} bits, of which the "
+              f"paper's {paper // 8} B; control {flip_flops - sum(REGISTERS.values())}")
+        print("  ports (read, write): " + ", ".join(f"{name} {m[2]}, {m[3]}" for name, m in sorted(memories.items())))
+        if area is not None:
+            print(f"  gates: {area / nand_area():.0f} GE in the RTL, {sum(operators.values()):.0f} GE of operators in the model "
+                  f"({', '.join(f'{name} {ge:.0f}' for name, ge in operators.items())})", flush=True)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
