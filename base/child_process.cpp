@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -23,6 +24,9 @@ namespace {
 constexpr char kResult = 'r';
 constexpr char kBadInput = 'e';  // followed by file \0 place \0 rule
 constexpr char kFailure = 'x';   // followed by the message
+
+/// Exit code of a child that ran out of memory.
+constexpr int kNoMemory = 3;
 
 [[noreturn]] void fail(const std::string& name, const char* what) {
   throw std::runtime_error(name + ": " + what + ": " + std::strerror(errno));
@@ -41,6 +45,7 @@ std::string message_of(const std::function<std::string()>& body) {
 [[noreturn]] void run_child(int pipe, pid_t parent, const std::function<std::string()>& body) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed parent must not leave simulations behind
   if (::getppid() != parent) ::_exit(EXIT_FAILURE);
+  std::set_new_handler([] { ::_exit(kNoMemory); });  // the parent says so
   const std::string message = message_of(body);
   std::fflush(nullptr);
   for (std::size_t sent = 0; sent < message.size();) {
@@ -99,6 +104,7 @@ std::string ChildProcess::result() {
   }
   pid_ = -1;
   if (WIFSIGNALED(status)) throw std::runtime_error(name_ + ": ended by signal " + ::strsignal(WTERMSIG(status)));
+  if (WEXITSTATUS(status) == kNoMemory) throw std::bad_alloc();
   if (status != 0 || message.empty()) throw std::runtime_error(name_ + ": the process ended without a result");
   std::string rest = message.substr(1);
   if (message.front() == kResult) return rest;

@@ -1,5 +1,6 @@
 // The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
 #include <fcntl.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,7 +10,9 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <new>
 #include <string>
+#include <string_view>
 #include <systemc>
 #include <vector>
 
@@ -153,8 +156,18 @@ void secure_standard_streams() {
   }
 }
 
+/// Without memory nothing is worth unwinding: destructors and the libraries' handlers would ask for more. Files are
+/// left as by a kill: the old one under its name.
+[[noreturn]] void end_without_memory() {
+  constexpr std::string_view kMessage = "grtx: internal error: out of memory\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kMessage.data(), kMessage.size());
+  ::_exit(kInternalError);
+}
+
 int main(int argc, char** argv) {
   secure_standard_streams();
-  setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1);  // read by the kernel before it calls sc_main
+  std::set_new_handler(end_without_memory);
+  if (setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1) != 0)
+    end_without_memory();  // SystemC reads it before sc_main
   return sc_core::sc_elab_and_sim(argc, argv);
 }

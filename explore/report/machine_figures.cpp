@@ -1,9 +1,9 @@
 #include "grtx/explore/report/machine_figures.h"
 
-#include <exception>
 #include <vector>
 
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_energy.h"
 #include "grtx/explore/sweep/points.h"
@@ -59,7 +59,7 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
     const ordered_json result = ordered_json::parse(child.result());
     figures.cost = result.at("cost");
     figures.energy = result.at("energy");
-  } catch (const std::exception& error) {  // a configuration of another version: the rest of the report still stands
+  } catch (const Error& error) {  // a configuration of another version: the rest of the report still stands
     figures.problem = error.what();
   }
   return figures;

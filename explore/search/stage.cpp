@@ -190,9 +190,9 @@ Verdict Stage::measure(const Made& design) const {
     if (status == "done") continue;
     const std::string reason = database.reason_of_point(made.point.key);
     // A machine that does not take this trace, which is known only once there is one, is no fault of the run.
-    constexpr std::string_view kRefused = "sim: configuration: ";
-    if (status == "failed" && reason.starts_with(kRefused)) {
-      return {Verdict::Kind::broken, reason.substr(kRefused.size()), 0.0, {}};
+    constexpr std::string_view kNoMachine = "sim: configuration: ";
+    if (status == "failed" && reason.starts_with(kNoMachine)) {
+      return {Verdict::Kind::broken, reason.substr(kNoMachine.size()), 0.0, {}};
     }
     verdict.kind = Verdict::Kind::failed;
     verdict.reason = fmt::format("{}: {}", status, reason);

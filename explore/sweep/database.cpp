@@ -78,6 +78,16 @@ void check_schema(Sqlite& database, bool strict) {
   }
 }
 
+/// What holds of all points, whichever came first: "largest lower bound: longest_ray" and "largest lower bound:
+/// longest_warp" are both "largest lower bound".
+std::string of_both(const std::string& a, const std::string& b) {
+  if (a == b) return a;
+  const auto end = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first;
+  const std::string common(a.begin(), end);
+  if (common == a || common == b) return common;
+  return common.substr(0, common.rfind(": "));
+}
+
 }  // namespace
 
 void check_sweep_tables(const std::string& path) {
@@ -235,10 +245,13 @@ void SweepDatabase::record_values(const std::string& key, const TaskOutcome& o) 
   const std::int64_t id = select.integer(0);
   select.reset();
   SqliteStatement value(database_, "INSERT OR REPLACE INTO value VALUES(?1, ?2, ?3)");
+  SqliteStatement known(database_, "SELECT description FROM quantity WHERE name = ?1");
   SqliteStatement quantity(database_, "INSERT OR REPLACE INTO quantity VALUES(?1, ?2, ?3)");
   const auto add = [&](const std::string& name, double number, const std::string& unit, const std::string& text) {
     value.bind(1, id).bind(2, name).bind(3, number).run();
-    quantity.bind(1, name).bind(2, unit).bind(3, text).run();
+    const std::string description = known.bind(1, name).step() ? of_both(known.text(0), text) : text;
+    known.reset();
+    quantity.bind(1, name).bind(2, unit).bind(3, description).run();
   };
   for (const auto& [name, statistic] : o.document.at("stats").items()) {
     if (!statistic.at("value").is_number()) continue;

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <filesystem>
+#include <new>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -14,7 +15,11 @@ Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
   if (std::filesystem::exists(path, unknown)) check_regular_file(path);
   const int flags = how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   if (sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
-    const std::string why = handle_ == nullptr ? "out of memory" : sqlite3_errmsg(handle_);
+    if (handle_ == nullptr || sqlite3_errcode(handle_) == SQLITE_NOMEM) {
+      sqlite3_close(handle_);
+      throw std::bad_alloc();
+    }
+    const std::string why = sqlite3_errmsg(handle_);
     sqlite3_close(handle_);
     throw Error(path, "", why);
   }
@@ -23,7 +28,10 @@ Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
 
 Sqlite::~Sqlite() { sqlite3_close(handle_); }
 
-void Sqlite::fail() const { throw Error(path_, "", sqlite3_errmsg(handle_)); }
+void Sqlite::fail() const {
+  if (sqlite3_errcode(handle_) == SQLITE_NOMEM) throw std::bad_alloc();
+  throw Error(path_, "", sqlite3_errmsg(handle_));
+}
 
 void Sqlite::execute(const std::string& sql) {
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();

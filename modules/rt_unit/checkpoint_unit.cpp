@@ -49,8 +49,9 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
               list.add(prefix + ".store_read", c.store_read, "entries",
                        "checkpoint entries read from the private store of the RT unit");
             }
-            const CheckpointLog::Counters& log = c.log;
-            if (list.lists_kinds() || log.runs_written + log.copies_forced > 0) log.table().describe(log, list, prefix);
+            if (list.lists_kinds() || c.log.runs_written + c.log.copies_forced > 0) {
+              c.log.table().describe(c.log, list, prefix);
+            }
           });
   return table;
 }

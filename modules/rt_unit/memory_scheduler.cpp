@@ -23,6 +23,7 @@ std::uint64_t MemoryScheduler::Counters::node_sectors() const {
 
 const CounterTable<MemoryScheduler::Counters>& MemoryScheduler::Counters::table() {
   using C = MemoryScheduler::Counters;
+  using Column = CounterColumn<decltype(&C::visits)>;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -31,9 +32,9 @@ const CounterTable<MemoryScheduler::Counters>& MemoryScheduler::Counters::table(
           .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
           .by_name(
               kRegionNames, [](std::size_t r) { return is_node(static_cast<Region>(r)); },
-              CounterColumn{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
-              CounterColumn{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
-              CounterColumn{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
+              Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
+              Column{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
+              Column{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
           .sum(&C::shader_batches, "shader_fetch.batches", "batches", "node fetch calls to the SIMT core")
           .sum(&C::shader_sectors, "shader_fetch.sectors", "sectors", "node sectors read by the SIMT core")
           .distribution(&C::fetch_latency, "node_fetch_latency", "cycles",

@@ -26,6 +26,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
     const auto region = static_cast<Region>(r);
     return !is_node(region) && region != Region::checkpoint && region != Region::stack;
   };
+  using Column = CounterColumn<decltype(of_memory(&M::loads))>;
   static const CounterTable<C> table =
       CounterTable<C>()
           .sum(&C::warps, "warps", "warps", "warps (ray groups) that ran to their end")
@@ -52,8 +53,8 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .value([](const C& c) { return c.memory.sectors(); }, "lsu.sectors", "sectors",
                  "32 B sector requests sent to the L1")
           .by_name(kRegionNames, loads_shader_reads,
-                   CounterColumn{of_memory(&M::loads), "lsu.loads", "sectors", "sectors loaded from region {}"},
-                   CounterColumn{of_memory(&M::stores), "lsu.stores", "sectors", "sectors stored to region {}"})
+                   Column{of_memory(&M::loads), "lsu.loads", "sectors", "sectors loaded from region {}"},
+                   Column{of_memory(&M::stores), "lsu.stores", "sectors", "sectors stored to region {}"})
           .sum(of_shader(&S::load_instructions), "lsu.load_instructions", "instructions", "warp load instructions")
           .sum(of_shader(&S::store_instructions), "lsu.store_instructions", "instructions", "warp store instructions")
           .sum(of_memory(&M::blocked_cycles), "lsu.blocked_cycles", "cycles",

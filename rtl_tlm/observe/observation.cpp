@@ -40,6 +40,13 @@ Cycle Observation::tick(Cycle now) {
   return now < window_.last ? now + 1 : modules::kNever;
 }
 
-void Observation::look() { observer_.sample(clock_.cycle()); }
+void Observation::look() {
+  try {
+    observer_.sample(clock_.cycle());
+  } catch (...) {
+    failure_ = std::current_exception();  // the kernel turns what a process throws into a report and loses its type
+    throw;
+  }
+}
 
 }  // namespace grtx::sim

@@ -2,6 +2,7 @@
 // it does not exist for the kernel.
 #pragma once
 
+#include <exception>
 #include <string>
 #include <systemc>
 
@@ -36,6 +37,8 @@ class Observation final : public modules::ClockedModule {
   /// observer must outlive it.
   Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
               CycleObserver& observer);
+  /// What the observer threw, if anything.
+  const std::exception_ptr& failure() const { return failure_; }
 
  private:
   Cycle tick(Cycle now) override;
@@ -44,6 +47,7 @@ class Observation final : public modules::ClockedModule {
   CycleWindow window_;
   CycleObserver& observer_;
   sc_core::sc_event settled_;
+  std::exception_ptr failure_;
 };
 
 }  // namespace grtx::sim

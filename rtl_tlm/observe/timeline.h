@@ -26,6 +26,8 @@ class Timeline final : private CycleObserver {
   Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem& memory, const std::string& trace_hash,
            const std::string& config_hash);
   void finish();
+  /// What writing threw during the run, if anything.
+  const std::exception_ptr& failure() const { return observation_.failure(); }
 
  private:
   using Track = TraceEventWriter::Track;

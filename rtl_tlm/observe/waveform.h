@@ -36,6 +36,8 @@ class Waveform final : private CycleObserver {
 
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
   void finish();
+  /// What writing threw during the run, if anything.
+  const std::exception_ptr& failure() const { return observation_.failure(); }
   std::uint64_t changes() const { return writer_.changes(); }
 
  private:

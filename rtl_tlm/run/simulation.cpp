@@ -177,10 +177,17 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
     gpu.distributor().observe(pixel_cycles.get());
   }
   OccupancySeries series(gpu, *memory);
-  run_to_end(gpu, *memory, source.count(), options, series);
-  const EndOfRun end = settle(gpu, *memory);
-  finished.over_time = series.json(gpu.distributor().end_cycle());
-  drain(gpu, *memory, options);
+  EndOfRun end;
+  try {
+    run_to_end(gpu, *memory, source.count(), options, series);
+    end = settle(gpu, *memory);
+    finished.over_time = series.json(gpu.distributor().end_cycle());
+    drain(gpu, *memory, options);
+  } catch (const sc_core::sc_report&) {  // of a file that an observer could not write, perhaps
+    if (waveform && waveform->failure()) std::rethrow_exception(waveform->failure());
+    if (timeline && timeline->failure()) std::rethrow_exception(timeline->failure());
+    throw;
+  }
   if (waveform) waveform->finish();
   if (timeline) timeline->finish();
   if (pixel_cycles) {
