@@ -29,7 +29,7 @@ struct Step {
 };
 
 // Written by `grtx selftest --print`. A change that is meant to alter results prints them anew.
-constexpr std::array<Step, 5> kSteps = {{
+constexpr std::array<Step, 6> kSteps = {{
     {"synth", R"(scene 0ddfe42bbbbc02ad
 cameras 05354103d10ab118
 )"},
@@ -46,6 +46,16 @@ sw 451840 4121 1581226 23008 1617676 1031228 33352 0 4340096 470648 321280 72529
 hw 5145536 4121 630425 23008 963306 486338 16122 132496 2031732 741946 9387456 343928
 grtx 451840 4121 715414 23008 823584 476068 15960 119069 2356942 506610 4952448 372760
 )"},
+    {"mechanisms", R"(rt.scheduler.policy=round_robin 848184 2388786 521156 5528992
+rt.checkpoint.write_combine=true 816929 2216419 400242 5687200
+rt.checkpoint.forward=reference 810721 2284644 472524 5330176
+rt.private_store.checkpoint_entries=16 742985 2167559 419698 3893856
+simt.private_store.k_buffer_entries=8 784631 2063422 389451 5284128
+rt.prefetch.enabled=false 808969 2086792 517027 5659008
+rt.stack_prefetch.depth=4 824958 2478880 517222 5660384
+rt.cooperation.ahead=2 813224 2321832 517404 5610144
+l1.replacement=random 830711 2307720 564387 5636000
+)"},
 }};
 
 /// Of each design of `grtx run`.
@@ -53,6 +63,22 @@ constexpr std::array<const char*, 12> kStatistics = {
     "accel.bytes",     "tracer.rounds",       "tracer.visits.total",    "tracer.blended",
     "gpu.cycles",      "gpu.rt.node_fetches", "gpu.rt.any_hit.batches", "gpu.rt.checkpoint.entries_written",
     "gpu.l1.accesses", "gpu.l2.accesses",     "gpu.dram.bytes",         "gpu.simt.instructions.total"};
+
+/// Of each run of the step "mechanisms": the trace of the step "trace", in cycle mode, with one mechanism that is off
+/// by default, or one that is on.
+constexpr std::array<const char*, 4> kFewStatistics = {"gpu.cycles", "gpu.l1.accesses", "gpu.l2.accesses",
+                                                       "gpu.dram.bytes"};
+constexpr std::array<const char*, 9> kMechanisms = {"rt.scheduler.policy=round_robin",
+                                                    "rt.checkpoint.write_combine=true",
+                                                    "rt.checkpoint.forward=reference",
+                                                    "rt.private_store.checkpoint_entries=16",
+                                                    "simt.private_store.k_buffer_entries=8",
+                                                    "rt.prefetch.enabled=false",
+                                                    "rt.stack_prefetch.depth=4",
+                                                    "rt.cooperation.ahead=2",
+                                                    "l1.replacement=random"};
+/// A part of the paper's machine.
+constexpr std::array<const char*, 3> kPart = {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1"};
 
 /// The program's own commands in a folder of their own, removed at the end.
 class Selftest {
@@ -84,10 +110,9 @@ class Selftest {
       return error.empty() ? hash_line("image", "image.pfm") : error;
     }
     if (step == "check") return call({"trace-check", file("t.grtx")});
+    if (step == "mechanisms") return mechanisms();
     std::vector<std::string> run = {"run", "--machine", "paper", "--mode", step, "-o", file(step)};
-    for (const char* setting : {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1"}) {
-      run.insert(run.end(), {"--set", setting});
-    }
+    for (const char* setting : kPart) run.insert(run.end(), {"--set", setting});
     const std::string error = with_view(run);
     return error.empty() ? statistics_lines(step + "/results.json") : error;
   }
@@ -103,11 +128,29 @@ class Selftest {
     const ordered_json results = ordered_json::parse(read_file(file(name)));
     std::string lines;
     for (const auto& [design, statistics] : results.at("designs").items()) {
-      lines += design;
-      for (const char* statistic : kStatistics) {
-        lines += fmt::format(" {}", statistics.at(statistic).at("value").get<std::uint64_t>());
-      }
-      lines += '\n';
+      lines += line_of(design, statistics, kStatistics);
+    }
+    return lines;
+  }
+
+  template <std::size_t count>
+  static std::string line_of(const std::string& name, const ordered_json& statistics,
+                             const std::array<const char*, count>& names) {
+    std::string line = name;
+    for (const char* statistic : names) {
+      line += fmt::format(" {}", statistics.at(statistic).at("value").get<std::uint64_t>());
+    }
+    return line + '\n';
+  }
+
+  std::string mechanisms() {
+    std::string lines;
+    for (const std::string setting : kMechanisms) {
+      std::vector<std::string> arguments = {"sim", file("t.grtx"), "--machine", "paper", "--stats", file("s.json")};
+      for (const char* part : kPart) arguments.insert(arguments.end(), {"--set", part});
+      arguments.insert(arguments.end(), {"--set", setting});
+      if (const std::string error = call(arguments); !error.empty()) return error;
+      lines += line_of(setting, ordered_json::parse(read_file(file("s.json"))).at("stats"), kFewStatistics);
     }
     return lines;
   }

@@ -17,6 +17,23 @@ TEST(Selftest, IsOkWithEachVectorPath) {
   }
 }
 
+// A comma for the decimal point, another clock, one core, memory that is not zero, no wide vectors in the C library.
+TEST(Selftest, IsOkWhateverTheEnvironmentSays) {
+  const Folder folder;
+  const std::string locale = folder.path("de_DE.UTF-8");
+  std::string environment =
+      "TZ=Asia/Kathmandu MALLOC_PERTURB_=165 MALLOC_ARENA_MAX=1 COLUMNS=20 "
+      "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2_Usable,-AVX2,-AVX_Usable,-ERMS ";
+  if (std::system(("localedef -i de_DE -f UTF-8 '" + locale + "' >/dev/null 2>&1").c_str()) == 0) {
+    environment += "LOCPATH='" + folder.path("") + "' LC_ALL=de_DE.UTF-8 ";
+  }
+  const std::string program = std::system("taskset -c 0 true 2>/dev/null") == 0 ? "taskset -c 0 " : "";
+  const std::string command = "cd '" + folder.path("") + "' && " + environment + program + "'" +
+                              grtx::paths::program() + "' selftest > out 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << folder.read("out");
+  EXPECT_TRUE(folder.read("out").ends_with("\nOK\n")) << folder.read("out");
+}
+
 TEST(Selftest, PrintsWhatItCompares) {
   const Folder folder;
   const Outcome outcome = folder.run("selftest --print");
