@@ -1,19 +1,52 @@
 #!/usr/bin/env bash
-# From a fresh Debian 12 to a simulated GPU: installs what is missing, builds, makes a scene, runs the four designs.
-# Usage: scripts/demo.sh [GAUSSIANS]   (default 60000)
+# From a fresh Debian 12 to simulated GPUs: installs what is missing, builds, makes a scene and a picture, runs the four designs
+# on two machines and says what the numbers mean.
+# Usage: scripts/demo.sh [--count GAUSSIANS] [-o FOLDER] [--program GRTX]
+#   --count    Gaussians of the scene (default 400000)
+#   -o         where pictures, results and the report go (default out/demo)
+#   --program  this grtx: nothing is installed or built
 set -euo pipefail
-cd "$(dirname "$0")/.."
-count=${1:-60000}
-scripts/install_dependencies.sh
-scripts/build.sh release grtx
-grtx=build/release/grtx
-out=out/demo
+here=$(cd "$(dirname "$0")/.." && pwd)
+count=400000
+out=
+grtx=
+while [ $# -gt 0 ]; do
+  case "$1:${2:+value}" in
+    --count:value) count=$2 ;;
+    -o:value) out=$2 ;;
+    --program:value) grtx=$2 ;;
+    *) echo "demo.sh: $1: must be --count N, -o FOLDER or --program GRTX" >&2; exit 2 ;;
+  esac
+  shift 2
+done
+out=${out:-$here/out/demo}
+begin=$SECONDS
+step() { printf '\n== %s (%d:%02d)\n' "$1" $(((SECONDS - begin) / 60)) $(((SECONDS - begin) % 60)); }
+
+if [ -z "$grtx" ]; then
+  step "1/5 Debian packages"
+  "$here/scripts/install_dependencies.sh" --minimal
+  step "2/5 Build"
+  "$here/scripts/build.sh" release grtx
+  grtx=$here/build/release/grtx
+fi
 mkdir -p "$out"
-"$grtx" synth --preset indoor --count "$count" --seed 1 -o "$out/indoor.ply"
-"$grtx" info "$out/indoor.ply"
-view=(--scene "$out/indoor.ply" --cameras "$out/indoor.cameras.json" --view 0)
-"$grtx" trace "${view[@]}" --width 256 --height 256 --accel tlas-tri20 --checkpoint on --no-trace --image "$out/room.png"
-"$grtx" run "${view[@]}" --width 64 --height 64 -o "$out/run"
-echo
-echo "Pictures: $PWD/$out/room.png (256x256), $PWD/$out/run/image.png (as simulated, 64x64)"
-echo "Results:   $PWD/$out/run/results.json; charts and tables: $PWD/$out/run/report.html"
+out=$(cd "$out" && pwd)
+
+step "3/5 A scene of $count Gaussians, and its picture"
+"$grtx" synth --preset object --count "$count" --seed 1 -o "$out/object.ply"
+view=(--scene "$out/object.ply" --cameras "$out/object.cameras.json" --view 0)
+"$grtx" trace "${view[@]}" --width 512 --height 512 --accel tlas-sphere --tracing tiles --no-trace --image "$out/object.png" --quiet >"$out/object.txt"
+echo "picture, 512 x 512: $out/object.png"
+
+results=()
+for machine in paper modern; do
+  step "4/5 Four designs on the machine $machine, 64 x 64 rays"
+  "$grtx" run "${view[@]}" --width 64 --height 64 --mode fast --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
+  results+=("$out/$machine/results.json")
+done
+
+step "5/5 Results"
+"$grtx" report "${results[@]}" --image "$out/object.png" --title "GRTX-TLM: the demo" -o "$out/report.html"
+python3 "$here/scripts/demo_table.py" "$(basename "$grtx")" "${results[@]}"
+echo "Report, open it in a browser: $out/report.html"

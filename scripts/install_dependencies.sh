@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
 # As root, or with sudo. Debian 12 (bookworm).
-# Usage: scripts/install_dependencies.sh [build]   (build: only what the build, grtx and scripts/reproduce.sh need)
+# Usage: scripts/install_dependencies.sh [--minimal]   (--minimal: only what the build, grtx and scripts/reproduce.sh need)
 set -euo pipefail
 
 packages=(
@@ -11,17 +11,21 @@ packages=(
   libgtest-dev libgmock-dev
   python3 xz-utils
 )
-if [ "${1:-}" != build ]; then
-  packages+=(
-    slurmctld slurmd slurm-client munge
-    clang-format-14 clang-tidy-14 verilator yosys
-    python3-numpy python3-pandas python3-matplotlib python3-xxhash python3-zstandard
-    python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
-    gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
-  )
-  # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
-  command -v npm >/dev/null || packages+=(nodejs npm)
-fi
+case "${1:-}" in
+  --minimal) ;;
+  "")
+    packages+=(
+      slurmctld slurmd slurm-client munge
+      clang-format-14 clang-tidy-14 verilator yosys
+      python3-numpy python3-pandas python3-matplotlib python3-xxhash python3-zstandard
+      python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
+      gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
+    )
+    # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
+    command -v npm >/dev/null || packages+=(nodejs npm)
+    ;;
+  *) echo "install_dependencies.sh: $1: must be --minimal or nothing" >&2; exit 2 ;;
+esac
 
 missing=()
 for package in "${packages[@]}"; do
@@ -35,5 +39,17 @@ if [ "$(id -u)" -ne 0 ]; then
   as_root=(sudo)
 fi
 echo "Installing: ${missing[*]}"
-"${as_root[@]}" apt-get update -q
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+# apt reports "dlstatus:N:PERCENT:..." and "pmstatus:PACKAGE:PERCENT:..." on a descriptor of its own; a line each fifth.
+progress() {
+  awk -F: '{ what = $1 == "dlstatus" ? "downloaded" : "installed" }
+           /^(dl|pm)status:/ { step = int($3 / 20); if (step > last[what]) { last[what] = step; print "  " what " " step * 20 " %"; fflush() } }'
+}
+if ! { "${as_root[@]}" apt-get update -q >"$log" 2>&1 &&
+       "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o APT::Status-Fd=1 \
+         "${missing[@]}" 2>&1 | tee -a "$log" | progress; }; then
+  tail -n 40 "$log" >&2
+  exit 1
+fi

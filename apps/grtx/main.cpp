@@ -38,16 +38,16 @@ void print_error(const grtx::Error& error, const std::vector<std::string>& argum
 // Lines of 80 columns.
 constexpr const char* kFirstSession = R"(Five steps of a first session, minutes together:
 
-  1. A scene of 60,000 Gaussians, and cameras for it
-     grtx synth --preset object --count 60000 -o object.ply
+  1. A scene of 400,000 Gaussians, and cameras for it
+     grtx synth --preset object --count 400000 -o object.ply
   2. What is in it
      grtx info object.ply
   3. A picture of it
      grtx trace --scene object.ply --cameras object.cameras.json --width 512 \
        --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
   4. The four designs simulated: speed-ups, and a report to open in a browser
-     grtx run --scene object.ply --cameras object.cameras.json --width 48 \
-       --height 48 --mode fast -o out
+     grtx run --scene object.ply --cameras object.cameras.json --width 64 \
+       --height 64 --mode fast -o out
   5. One of them on another machine: half the L1
      grtx sim out/grtx.grtx --machine paper --set l1.bytes=65536 --mode fast
 

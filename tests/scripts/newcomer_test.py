@@ -120,7 +120,7 @@ class Newcomer(unittest.TestCase):
         steps = re.findall(r"^     (grtx [^\n\\]*(?:\\\n[^\n\\]*)*)", text, re.M)
         self.assertEqual(len(steps), 5)
         for step in steps:
-            small = step.replace("\\\n", " ").replace("60000", "600").replace("512", "16").replace("48", "8")
+            small = step.replace("\\\n", " ").replace("400000", "600").replace("512", "16").replace("64 ", "8 ")
             code, text = run(self.folder, small)
             self.assertEqual(code, 0, f"{small}\n{text}")
         self.assertTrue(os.path.exists(os.path.join(self.folder, "out", "report.html")))

@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""scripts/demo.sh with a small scene: a picture with something in it, a table of both machines whose speed-ups are those of the results, and the
+report's path on the last line; scripts/install_dependencies.sh refuses what it does not know.
+
+    demo_test.py GRTX
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+PROGRAM = ""
+
+
+def run(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+class Demo(unittest.TestCase):
+    def test_its_end_is_the_results(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = run(os.path.join(ROOT, "scripts", "demo.sh"), "--program", PROGRAM, "--count", "3000", "-o", folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            lines = done.stdout.rstrip().splitlines()
+            self.assertEqual(lines[-1].split(": ")[-1], os.path.join(os.path.realpath(folder), "report.html"))
+            self.assertIn("<html", open(os.path.join(folder, "report.html"), encoding="utf-8").read())
+            self.assertGreater(os.path.getsize(os.path.join(folder, "object.png")), 10000)  # an empty one has 800 bytes
+            for machine in ("paper", "modern"):
+                with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:
+                    speedup = json.load(file)["speedup"]
+                rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
+                self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
+            table = [line for line in lines if line.startswith(("machine ", "paper ", "modern "))]
+            self.assertEqual(len(table), 9)
+            self.assertLessEqual(max(map(len, table)), 80)
+            self.assertIn("bit-identical", done.stdout)
+            self.assertEqual([line[:2] for line in lines if line[:1].isdigit()], ["1.", "2.", "3."])
+
+    def test_unknown_options_are_refused(self):
+        for script in ("demo.sh", "install_dependencies.sh"):
+            done = run(os.path.join(ROOT, "scripts", script), "--everything")
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, rf"^{script}: --everything: must be [^\n]*\n$")
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
