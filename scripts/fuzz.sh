@@ -40,8 +40,7 @@ end=$(($(date +%s) + minutes * 60))
 while [ "$(date +%s)" -lt "$end" ]; do
   echo "seed $seed"
   export GRTX_FUZZ="${GRTX_FUZZ:-3000}" GRTX_FUZZ_SEED="$seed"
-  "$build/tests/frontend_tests" --gtest_brief=1 --gtest_filter='ReaderFuzz.*'
-  "$build/tests/explore_tests" --gtest_brief=1 --gtest_filter='ExploreFuzz.*'
+  "$build/tests/explore_tests" --gtest_brief=1 --gtest_filter='*InputFuzz.*'
   "$build/tests/rtl_tlm_tests" --gtest_brief=1 --gtest_filter='TraceFuzz.*'
   seed=$((seed + 1))
 done

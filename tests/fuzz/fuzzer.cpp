@@ -1,5 +1,5 @@
 // libFuzzer's entry. GRTX_FUZZ_READER names the reader (fuzz/readers.cpp); without it all names are printed.
-// GRTX_FUZZ_SEEDS: writes the reader's sound file into that folder, then ends.
+// GRTX_FUZZ_SEEDS: writes the reader's sound files into that folder, then ends.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -8,6 +8,7 @@
 
 #include "fuzz/readers.h"
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/hash.h"
 
 namespace {
 
@@ -24,8 +25,11 @@ extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
   if (chosen == nullptr) std::exit(name == nullptr ? 0 : 2);
   if (const char* const seeds = std::getenv("GRTX_FUZZ_SEEDS")) {
     std::filesystem::create_directories(seeds);
-    grtx::write_file(std::string(seeds) + "/sound", chosen->seed());
-    std::exit(grtx::fuzzing::read_bytes(*chosen, chosen->seed()) ? 0 : 2);
+    for (const std::string& seed : chosen->seeds()) {
+      if (!grtx::fuzzing::read_bytes(*chosen, seed)) std::exit(2);
+      grtx::write_file(std::string(seeds) + "/" + grtx::hex(grtx::xxh3(seed)), seed);
+    }
+    std::exit(0);
   }
   return 0;
 }

@@ -38,6 +38,9 @@ namespace {
 namespace fs = std::filesystem;
 using frontend::test::Bytes;
 
+using Seeds = std::vector<std::string>;
+Seeds one(const std::string& text) { return {text}; }
+
 /// A folder in memory, of this process.
 const std::string& folder() {
   static const struct Folder {
@@ -54,17 +57,18 @@ const std::string& folder() {
 
 std::string source_file(const std::string& name) { return read_file(grtx::paths::source_dir() + "/" + name); }
 
-/// Of the converters' files of tests/data, the first of an extension.
-std::string converted(const std::string& end) {
+/// The converters' files of tests/data with an extension.
+Seeds converted(const std::string& end) {
+  Seeds files;
   for (const auto& entry : fs::directory_iterator(grtx::paths::source_dir() + "/tests/data/converters")) {
     const std::string path = entry.path().string();
-    if (path.ends_with(end)) return read_file(path);
+    if (path.ends_with(end)) files.push_back(read_file(path));
   }
-  return "";
+  return files;
 }
 
 /// As the 3DGS authors' program writes it, SH degree 0.
-std::string plain_ply() {
+Seeds plain_ply() {
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\n";
   Bytes rows;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0",
@@ -72,7 +76,7 @@ std::string plain_ply() {
     header += std::string("property float ") + name + "\n";
     for (int i = 0; i < 3; ++i) rows.add(0.25F * static_cast<float>(i + 1));
   }
-  return header + "end_header\n" + rows.str();
+  return {header + "end_header\n" + rows.str()};
 }
 
 template <class Number>
@@ -164,32 +168,31 @@ void colmap(const std::string& path) {
 const std::vector<InputReader>& input_readers() {
   static const std::vector<InputReader> all = {
       {"ply", "s.ply", scene, nullptr, plain_ply},
-      {"compressed_ply", "p.ply", scene, nullptr, [] { return converted(".ply"); }},
+      {"compressed_ply", "p.ply", scene, nullptr, [] { return converted(".compressed.ply"); }},
       {"splat", "s.splat", scene, nullptr, [] { return converted(".splat"); }},
       {"spz", "s.spz", scene, nullptr, [] { return converted(".spz"); }},
       {"cameras_json", "cameras.json", cameras, nullptr,
        [] {
-         return std::string(R"([{"id": 0, "img_name": "a", "width": 64, "height": 48, "position": [0.5, 1, -2], )"
-                            R"("rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "fy": 50.5, "fx": 50.25}])");
+         return one(R"([{"id": 0, "img_name": "a", "width": 64, "height": 48, "position": [0.5, 1, -2], )"
+                    R"("rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "fy": 50.5, "fx": 50.25}])");
        }},
       {"transforms_json", "transforms.json", cameras, nullptr,
        [] {
-         return std::string(
-             R"({"fl_x": 50, "fl_y": 51, "cx": 32, "cy": 24, "w": 64, "h": 48, "frames": [{"file_path": )"
-             R"("a", "transform_matrix": [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]})");
+         return one(R"({"fl_x": 50, "fl_y": 51, "cx": 32, "cy": 24, "w": 64, "h": 48, "frames": [{"file_path": )"
+                    R"("a", "transform_matrix": [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]})");
        }},
-      {"colmap_cameras", "cameras.bin", colmap, nullptr, colmap_cameras},
-      {"colmap_images", "images.bin", colmap, nullptr, colmap_images},
+      {"colmap_cameras", "cameras.bin", colmap, nullptr, [] { return Seeds{colmap_cameras()}; }},
+      {"colmap_images", "images.bin", colmap, nullptr, [] { return Seeds{colmap_images()}; }},
       {"object_list", "objects.json", [](const std::string& path) { (void)frontend::load_object_list(path); }, nullptr,
        [] {
-         return std::string(R"([{"file": "a.ply", "translate": [0, 1, 2.5], "rotate": [1, 0, 0, 0], "scale": 2}, )"
-                            R"({"file": "b.ply"}])");
+         return one(R"([{"file": "a.ply", "translate": [0, 1, 2.5], "rotate": [1, 0, 0, 0], "scale": 2}, )"
+                    R"({"file": "b.ply"}])");
        }},
-      {"png", "i.png", image, nullptr, [] { return image_of("png"); }},
-      {"exr", "i.exr", image, nullptr, [] { return image_of("exr"); }},
-      {"pfm", "i.pfm", image, nullptr, [] { return image_of("pfm"); }},
+      {"png", "i.png", image, nullptr, [] { return Seeds{image_of("png")}; }},
+      {"exr", "i.exr", image, nullptr, [] { return Seeds{image_of("exr")}; }},
+      {"pfm", "i.pfm", image, nullptr, [] { return Seeds{image_of("pfm")}; }},
       {"configuration", "c.toml", [](const std::string& path) { (void)sim::load_config(path, {}); }, nullptr,
-       [] { return source_file("configs/paper.toml"); }},
+       [] { return Seeds{source_file("configs/paper.toml")}; }},
       {"plan", "p.toml",
        [](const std::string& path) {
          static const sim::test::FakeTracerRules tracer;
@@ -197,7 +200,7 @@ const std::vector<InputReader>& input_readers() {
        },
        nullptr,
        [] {
-         return std::string(
+         return one(
              "designs = ['baseline', 'grtx']\nmode = 'fast'\nconfirm = 'cycle'\n[[scene]]\npreset = 'object'\ncount = "
              "100\nviews = [0, 1]\nwidth = 8\n[set]\ngpu.sms = 2\n[tracer]\nk = 8\n[limits]\nseconds = 5\n[grid]\n"
              "l1.latency = {from = 10, to = 40, steps = 3, integer = true}\n[random]\ncount = 5\nseed = 3\n"
@@ -210,7 +213,7 @@ const std::vector<InputReader>& input_readers() {
        },
        nullptr,
        [] {
-         return std::string(
+         return one(
              "[[scene]]\npreset = 'object'\ncount = 100\n[[parameter]]\nkey = 'l1.latency'\nvalues = [10, 20]\n"
              "[[objective]]\nvalue = 'gpu.time_us'\n[[constraint]]\nrule = 'cost.mm2 <= 1.5 * reference'\n"
              "[reference]\nl1.latency = 20\n[search]\ngenerations = 2\npopulation = 8\nseed = 1\n");
@@ -218,27 +221,28 @@ const std::vector<InputReader>& input_readers() {
       {"case", "a.case.toml",
        [](const std::string& path) { (void)sim::load_regression(fs::path(path).parent_path().string()); }, nullptr,
        [] {
-         return std::string(
+         return one(
              "trace = 'a.grtx'\nmachine = 'paper'\nset = ['gpu.sms=2']\nmode = 'sampled'\nshare = 0.5\n"
              "seed = 2\nstatistics = ['gpu.*']\n[tolerance]\n'gpu.l1.*' = 0.1\n[[update]]\n"
              "date = 2026-11-23\nreason = 'x'\n");
        }},
       {"statistics", "s.json", [](const std::string& path) { (void)sim::read_statistics(path); }, nullptr,
-       [] { return std::string(kStatistics); }},
+       [] { return Seeds{kStatistics}; }},
       {"run_results", "r.json", [](const std::string& path) { (void)sim::read_run_results(path); }, nullptr,
-       [] { return std::string(kStatistics); }},
+       [] { return Seeds{kStatistics}; }},
       {"task_result", "k.json", [](const std::string& path) { (void)sim::read_outcome(path); }, nullptr,
        [] {
-         return std::string(R"({"key": "k", "kind": "point", "status": "failed", "reason": "r", "seconds": 1.5, )"
-                            R"("bytes": 3})");
+         return one(R"({"key": "k", "kind": "point", "status": "failed", "reason": "r", "seconds": 1.5, )"
+                    R"("bytes": 3})");
        }},
-      {"database", "d.sqlite", [](const std::string& path) { (void)sim::read_sweep_results(path); }, nullptr, database},
+      {"database", "d.sqlite", [](const std::string& path) { (void)sim::read_sweep_results(path); }, nullptr,
+       [] { return Seeds{database()}; }},
       {"database_filled", "w.sqlite", [](const std::string& path) { (void)sim::SweepDatabase(path).meta("plan"); },
-       nullptr, database},
+       nullptr, [] { return Seeds{database()}; }},
       {"trace", "t.grtx", [](const std::string& path) { traces::check(traces::Reader(path), true); }, repair_trace,
-       [] { return trace_of(true); }},
+       [] { return Seeds{trace_of(true)}; }},
       {"trace_monolithic", "m.grtx", [](const std::string& path) { traces::check(traces::Reader(path), true); },
-       repair_trace, [] { return trace_of(false); }},
+       repair_trace, [] { return Seeds{trace_of(false)}; }},
   };
   return all;
 }

@@ -13,8 +13,8 @@ struct InputReader {
   void (*read)(const std::string& path);
   /// Makes hashes in the bytes fit, so that damage gets past them; nullptr: there are none.
   void (*repair)(std::string& bytes) = nullptr;
-  /// Bytes of a file that is sound, to begin with.
-  std::string (*seed)() = nullptr;
+  /// Bytes of files that are sound, to begin with.
+  std::vector<std::string> (*seeds)() = nullptr;
 };
 
 const std::vector<InputReader>& input_readers();

@@ -35,14 +35,15 @@ struct Outer {
   double share() const { return ratio(calls, hidden); }
   static const CounterTable<Outer>& table() {
     using C = Outer;
+    using Column = CounterColumn<decltype(&C::stalls)>;
     static const CounterTable<C> table =
         CounterTable<C>()
             .sum(&C::calls, "calls", "calls", "calls made")
             .sum(&C::hidden)
             .largest(&C::longest, "longest", "entries", "longest queue")
             .by_name(
-                kReasons, [](std::size_t i) { return i != 1; }, CounterColumn{&C::stalls, "stall", "cycles", "by {}."},
-                CounterColumn{&C::waits, "wait", "cycles", "for {}"})
+                kReasons, [](std::size_t i) { return i != 1; }, Column{&C::stalls, "stall", "cycles", "by {}."},
+                Column{&C::waits, "wait", "cycles", "for {}"})
             .value(&C::share, "share", "ratio", "calls / hidden")
             .distribution(&C::latency, "latency", "cycles", "mean", "longest")
             .part(&C::inner, ".inner");

@@ -17,10 +17,10 @@ class SiblingRecordsTest : public testing::Test {
  protected:
   SiblingRecordsTest() {
     group.nodes.resize(3);
-    for (const std::size_t n : {0, 1}) {
+    for (const std::size_t n : {0U, 1U}) {
       group.nodes[n].child_base = 10;
       group.nodes[n].child_count = 4;
-      for (const std::size_t i : {1, 2, 3}) group.nodes[n].child_kinds[i] = NodeKind::triangle;
+      for (const std::size_t i : {1U, 2U, 3U}) group.nodes[n].child_kinds[i] = NodeKind::triangle;
     }
     group.nodes[2].child_base = 20;
     group.nodes[2].child_count = 2;

@@ -30,7 +30,7 @@ class StackPrefetchTest : public testing::Test {
     group.nodes[0].address = 1;
     group.nodes[0].child_base = 10;
     group.nodes[0].child_count = 4;
-    for (const std::size_t i : {1, 2, 3}) group.nodes[0].child_kinds[i] = NodeKind::triangle;
+    for (const std::size_t i : {1U, 2U, 3U}) group.nodes[0].child_kinds[i] = NodeKind::triangle;
     group.nodes[1].address = 10;
     group.nodes[1].child_base = 30;
     group.nodes[1].child_count = 2;
