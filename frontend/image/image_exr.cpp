@@ -9,7 +9,9 @@
 #include <ImfOutputFile.h>
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstring>
+#include <map>
 
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image_formats.h"
@@ -18,6 +20,7 @@ namespace grtx::frontend {
 namespace {
 
 constexpr int kNoThreads = 0;
+constexpr int kMaxExrSide = 1 << 16;  // pixels
 
 class MemoryOut : public Imf::OStream {
  public:
@@ -72,7 +75,79 @@ Imf::FrameBuffer rgb_frame(glm::vec3* pixels, unsigned width, int min_x, int min
   return frame;
 }
 
+std::uint32_t u32_at(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, &bytes[at], sizeof value);
+  return value;
+}
+
+/// Whether a value of a type has the size that OpenEXR reads, whatever the file claims ("OpenEXR File Layout",
+/// attributes).
+bool has_size_of_type(const std::string& type, const std::string& value) {
+  static const std::map<std::string, std::size_t> sizes = {{"box2i", 16},
+                                                           {"box2f", 16},
+                                                           {"v2i", 8},
+                                                           {"v2f", 8},
+                                                           {"v2d", 16},
+                                                           {"v3i", 12},
+                                                           {"v3f", 12},
+                                                           {"v3d", 24},
+                                                           {"int", 4},
+                                                           {"float", 4},
+                                                           {"double", 8},
+                                                           {"m33f", 36},
+                                                           {"m33d", 72},
+                                                           {"m44f", 64},
+                                                           {"m44d", 128},
+                                                           {"rational", 8},
+                                                           {"envmap", 1},
+                                                           {"keycode", 28},
+                                                           {"timecode", 8},
+                                                           {"tiledesc", 9},
+                                                           {"lineOrder", 1},
+                                                           {"compression", 1},
+                                                           {"chromaticities", 32},
+                                                           {"deepImageState", 1}};
+  if (const auto known = sizes.find(type); known != sizes.end()) return value.size() == known->second;
+  if (type == "preview") {  // width, height, four bytes a pixel
+    return value.size() >= 8 && value.size() == 8 + 4 * std::uint64_t{u32_at(value, 0)} * u32_at(value, 4);
+  }
+  if (type == "chlist") {  // names, each with 16 bytes; an empty one ends it
+    constexpr std::size_t kOfChannel = 16;
+    std::size_t at = 0;
+    while (at < value.size() && value[at] != '\0') {
+      const std::size_t end = value.find('\0', at);
+      if (end == std::string::npos) return false;
+      at = end + 1 + kOfChannel;
+    }
+    return at + 1 == value.size();
+  }
+  return true;  // texts, and what OpenEXR does not know: read as long as the file says
+}
+
+/// OpenEXR allocates what an attribute claims before it reads it, so each must fit in the file: name, type, size,
+/// value; an empty name ends the header.
+void check_attributes(const std::string& path, const std::string& bytes) {
+  constexpr std::size_t kMagicAndVersion = 8;
+  std::size_t at = kMagicAndVersion;
+  const auto fail = [&] { throw Error(path, fmt::format("byte {}", at), "is no attribute that fits in the file"); };
+  while (at < bytes.size() && bytes[at] != '\0') {
+    const std::size_t name_end = bytes.find('\0', at);
+    const std::size_t type_end = name_end == std::string::npos ? name_end : bytes.find('\0', name_end + 1);
+    if (type_end == std::string::npos || bytes.size() - type_end <= sizeof(std::uint32_t)) fail();
+    const std::size_t value = type_end + 1 + sizeof(std::uint32_t);
+    const std::uint32_t size = u32_at(bytes, type_end + 1);
+    if (size > bytes.size() - value) fail();
+    if (!has_size_of_type(bytes.substr(name_end + 1, type_end - name_end - 1), bytes.substr(value, size))) fail();
+    at = value + size;
+  }
+}
+
 Image decode(const std::string& path, const std::string& bytes) {
+  check_attributes(path, bytes);
+  // OpenEXR makes buffers of lines when it opens a file, before anyone can look at the header.
+  Imf::Header::setMaxImageSize(kMaxExrSide, kMaxExrSide);
+  Imf::Header::setMaxTileSize(kMaxExrSide, kMaxExrSide);
   MemoryIn stream(path.c_str(), bytes);
   Imf::InputFile file(stream, kNoThreads);
   const Imf::Header& header = file.header();

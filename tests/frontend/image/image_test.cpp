@@ -136,6 +136,28 @@ TEST_F(ImageFile, EveryTruncationIsRefusedByName) {
   }
 }
 
+TEST_F(ImageFile, ASmallExrClaimsGigabytesAndGetsThem) {
+  write_image(path("a.exr"), awkward_image());
+  const std::string whole = read_file(path("a.exr"));
+  const auto with = [&](const std::string& attribute) {  // before all others
+    write_file(path("a.exr"), whole.substr(0, 8) + attribute + whole.substr(8));
+    try {
+      read_image(path("a.exr"));
+      return std::string("accepted");
+    } catch (const Error& error) {
+      return error.place() + ": " + error.rule();
+    }
+  };
+  using namespace std::string_literals;
+  const std::string refused = "byte 8: is no attribute that fits in the file";
+  EXPECT_NE(with("a\0string\0\3\0\0\0abc"s), refused);  // moves the pixels: OpenEXR refuses it
+  EXPECT_EQ(with("a\0own\0\0\0\0\x64"s), refused);
+  EXPECT_EQ(with("a\0string\0\0\0\0\x64"s), refused);
+  EXPECT_EQ(with("a\0preview\0\x08\0\0\0\0\0\0\1\0\0\0\1"s), refused);
+  EXPECT_EQ(with("a\0box2i\0\x0f\0\0\0"s + std::string(15, '\0')), refused);
+  EXPECT_EQ(with("a\0chlist\0\4\0\0\0R\0\0\0"s), refused);
+}
+
 TEST_F(ImageFile, GarbageIsRefusedOrReadButNeverCrashes) {
   std::uint32_t state = 1;
   for (const char* name : {"a.png", "a.exr", "a.pfm"}) {
