@@ -8,6 +8,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config
   libsystemc-dev libembree-dev libglm-dev libtbb-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   libfmt-dev libzstd-dev libxxhash-dev libpng-dev libopenexr-dev zlib1g-dev libsqlite3-dev libpagmo-dev
+  libwebp-dev libzip-dev
   libgtest-dev libgmock-dev
   python3 xz-utils
 )

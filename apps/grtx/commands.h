@@ -14,6 +14,7 @@ struct CommonOptions {
 };
 
 void add_synth(CLI::App& app, CommonOptions& common);
+void add_convert(CLI::App& app, CommonOptions& common);
 void add_info(CLI::App& app, CommonOptions& common);
 void add_trace(CLI::App& app, CommonOptions& common);
 void add_reference(CLI::App& app, CommonOptions& common);

@@ -24,7 +24,7 @@ void add_info(CLI::App& app, CommonOptions& common) {
         fmt::print("{}", text);
         return 0;
       });
-  command->add_option("SCENE", options->scene, "Scene file: .ply, compressed .ply, .splat or .spz (no default)")
+  command->add_option("SCENE", options->scene, "Scene file, or folder of a SOG scene (no default)")
       ->type_name(kInputFile)
       ->required();
   command->add_flag("--json", options->json, "Print JSON (default: off)");

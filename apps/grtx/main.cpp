@@ -87,6 +87,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CommonOptions common;
   grtx::sim::add_synth(app, common);
   grtx::sim::add_info(app, common);
+  grtx::sim::add_convert(app, common);
   grtx::sim::add_trace(app, common);
   grtx::sim::add_reference(app, common);
   grtx::sim::add_compare(app, common);

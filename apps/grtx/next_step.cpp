@@ -51,6 +51,7 @@ Kind kind_of_json(const std::string& start) {
   const auto has = [&start](const char* word) { return start.find(word) != std::string::npos; };
   if (has("grtx.run/")) return Kind::results;
   if (has("grtx.stats/")) return Kind::statistics;
+  if (has("\"lodLevels\"") || has("\"means\"")) return Kind::scene;
   if (has("\"frames\"") || (has("\"rotation\"") && has("\"fx\""))) return Kind::cameras;
   return has("\"file\"") ? Kind::scene : Kind::unknown;  // a list of objects
 }
@@ -64,7 +65,9 @@ Kind kind_of(const std::string& path) {
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(file.gcount()));
   if (start.starts_with("\x93GRTX")) return Kind::trace;
-  if (start.starts_with("ply") || start.starts_with("NGSP") || start.starts_with("\x1f\x8b")) return Kind::scene;
+  if (start.starts_with("ply") || start.starts_with("glTF") || start.starts_with("PK\x03\x04") ||
+      start.starts_with("NGSP") || start.starts_with("\x1f\x8b"))
+    return Kind::scene;
   if (start.starts_with("SQLite format 3")) return Kind::database;
   if (start.starts_with("\x89PNG") || start.starts_with("PF\n") || start.starts_with("\x76\x2f\x31\x01")) {
     return Kind::image;
@@ -83,7 +86,7 @@ std::vector<Kind> wanted(const std::vector<std::string>& arguments, std::size_t 
   if (option.starts_with("-") && option != "--quiet" && option != "--json") return {};
   const std::string& command = arguments.front();
   if (command == "sim" || command.starts_with("trace-")) return {Kind::trace};
-  if (command == "info") return {Kind::scene};
+  if (command == "info" || command == "convert") return {Kind::scene};
   if (command == "stalls") return {Kind::statistics};
   if (command == "report") return {Kind::results, Kind::statistics, Kind::database};
   if (command == "compare") return {Kind::image};

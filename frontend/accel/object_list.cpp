@@ -12,7 +12,10 @@
 
 namespace grtx::frontend {
 
-bool is_object_list(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
+bool is_object_list(const std::string& path) {
+  const std::filesystem::path name = std::filesystem::path(path).filename();
+  return name.extension() == ".json" && name != "meta.json" && name != "lod-meta.json";  // those are SOG scenes
+}
 
 ObjectList load_object_list(const std::string& path) {
   const nlohmann::json json = parse_json(read_file(path), path);

@@ -7,9 +7,11 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/scene/compressed_ply_reader.h"
+#include "grtx/frontend/scene/gltf_reader.h"
 #include "grtx/frontend/scene/ply_header.h"
 #include "grtx/frontend/scene/ply_reader.h"
 #include "grtx/frontend/scene/scene_rows.h"
+#include "grtx/frontend/scene/sog_reader.h"
 #include "grtx/frontend/scene/splat_reader.h"
 #include "grtx/frontend/scene/spz_reader.h"
 
@@ -24,17 +26,52 @@ RawRows read_rows(const std::string& path, std::string_view bytes, const SceneRe
   }
   if (is_spz(bytes)) return read_spz(bytes, options.spz_raw_axes, path);
   if (is_splat(bytes)) return read_splat(bytes);
-  throw Error(path, "byte 0", "must be a .ply, .spz or .splat scene; its content is none of them");
+  if (is_glb(bytes)) return read_glb(bytes, path);
+  throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb or .splat scene; its content is none of them");
+}
+
+/// A folder stands for the SOG scene in it.
+std::string file_of(const std::string& path) {
+  std::error_code failed;
+  if (!std::filesystem::is_directory(path, failed)) return path;
+  for (const char* name : {"meta.json", "lod-meta.json"}) {
+    const std::filesystem::path file = std::filesystem::path(path) / name;
+    if (std::filesystem::exists(file, failed)) return file.string();
+  }
+  return path;  // refused as a folder
+}
+
+std::string name_of(const std::string& path) {
+  const std::filesystem::path plain = std::filesystem::path(path).lexically_normal();
+  return (plain.has_filename() ? plain : plain.parent_path()).filename().string();
+}
+
+/// Rows, and what tells this input from others.
+struct Input {
+  RawRows rows;
+  std::string hash;
+};
+
+Input read_input(const std::string& path, const SceneReadOptions& options) {
+  const std::string file = file_of(path);
+  const std::string bytes = read_file(file);
+  if (is_sog_archive(bytes) || is_sog_meta(bytes)) {
+    SogRows sog = is_sog_archive(bytes) ? read_sog_archive(bytes, file) : read_sog_meta(bytes, options.sog_lod, file);
+    return {std::move(sog.rows), hex(xxh3(sog.content))};
+  }
+  std::string hash = hex(xxh3(bytes));
+  // The same file read with other axes is another input.
+  if (options.spz_raw_axes && is_spz(bytes)) hash = hex(xxh3(hash + " raw axes"));
+  return {read_rows(file, bytes, options), std::move(hash)};
 }
 
 }  // namespace
 
+RawRows load_rows(const std::string& path, const SceneReadOptions& options) { return read_input(path, options).rows; }
+
 Scene load_scene(const std::string& path, const SceneReadOptions& options) {
-  const std::string bytes = read_file(path);
-  std::string hash = hex(xxh3(bytes));
-  // The same file read with other axes is another input.
-  if (options.spz_raw_axes && is_spz(bytes)) hash = hex(xxh3(hash + " raw axes"));
-  return make_scene(read_rows(path, bytes, options), std::filesystem::path(path).filename().string(), std::move(hash));
+  Input input = read_input(path, options);
+  return make_scene(input.rows, name_of(path), std::move(input.hash));
 }
 
 Scene load_scene(const std::string& path) { return load_scene(path, SceneReadOptions{}); }

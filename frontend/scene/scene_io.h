@@ -4,6 +4,7 @@
 #include <string>
 
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/scene/scene_rows.h"
 
 namespace grtx::frontend {
 
@@ -11,9 +12,15 @@ struct SceneReadOptions {
   /// .spz files do not say which axes they use. false: right, up, back, as the format's own library writes, turned into
   /// the .ply axes (right, down, forward) on reading; true: already .ply axes, as splat-transform writes.
   bool spz_raw_axes = false;
+  /// Level of detail of a streamed SOG scene (lod-meta.json): 0 is the finest.
+  unsigned sog_lod = 0;
 };
 
-/// INRIA .ply (binary or ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4. Throws Error{file, place, rule}.
+/// INRIA .ply (binary or ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v2 (archive, folder with meta.json
+/// or lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place, rule}.
+/// The rows of a scene as its file stores them, before any is dropped or clamped.
+RawRows load_rows(const std::string& path, const SceneReadOptions& options);
+
 Scene load_scene(const std::string& path);
 Scene load_scene(const std::string& path, const SceneReadOptions& options);
 

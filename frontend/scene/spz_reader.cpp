@@ -27,13 +27,6 @@ constexpr unsigned kAntialiased = 1;          // flag
 enum Block : std::size_t { positions, alphas, colours, scales, rotations, harmonics };
 constexpr std::size_t kBlocks = 6;
 
-// Signs of the SH coefficients from k1 on when y and z change sign. The last one, of k24, is what the format's library
-// uses; the basis function itself is even in every axis.
-constexpr std::array<float, 24> kShSign{-1, -1, 1,                 //
-                                        -1, 1,  1,  -1, 1,         //
-                                        -1, 1,  -1, -1, 1, -1, 1,  //
-                                        -1, 1,  -1, 1,  1, -1, 1, -1, -1};
-
 struct Header {
   std::uint32_t version = 0;
   std::uint32_t points = 0;
@@ -159,7 +152,7 @@ RawRows decode(const Header& header, const std::array<std::string_view, kBlocks>
                                                         : rotation_from_smallest_three(blocks[rotations], i);
     for (std::size_t c = 0; c < 4; ++c) rows.rotation[i * 4 + c] = static_cast<float>(q[c]) * (c >= 2 ? flip : 1.0f);
     for (std::size_t j = 1; j < coefficients; ++j) {
-      const float sign = raw_axes ? 1.0f : kShSign[j - 1];
+      const float sign = raw_axes ? 1.0f : kSpzShSign[j - 1];
       for (std::size_t c = 0; c < 3; ++c) {
         const unsigned byte = byte_at(blocks[harmonics], (i * (coefficients - 1) + j - 1) * 3 + c);
         rows.sh[(i * coefficients + j) * 3 + c] = sign * (static_cast<float>(byte) - 128.0f) / 128.0f;

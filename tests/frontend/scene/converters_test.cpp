@@ -187,6 +187,60 @@ INSTANTIATE_TEST_SUITE_P(Fixtures, IndependentWriter,
                            return name;
                          });
 
+/// Numbers that two programs computed from the same bytes.
+Tolerance decoded() {
+  Tolerance t;
+  t.position = t.log_scale = t.colour = glm::dvec3(2e-6);
+  t.rotation = t.opacity = t.harmonics = 2e-6;
+  t.largest_harmonic = 1e9;
+  return t;
+}
+
+std::string fixture(const std::string& name) { return grtx::paths::source_dir() + "/tests/data/converters/" + name; }
+
+// splat-transform's own reading of its .sog, as .ply: its quantisation is in both.
+TEST(IndependentReader, SogDecodesToTheSame) {
+  for (const char* name : {"d0", "d3"}) {
+    SCOPED_TRACE(name);
+    const Scene theirs = load_scene(fixture(name + std::string(".sog.ply")));
+    expect_same_but_zero_opacity(theirs, load_scene(fixture(name + std::string(".sog"))), decoded());
+    if (HasFailure()) return;
+  }
+}
+
+TEST(IndependentReader, FolderOfSogIsTheArchive) {
+  const Scene folder = load_scene(fixture("../sog_lod/0_0")), file = load_scene(fixture("../sog_lod/0_0/meta.json"));
+  test::expect_same_scene(folder, file);
+  EXPECT_EQ(folder.hash, file.hash);
+  EXPECT_EQ(folder.name, "0_0");
+}
+
+// lod-meta.json over d3 (level 0) and d0's Gaussians with harmonics of degree 3 left at 0 (level 1).
+TEST(IndependentReader, StreamedSogGivesTheLevelAskedFor) {
+  const std::string lod = fixture("../sog_lod");
+  const Scene unit = load_scene(lod + "/0_0");
+  SceneReadOptions options;
+  test::expect_same_scene(load_scene(lod, options), unit);
+  options.sog_lod = 1;
+  const Scene coarse = load_scene(lod + "/lod-meta.json", options);
+  EXPECT_EQ(coarse.report.rows, 40U);
+  EXPECT_NE(coarse.hash, load_scene(lod).hash);
+  options.sog_lod = 2;
+  EXPECT_EQ(test::error_of([&] { load_scene(lod, options); }),
+            "lodLevels: has 2 levels of detail, 0 the finest; not 2");
+}
+
+TEST(IndependentWriterOfGltf, GivesTheSourceItself) {
+  for (const unsigned degree : {0U, 3U}) {
+    const std::string stem = testing::TempDir() + "grtx_glb_source_" + std::to_string(::getpid());
+    synthesise({"object", 120, 7, degree}, stem + ".ply");
+    const Scene source = load_scene(stem + ".ply");
+    std::filesystem::remove(stem + ".ply");
+    std::filesystem::remove(stem + ".cameras.json");
+    expect_same_gaussians(source, load_scene(fixture("d" + std::to_string(degree) + ".glb")), decoded());
+  }
+}
+
 class SplatTransform : public testing::Test {
  protected:
   void SetUp() override {

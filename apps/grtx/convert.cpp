@@ -1,0 +1,56 @@
+// grtx convert: a scene of any format that is read as .ply or .spz.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/convert/scene_writer.h"
+#include "grtx/frontend/scene/scene_io.h"
+
+namespace grtx::sim {
+namespace {
+
+struct Options {
+  std::string input;
+  std::string output;
+  frontend::SceneReadOptions read;
+};
+
+int convert(const Options& options, bool quiet) {
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (extension != ".ply" && extension != ".spz") throw Error(options.output, "", "must end in .ply or .spz");
+  const frontend::RawRows rows = frontend::load_rows(options.input, options.read);
+  std::uint64_t left_out = 0;
+  if (extension == ".ply") {
+    frontend::write_ply(rows, options.output);
+  } else {
+    left_out = frontend::write_spz(rows, options.output);
+  }
+  if (!quiet) {
+    fmt::print("{}: {} Gaussians, SH degree {}\n", options.output, rows.x.size() - left_out, rows.sh_degree);
+    if (left_out > 0) fmt::print("left out: {} with a number that is not finite\n", left_out);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = make_command(app, common, "convert", "Writes a scene of any format as .ply or .spz",
+                                   [options, &common] { return convert(*options, common.quiet); });
+  command->add_option("INPUT", options->input, "Scene file, or folder of a SOG scene (no default)")
+      ->type_name(kInputFile)
+      ->required();
+  command->add_option("OUTPUT", options->output, "File to write, .ply or .spz (no default)")
+      ->type_name(kOutputFile)
+      ->required();
+  command->add_option("--lod", options->read.sog_lod, "Level of detail of a streamed SOG scene; 0: the finest");
+  command->add_flag("--spz-raw-axes", options->read.spz_raw_axes,
+                    "The .spz that is read has the axes of a .ply, as splat-transform writes (default: off)");
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,371 @@
+#include "grtx/frontend/scene/sog_reader.h"
+
+#include <webp/decode.h>
+#include <zip.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <vector>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/scene/raw_encoding.h"
+
+namespace grtx::frontend {
+namespace {
+
+using nlohmann::json;
+
+constexpr unsigned kLargestQuatTag = 252;  // alpha of a quaternion's texel: 252 + which of w, x, y, z is left out
+constexpr std::size_t kMostPaletteTexels = std::size_t{65536} * 15;  // 16-bit labels, SH degree 3
+constexpr std::size_t kPaletteColumns = 64;                          // SH centroids in a row of their picture
+constexpr std::uint64_t kMostRows = 1U << 28;                        // 16384 x 16384 texels, the most that WebP holds
+constexpr std::uint64_t kMostMetaBytes = std::uint64_t{256} << 20;
+constexpr int kMostDepth = 64;  // of a lod-meta.json's tree
+
+/// Gives the bytes of a file that a meta.json names.
+using Load = std::function<std::string(const std::string& name)>;
+
+json parse(std::string_view bytes, const std::string& file) {
+  json document = json::parse(bytes, nullptr, false);
+  if (document.is_discarded()) throw Error(file, "meta.json", "is not JSON");
+  if (!document.is_object()) throw Error(file, "meta.json", "must be a JSON object");
+  return document;
+}
+
+const json& member(const json& object, const std::string& place, const char* name, const std::string& file) {
+  if (!object.is_object() || !object.contains(name)) throw Error(file, place + name, "is missing");
+  return object.at(name);
+}
+
+std::uint64_t whole(const json& value, std::uint64_t most, const std::string& place, const std::string& file) {
+  if (!value.is_number_integer() || value < 0 || value > most) {
+    throw Error(file, place, "must be a whole number from 0 to " + std::to_string(most));
+  }
+  return value.get<std::uint64_t>();
+}
+
+std::vector<double> numbers(const json& value, std::size_t count, const std::string& place, const std::string& file) {
+  const std::string rule = "must be a list of " + std::to_string(count) + " finite numbers";
+  if (!value.is_array() || value.size() != count) throw Error(file, place, rule);
+  std::vector<double> list;
+  for (const json& entry : value) {
+    if (!entry.is_number() || !std::isfinite(entry.get<double>())) throw Error(file, place, rule);
+    list.push_back(entry.get<double>());
+  }
+  return list;
+}
+
+std::vector<std::string> names(const json& part, const char* of, std::size_t count, const std::string& file) {
+  const std::string place = std::string(of) + ".files";
+  const json& value = member(part, std::string(of) + ".", "files", file);
+  std::vector<std::string> list;
+  if (value.is_array()) {
+    for (const json& entry : value) {
+      if (entry.is_string()) list.push_back(entry.get<std::string>());
+    }
+  }
+  if (list.size() != count) throw Error(file, place, "must be a list of " + std::to_string(count) + " file names");
+  return list;
+}
+
+/// A decoded picture: RGBA, row after row.
+struct Picture {
+  std::size_t width = 0, height = 0;
+  std::unique_ptr<std::uint8_t, void (*)(void*)> rgba{nullptr, WebPFree};
+
+  std::size_t texels() const { return width * height; }
+  const std::uint8_t* texel(std::size_t i) const { return rgba.get() + i * 4; }
+};
+
+/// Of so many Gaussians or more, and not of many more.
+constexpr std::size_t most_texels(std::size_t count) { return count * 4 + 65536; }
+
+Picture picture(const Load& load, const std::string& name, std::size_t least, const std::string& file,
+                std::size_t most = 0) {
+  if (most == 0) most = most_texels(least);
+  const std::string bytes = load(name);
+  Picture decoded;
+  int width = 0, height = 0;
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  if (WebPGetInfo(data, bytes.size(), &width, &height) == 0) throw Error(file, name, "is no WebP picture");
+  decoded.width = static_cast<std::size_t>(width);
+  decoded.height = static_cast<std::size_t>(height);
+  // Writers make pictures nearly square; a small file could claim a gigabyte.
+  if (decoded.texels() < least || decoded.texels() > most) {
+    throw Error(file, name,
+                "has " + std::to_string(decoded.texels()) + " texels; must have " + std::to_string(least) + " to " +
+                    std::to_string(most));
+  }
+  decoded.rgba.reset(WebPDecodeRGBA(data, bytes.size(), &width, &height));
+  if (decoded.rgba == nullptr) throw Error(file, name, "is a damaged WebP picture");
+  return decoded;
+}
+
+/// The other three components, in the order w x y z, are (byte / 255 * 2 - 1) / sqrt 2; the one left out is the
+/// largest, positive.
+std::array<float, 4> rotation(const std::uint8_t* texel) {
+  if (texel[3] < kLargestQuatTag) return {0.0f, 0.0f, 0.0f, 0.0f};  // dropped as a zero quaternion
+  const std::size_t largest = texel[3] - kLargestQuatTag;
+  std::array<float, 4> wxyz{};
+  double squares = 0.0;
+  for (std::size_t c = 0, from = 0; c < 4; ++c) {
+    if (c == largest) continue;
+    const double value = (texel[from++] / 255.0 * 2.0 - 1.0) / std::numbers::sqrt2;
+    wxyz[c] = static_cast<float>(value);
+    squares += value * value;
+  }
+  wxyz[largest] = static_cast<float>(std::sqrt(std::max(0.0, 1.0 - squares)));
+  return wxyz;
+}
+
+void read_means(const json& means, const Load& load, const std::string& file, RawRows& rows, std::size_t count) {
+  const std::vector<double> low = numbers(member(means, "means.", "mins", file), 3, "means.mins", file);
+  const std::vector<double> high = numbers(member(means, "means.", "maxs", file), 3, "means.maxs", file);
+  const std::vector<std::string> files = names(means, "means", 2, file);
+  const Picture lower = picture(load, files[0], count, file), upper = picture(load, files[1], count, file);
+  std::array<std::vector<double>*, 3> axes{&rows.x, &rows.y, &rows.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    axes[axis]->reserve(axes[axis]->size() + count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const unsigned step = lower.texel(i)[axis] | static_cast<unsigned>(upper.texel(i)[axis]) << 8;
+      const double logarithm = low[axis] + (high[axis] - low[axis]) * (step / 65535.0);
+      // Stored is sign(x) ln(|x| + 1).
+      axes[axis]->push_back(std::copysign(std::expm1(std::abs(logarithm)), logarithm));
+    }
+  }
+}
+
+/// Spherical harmonics beyond the constant: a label a Gaussian, which names a palette's entry; bytes of it name a code
+/// book's.
+struct Harmonics {
+  unsigned degree = 0;
+  std::size_t coefficients = 0;  ///< without the constant
+  std::vector<double> codebook;
+  Picture palette, labels;
+  std::size_t entries = 0;
+};
+
+Harmonics read_harmonics(const json& meta, const Load& load, const std::string& file, std::size_t count) {
+  Harmonics harmonics;
+  if (!meta.contains("shN")) return harmonics;
+  const json& part = meta.at("shN");
+  harmonics.degree = static_cast<unsigned>(whole(member(part, "shN.", "bands", file), 3, "shN.bands", file));
+  if (harmonics.degree == 0) return harmonics;
+  harmonics.coefficients = std::size_t{harmonics.degree + 1} * (harmonics.degree + 1) - 1;
+  harmonics.entries = whole(member(part, "shN.", "count", file), 65536, "shN.count", file);
+  harmonics.codebook = numbers(member(part, "shN.", "codebook", file), 256, "shN.codebook", file);
+  const std::vector<std::string> files = names(part, "shN", 2, file);
+  harmonics.palette = picture(load, files[0], 1, file, kMostPaletteTexels);
+  if (harmonics.palette.width != kPaletteColumns * harmonics.coefficients) {
+    throw Error(file, files[0],
+                "must be " + std::to_string(kPaletteColumns * harmonics.coefficients) + " texels wide for degree " +
+                    std::to_string(harmonics.degree));
+  }
+  if (harmonics.entries > harmonics.palette.height * kPaletteColumns) {
+    throw Error(file, files[0], "has too few rows for shN.count");
+  }
+  harmonics.labels = picture(load, files[1], count, file);
+  return harmonics;
+}
+
+/// Appends a unit's rows. All units of a scene have the degree of the first.
+void read_unit(const json& meta, const Load& load, const std::string& file, RawRows& rows) {
+  const json version = meta.value("version", json());
+  if (version != 2) throw Error(file, "version", "must be 2");
+  const std::size_t count = whole(member(meta, "", "count", file), kMostRows, "count", file);
+  const json& scales = member(meta, "", "scales", file);
+  const json& quats = member(meta, "", "quats", file);
+  const json& sh0 = member(meta, "", "sh0", file);
+  const std::vector<double> scale_of =
+      numbers(member(scales, "scales.", "codebook", file), 256, "scales.codebook", file);
+  const std::vector<double> colour_of = numbers(member(sh0, "sh0.", "codebook", file), 256, "sh0.codebook", file);
+  const Harmonics harmonics = read_harmonics(meta, load, file, count);
+  const bool first = rows.x.empty();
+  if (first) rows.sh_degree = harmonics.degree;
+  if (rows.sh_degree != harmonics.degree) throw Error(file, "shN.bands", "must be the same in all parts of a scene");
+  if (count == 0) return;
+
+  read_means(member(meta, "", "means", file), load, file, rows, count);
+  const Picture scale = picture(load, names(scales, "scales", 1, file)[0], count, file);
+  const Picture quat = picture(load, names(quats, "quats", 1, file)[0], count, file);
+  const Picture colour = picture(load, names(sh0, "sh0", 1, file)[0], count, file);
+  const std::size_t all = rows.x.size();
+  rows.log_scale.reserve(all * 3);
+  rows.rotation.reserve(all * 4);
+  rows.opacity_logit.reserve(all);
+  rows.sh.reserve(all * (harmonics.coefficients + 1) * 3);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      rows.log_scale.push_back(static_cast<float>(scale_of[scale.texel(i)[axis]]));
+    for (const float component : rotation(quat.texel(i))) rows.rotation.push_back(component);
+    rows.opacity_logit.push_back(logit_of(colour.texel(i)[3] / 255.0));
+    for (std::size_t c = 0; c < 3; ++c) rows.sh.push_back(static_cast<float>(colour_of[colour.texel(i)[c]]));
+    if (harmonics.coefficients == 0) continue;
+    const std::size_t label = harmonics.labels.texel(i)[0] | std::size_t{harmonics.labels.texel(i)[1]} << 8;
+    if (label >= harmonics.entries) {
+      throw Error(file, "Gaussian " + std::to_string(i), "its SH label must be below shN.count");
+    }
+    const std::size_t begin =
+        label / kPaletteColumns * harmonics.palette.width + label % kPaletteColumns * harmonics.coefficients;
+    for (std::size_t k = 0; k < harmonics.coefficients; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        rows.sh.push_back(static_cast<float>(harmonics.codebook[harmonics.palette.texel(begin + k)[c]]));
+      }
+    }
+  }
+}
+
+/// A file beside `file` or in folders below. Names come from inside a file of strangers: they must not lead elsewhere.
+Load beside(const std::string& file, std::string& content) {
+  return [folder = std::filesystem::path(file).parent_path(), file, &content](const std::string& name) {
+    const std::filesystem::path path(name);
+    bool stays = !name.empty() && path.is_relative();
+    for (const auto& part : path) stays = stays && part != "..";
+    if (!stays) throw Error(file, name, "must be a file beside it");
+    std::string bytes = read_file((folder / path).string());
+    content += bytes;
+    return bytes;
+  };
+}
+
+struct CloseArchive {
+  void operator()(zip_t* archive) const { zip_discard(archive); }
+};
+struct CloseEntry {
+  void operator()(zip_file_t* entry) const { zip_fclose(entry); }
+};
+
+class Archive {
+ public:
+  Archive(std::string_view bytes, const std::string& file) : file_(file) {
+    zip_error_t error;
+    zip_error_init(&error);
+    zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
+    if (source != nullptr) archive_.reset(zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, &error));
+    if (archive_ == nullptr) {
+      const std::string reason = zip_error_strerror(&error);
+      zip_source_free(source);
+      zip_error_fini(&error);
+      throw Error(file_, "", "is a damaged zip archive: " + reason);
+    }
+    zip_error_fini(&error);
+  }
+
+  std::string read(const std::string& name) const {
+    zip_stat_t stat;
+    if (zip_stat(archive_.get(), name.c_str(), 0, &stat) != 0) throw Error(file_, name, "is not in the archive");
+    if (stat.size > kMostMetaBytes) throw Error(file_, name, "is larger than 256 MiB");
+    const std::unique_ptr<zip_file_t, CloseEntry> entry(zip_fopen(archive_.get(), name.c_str(), 0));
+    if (entry == nullptr) throw Error(file_, name, "cannot be unpacked");
+    std::string bytes;  // grows with what comes out, not with what the archive says
+    std::vector<char> piece(1 << 16);
+    for (;;) {
+      const zip_int64_t got = zip_fread(entry.get(), piece.data(), piece.size());
+      if (got < 0) throw Error(file_, name, "cannot be unpacked: it is damaged");
+      if (got == 0) break;
+      bytes.append(piece.data(), static_cast<std::size_t>(got));
+      if (bytes.size() > kMostMetaBytes) throw Error(file_, name, "is larger than 256 MiB");
+    }
+    if (bytes.size() != stat.size) throw Error(file_, name, "is cut off");
+    return bytes;
+  }
+
+ private:
+  std::string file_;
+  std::unique_ptr<zip_t, CloseArchive> archive_;
+};
+
+/// Which units hold a level, and how many Gaussians of it: file -> count.
+void collect_level(const json& node, const std::string& level, std::size_t files, int depth, const std::string& file,
+                   std::map<std::size_t, std::uint64_t>& units) {
+  if (!node.is_object() || depth > kMostDepth) throw Error(file, "tree", "must be nodes, at most 64 deep");
+  if (const json lods = node.value("lods", json()); lods.is_object() && lods.contains(level)) {
+    const json& reference = lods.at(level);
+    const std::size_t unit =
+        whole(member(reference, "lods.", "file", file), std::numeric_limits<int>::max(), "lods.file", file);
+    if (unit >= files) throw Error(file, "lods.file", "must be below " + std::to_string(files));
+    units[unit] += whole(member(reference, "lods.", "count", file), kMostRows, "lods.count", file);
+  }
+  const json children = node.value("children", json());
+  if (children.is_array()) {
+    for (const json& child : children) collect_level(child, level, files, depth + 1, file, units);
+  }
+}
+
+void read_streamed(const json& meta, unsigned lod, const std::string& file, SogRows& scene) {
+  const std::uint64_t levels = whole(meta.at("lodLevels"), 64, "lodLevels", file);
+  if (lod >= levels)
+    throw Error(file, "lodLevels",
+                "has " + std::to_string(levels) + " levels of detail, 0 the finest; not " + std::to_string(lod));
+  const json& listed = member(meta, "", "filenames", file);
+  if (!listed.is_array()) throw Error(file, "filenames", "must be a list of file names");
+  std::map<std::size_t, std::uint64_t> units;
+  collect_level(member(meta, "", "tree", file), std::to_string(lod), listed.size(), 0, file, units);
+  const Load load = beside(file, scene.content);
+  const auto read = [&](const json& name) {
+    if (!name.is_string()) throw Error(file, "filenames", "must be a list of file names");
+    const std::string path = (std::filesystem::path(file).parent_path() / name.get<std::string>()).string();
+    const std::string unit = load(name.get<std::string>());
+    if (is_sog_archive(unit)) {
+      const Archive archive(unit, path);
+      read_unit(
+          parse(archive.read("meta.json"), path), [&](const std::string& inside) { return archive.read(inside); }, path,
+          scene.rows);
+    } else {
+      read_unit(parse(unit, path), beside(path, scene.content), path, scene.rows);
+    }
+  };
+  if (meta.contains("environment")) read(meta.at("environment"));
+  for (const auto& [unit, count] : units) {
+    const std::size_t before = scene.rows.x.size();
+    read(listed.at(unit));
+    if (scene.rows.x.size() - before != count) {
+      throw Error(file, listed.at(unit).get<std::string>(),
+                  "must hold the " + std::to_string(count) + " Gaussians that the tree says");
+    }
+  }
+}
+
+}  // namespace
+
+bool is_sog_archive(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
+
+bool is_sog_meta(std::string_view bytes) {
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n");
+  const auto names_one = [&](const char* key) { return bytes.find(key) != std::string_view::npos; };
+  return first != std::string_view::npos && bytes[first] == '{' &&
+         (names_one("\"means\"") || names_one("\"lodLevels\""));
+}
+
+SogRows read_sog_archive(std::string_view bytes, const std::string& file) {
+  const Archive archive(bytes, file);
+  SogRows scene;
+  scene.content = bytes;
+  read_unit(
+      parse(archive.read("meta.json"), file), [&](const std::string& name) { return archive.read(name); }, file,
+      scene.rows);
+  return scene;
+}
+
+SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file) {
+  const json meta = parse(bytes, file);
+  SogRows scene;
+  scene.content = bytes;
+  if (meta.contains("lodLevels")) {
+    read_streamed(meta, lod, file, scene);
+  } else {
+    read_unit(meta, beside(file, scene.content), file, scene.rows);
+  }
+  return scene;
+}
+
+}  // namespace grtx::frontend
