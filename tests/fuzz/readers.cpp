@@ -171,6 +171,8 @@ const std::vector<InputReader>& input_readers() {
       {"compressed_ply", "p.ply", scene, nullptr, [] { return converted(".compressed.ply"); }},
       {"splat", "s.splat", scene, nullptr, [] { return converted(".splat"); }},
       {"spz", "s.spz", scene, nullptr, [] { return converted(".spz"); }},
+      {"glb", "s.glb", scene, nullptr, [] { return converted(".glb"); }},
+      {"sog", "s.sog", scene, nullptr, [] { return converted(".sog"); }},
       {"cameras_json", "cameras.json", cameras, nullptr,
        [] {
          return one(R"([{"id": 0, "img_name": "a", "width": 64, "height": 48, "position": [0.5, 1, -2], )"

@@ -85,6 +85,8 @@ TEST(SectorCacheTagsTest, StorageOfThePapersL1) {
   EXPECT_EQ(tags.geometry().sets(), 4u);
   // 40-bit addresses: 40 - 7 (offset) - 2 (set) tag bits, presence, 4 sector bits, 8 bits of recency.
   EXPECT_EQ(tags.tag_bits(40, false), 1024u * (31 + 1 + 4 + 8));
+  EXPECT_EQ(tags.tag_bits(40, true), 1024u * (31 + 1 + 4 + 4 + 8));  // a dirty bit a sector
+  EXPECT_EQ(SectorCacheTags({256, 128, 32, 2}).tag_bits(40, false), 2u * (33 + 1 + 4 + 1));
 }
 
 TEST(SectorCacheTagsTest, ImpossibleGeometriesAreRefused) {
@@ -92,6 +94,9 @@ TEST(SectorCacheTagsTest, ImpossibleGeometriesAreRefused) {
   EXPECT_THROW(SectorCacheTags({1024, 96, 32, 1}), Error);
   EXPECT_THROW(SectorCacheTags({1024, 128, 48, 1}), Error);
   EXPECT_THROW(SectorCacheTags({4096, 512, 32, 1}), Error);
+  EXPECT_NO_THROW(SectorCacheTags({4096, 256, 32, 1}));  // 8 sectors
+  EXPECT_NO_THROW(SectorCacheTags({65534 * 32, 32, 32, 65534}));
+  EXPECT_THROW(SectorCacheTags({65535 * 32, 32, 32, 65535}), Error);
 }
 
 }  // namespace

@@ -49,6 +49,19 @@ class Parameters : public ::testing::Test {
   ParameterList list;
 };
 
+TEST_F(Parameters, TheEndsOfARangeAreTakenAndWhatIsBeyondIsNot) {
+  for (const char* taken : {"1", "64"}) EXPECT_EQ(assign_text(key("a.count"), taken), "") << taken;
+  for (const char* refused : {"0", "65"}) EXPECT_NE(assign_text(key("a.count"), refused), "") << refused;
+  for (const char* taken : {"0.0", "1.0"}) EXPECT_EQ(assign_text(key("a.share"), taken), "") << taken;
+  for (const char* refused : {"-0.001", "1.001"}) EXPECT_NE(assign_text(key("a.share"), refused), "") << refused;
+  unsigned wide = 0;
+  ParameterList unlimited;
+  unlimited.add("wide", wide, {}, "", "no limit but the type's", kOurs);
+  EXPECT_EQ(assign_text(unlimited.items().front(), "4294967295"), "");
+  EXPECT_EQ(wide, 4294967295U);
+  EXPECT_NE(assign_text(unlimited.items().front(), "4294967296"), "");
+}
+
 TEST_F(Parameters, PartsStandUnderTheirPrefixesInOrder) {
   std::vector<std::string> names;
   for (const Parameter& p : list.items()) names.push_back(p.name);

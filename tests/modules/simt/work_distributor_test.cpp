@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 
+#include "grtx/base/error.h"
 #include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
@@ -94,6 +95,10 @@ class WorkBench {
 };
 
 class WorkDistributorTest : public SystemCTest {};
+
+TEST_F(WorkDistributorTest, AnSmHasAtMost64Slots) {
+  EXPECT_THROW(WorkBench(1, 1, 65, [](std::uint32_t) { return 1; }), Error);
+}
 
 TEST_F(WorkDistributorTest, OneGroupACycleRoundRobinLowestFreeSlot) {
   WorkBench bench(6, 2, 3, [](std::uint32_t) { return 1000; });

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The long jobs, one after the other: scripts/nightly.sh [JOB...]; a whole night on few cores.
+#   asan       everything under AddressSanitizer and UndefinedBehaviorSanitizer (preset asan)
+#   tsan       the tracer and the trace reader's threads under ThreadSanitizer (preset tsan)
+#   readers    every reader under libFuzzer, a million inputs or an hour each (preset fuzz, clang)
+#   mutations  seeded mutations of all inputs, an hour
+#   faults     each call fails once; a hundred kills a command; power loss at each moment
+#   model      two hundred changes of the model
+#   compilers  g++ -O3, g++ -O0 and clang++ give the same bytes
+# Each job's output is in build/nightly/JOB.log. Exit code 1: one of them found something.
+set -uo pipefail
+cd "$(dirname "$0")/.."
+jobs=${JOBS:-$(nproc)}
+mkdir -p build/nightly
+
+sanitized() {  # PRESET TARGETS...
+  local preset=$1
+  shift
+  cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" ${@:+--target "$@"}
+}
+asan() {
+  sanitized asan && ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 ctest --preset asan -j "$jobs"
+}
+# oneTBB and Embree are not instrumented: what they order is not seen (tests/tsan.supp). SystemC's own threads are not for this.
+tsan() {
+  sanitized tsan base_tests traces_tests frontend_tests &&
+    TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" ctest --preset tsan -j "$jobs" -L '^(base|traces|frontend)$'
+}
+readers() { scripts/fuzz.sh --guided 1000000 3600; }
+mutations() { scripts/build.sh release explore_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
+faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }
+model() { scripts/mutate_model.py --jobs "$jobs"; }
+compilers() { scripts/compare_builds.sh; }
+
+code=0
+for job in "${@:-asan tsan readers mutations faults model compilers}"; do
+  for one in $job; do
+    start=$(date +%s)
+    if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi
+    echo "$one: $result, $(($(date +%s) - start)) s (build/nightly/$one.log)"
+  done
+done
+exit $code
