@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "apps/program.h"
+#include "grtx/base/atomic_file.h"
+#include "paths.h"
 
 namespace grtx::e2e {
 namespace {
@@ -55,6 +58,25 @@ TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
     const nlohmann::json results = json(machine + "/results.json");
     EXPECT_EQ(results.at("machine"), machine);
     EXPECT_TRUE(results.at("images_identical").get<bool>());
+  }
+}
+
+TEST_F(MachineTest, MachinesOfOtherGpusRunAndStateWhereEachKeyIsFrom) {
+  for (const std::string machine : {"turing", "ada", "rdna", "mobile"}) {
+    // The shader of rdna reads nodes, which fast mode does not model.
+    const Outcome outcome =
+        folder_.run(std::string("run") + kView + "--mode " + (machine == "rdna" ? "cycle" : "fast") + " --machine " +
+                    machine + " -o " + machine);
+    ASSERT_EQ(outcome.code, 0) << machine << ": " << outcome.err;
+    EXPECT_TRUE(json(machine + "/results.json").at("images_identical").get<bool>());
+    std::istringstream file(read_file(grtx::paths::source_dir() + "/configs/machines/" + machine + ".toml"));
+    int keys = 0;
+    for (std::string line; std::getline(file, line);) {
+      if (line.find(" = ") == std::string::npos || line.starts_with("include") || line.starts_with("#")) continue;
+      ++keys;
+      EXPECT_TRUE(line.ends_with(" [B]") || line.ends_with(" [C]")) << machine << ": " << line;
+    }
+    EXPECT_GE(keys, 12) << machine;
   }
 }
 
