@@ -138,6 +138,10 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--mode", options->mode,
              "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps");
   add_sampled_options(command, options->sampled);
+  command
+      ->add_option("--threads", options->simulation.build.threads,
+                   "Cycle mode: threads of the host for one simulation; results do not depend on it")
+      ->check(CLI::Range(1U, 256U));
   command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
       ->check(CLI::PositiveNumber);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/clock_threads.h"
 
 namespace grtx::modules {
 
@@ -29,6 +30,7 @@ std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint6
 
 void ClockDomain::allow_ahead(std::uint64_t until_fs) {
   if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
+  if (threads_ != nullptr && until_fs != 0) threads_->allow((until_fs + period_fs_ - 1) / period_fs_);
 }
 
 std::size_t ClockDomain::add(Clocked& clocked) {
@@ -102,7 +104,7 @@ Cycle ClockDomain::earliest() const {
 
 void ClockDomain::schedule(Cycle cycle) {
   next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
-  if (ahead_ == nullptr || !ahead_->running_) notify_kernel();
+  if (!followed_ && (ahead_ == nullptr || !ahead_->running_)) notify_kernel();
 }
 
 void ClockDomain::notify_kernel() {
@@ -117,7 +119,30 @@ void ClockDomain::request_earlier(Cycle cycle) {
   if (target < next_) schedule(target);
 }
 
+// Nothing was due up to this cycle, and it is over.
+void ClockDomain::advance(Cycle cycle) {
+  if (cycle <= cycle_) return;
+  cycle_ = cycle;
+  soonest_ = cycle + 1;
+  bring_near();
+}
+
+// What other threads send may come first: the kernel is to come back in the first cycle that is not done.
+void ClockDomain::stay_awake() {
+  const Cycle first = threads_->pause(next_);
+  book(first);
+  next_ = std::min(next_, first);
+}
+
 void ClockDomain::on_wake() {
+  if (threads_ != nullptr) {
+    while (threads_->sure() <= next_) threads_->wait();
+    step();
+    if (ahead_ != nullptr && ahead_->run()) return;
+    stay_awake();
+    notify_kernel();
+    return;
+  }
   step();
   if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
 }
@@ -133,6 +158,7 @@ void ClockDomain::run_alarm(std::size_t index) {
 void ClockDomain::step() {
   cycle_ = next_;
   soonest_ = cycle_ + 1;
+  if (threads_ != nullptr) threads_->publish(cycle_);
   bring_near();
   const std::size_t slot = cycle_ % kWheel;
   busy_ &= ~bit_of(slot);
@@ -154,6 +180,7 @@ void ClockDomain::step() {
   }
   if (observed_) tick_.notify();
   next_ = next_wanted_ ? cycle_ + 1 : earliest();
+  if (threads_ != nullptr) threads_->stepped(cycle_);
 }
 
 }  // namespace grtx::modules

@@ -19,6 +19,7 @@ namespace grtx::modules {
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
+class ClockThreads;
 
 /// What a clock domain calls, always in the same way: in unit tests, in the whole GPU and on a foreign platform.
 class Clocked {
@@ -80,6 +81,7 @@ class ClockDomain final : public sc_core::sc_module {
 
  private:
   friend class Alarm;
+  friend class ClockThreads;
   friend class RunAhead;
 
   // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
@@ -113,6 +115,8 @@ class ClockDomain final : public sc_core::sc_module {
   void schedule(Cycle cycle);
   void notify_kernel();
   void request_earlier(Cycle cycle);
+  void advance(Cycle cycle);
+  void stay_awake();
   void run_alarm(std::size_t alarm);
   void on_wake();
   void step();
@@ -123,6 +127,8 @@ class ClockDomain final : public sc_core::sc_module {
   sc_core::sc_event tick_;
   mutable bool observed_ = false;  ///< somebody has asked for tick_
   RunAhead* ahead_ = nullptr;
+  ClockThreads* threads_ = nullptr;  ///< that follow this domain
+  bool followed_ = false;            ///< a thread of ClockThreads ticks this domain, not the kernel
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
   bool next_wanted_ = false;  ///< something needs the cycle after the present one

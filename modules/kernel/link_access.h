@@ -65,6 +65,7 @@ class LinkWriter {
     any_->push(now, item);
   }
   unsigned latency() const { return any_->latency(); }
+  bool takes_ahead() const { return any_->takes_ahead(); }
 
  private:
   Link<T>* own_ = nullptr;

@@ -4,6 +4,7 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/clock_threads.h"
 
 namespace grtx::modules {
 
@@ -31,17 +32,26 @@ bool RunAhead::run() {
     std::uint64_t at = until_fs_;
     if (context->next_time(pending)) at = std::min<std::uint64_t>(at, pending.value());
     ClockDomain* earliest = nullptr;
+    bool unsure = false;  // what other threads will have sent the earliest one
     for (ClockDomain* domain : domains_) {
-      if (domain->next_ == kNever || domain->next_ * domain->period_fs_ >= at) continue;
+      const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure() : kNever;
+      const Cycle next = std::min(domain->next_, sure);
+      if (next == kNever || next * domain->period_fs_ >= at) continue;
       earliest = domain;
-      at = domain->next_ * domain->period_fs_;
+      at = next * domain->period_fs_;
+      unsure = next == sure;
     }
     if (earliest == nullptr) break;
+    if (unsure) {
+      earliest->threads_->wait();
+      continue;
+    }
     now_fs_ = at;
     earliest->step();
   }
   running_ = false;
   for (ClockDomain* domain : domains_) {
+    if (domain->threads_ != nullptr) domain->stay_awake();
     if (domain->next_ != kNever) domain->notify_kernel();
   }
   return true;

@@ -47,7 +47,8 @@ class CrossbarNetwork final : public Clocked {
  public:
   CrossbarNetwork(ClockDomain& clock, const AddressInterleave& interleave, unsigned inputs, unsigned outputs,
                   unsigned latency, unsigned buffer)
-      : interleave_(interleave),
+      : clock_(clock),
+        interleave_(interleave),
         latency_(latency),
         inputs_(inputs),
         waiting_(inputs),
@@ -65,10 +66,11 @@ class CrossbarNetwork final : public Clocked {
   void bind_output(unsigned i, const LinkWriter<Packet>& link) {
     outputs_[i].link = link;
     outputs_[i].hold = latency_ > link.latency() ? latency_ - link.latency() : 0;
+    outputs_[i].ahead = link.takes_ahead();
   }
   Cycle tick(Cycle now) override;
   bool idle() const;
-  const CrossbarCounters::Network& counters() const { return counters_; }
+  CrossbarCounters::Network counters() const;
   void dump_state(std::ostream& out) const;
 
  private:
@@ -78,7 +80,8 @@ class CrossbarNetwork final : public Clocked {
   };
   struct Output {
     LinkWriter<Packet> link;
-    unsigned hold = 0;  ///< cycles between winning the arbitration and entering the link
+    unsigned hold = 0;   ///< cycles between winning the arbitration and entering the link
+    bool ahead = false;  ///< packets enter the link when they have won; the buffer keeps when they leave it
     std::size_t capacity = 0;
     RingQueue<Held> buffer;
     unsigned next_input = 0;  ///< first in the round-robin order
@@ -90,6 +93,7 @@ class CrossbarNetwork final : public Clocked {
   unsigned destination(const Packet& packet) const;
   bool deliver(Cycle now, Output& output);
 
+  const ClockDomain& clock_;
   AddressInterleave interleave_;
   unsigned latency_;
   std::vector<LinkReader<Packet>> inputs_;

@@ -47,6 +47,12 @@ struct RtUnitParts {
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
   Factory<CooperationModule> lane_cooperation;
+
+  /// Whether any part is made by somebody else.
+  bool any() const {
+    return warp_buffer || rt_scheduler || memory_scheduler || ray_box || ray_triangle || ray_sphere || ray_transform ||
+           any_hit_collector || checkpoint_unit || sibling_prefetcher || stack_unit || lane_cooperation;
+  }
 };
 
 }  // namespace grtx::modules

@@ -8,6 +8,7 @@
 
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
+#include "grtx/rtl_tlm/gpu/sm_threads.h"
 
 namespace grtx::sim {
 
@@ -81,6 +82,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
   add_links(slice_responses_, "slice_response", slices, config.links.latency, config.links.capacity);
 
+  if (build.threads > 1) threads_ = std::make_unique<SmThreads>(config, core_, build);
+
   const GpuParts& parts = build.parts;
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
@@ -93,7 +96,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     builders.push_back([&, i] {
       const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
       sms_[i] =
-          std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_, core_, order, parts.sm);
+          std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_,
+                               threads_ ? threads_->clock(i) : core_, order, parts.sm);
     });
   }
   builders.push_back(
@@ -111,7 +115,9 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   sensitive << distributor_->done();
   dont_initialize();
 
+  if (threads_) threads_->watch(*distributor_, source.count());
   for (unsigned i = 0; i < config.sms; ++i) {
+    if (threads_ && threads_->bind(i, *sms_[i], *distributor_, *crossbar_)) continue;
     distributor_->launch[i].bind(*launches_[i]);
     distributor_->ended[i].bind(*ends_[i]);
     sms_[i]->launch.bind(*launches_[i]);
@@ -130,10 +136,13 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   }
 }
 
+Gpu::~Gpu() = default;
+
 bool Gpu::idle() const {
   bool idle = distributor_->idle() && crossbar_->idle() && all_empty(launches_) && all_empty(ends_) &&
               all_empty(sm_requests_) && all_empty(sm_responses_) && all_empty(slice_requests_) &&
               all_empty(slice_responses_);
+  if (threads_) idle = idle && threads_->links_empty();
   for (const auto& sm : sms_) idle = idle && sm->idle();
   for (const auto& slice : slices_) idle = idle && slice->idle();
   return idle;
@@ -142,6 +151,7 @@ bool Gpu::idle() const {
 std::uint64_t Gpu::progress() const {
   std::uint64_t sum = all_pushed(launches_) + all_pushed(ends_) + all_pushed(sm_requests_) + all_pushed(sm_responses_) +
                       all_pushed(slice_requests_) + all_pushed(slice_responses_);
+  if (threads_) sum += threads_->messages();
   for (const auto& sm : sms_) sum += sm->progress();
   return sum;
 }

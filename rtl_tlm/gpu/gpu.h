@@ -27,6 +27,7 @@ struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
+  unsigned threads = 1;                  ///< that share the SMs; more than one needs run_ahead and the built-in memory
   GpuParts parts;                        ///< who makes the units; units of others may change results
 };
 
@@ -34,12 +35,15 @@ struct BuildOptions {
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
                                            std::uint64_t eviction_entries);
 
+class SmThreads;
+
 class Gpu final : public sc_core::sc_module {
  public:
   SC_HAS_PROCESS(Gpu);
   /// source must outlive the GPU. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
+  ~Gpu() override;
 
   /// One a slice; bind each to a base-protocol target, or leave it to a MemorySystem. Addresses are global.
   sc_core::sc_vector<::tlm::tlm_initiator_socket<32>> dram;
@@ -96,6 +100,7 @@ class Gpu final : public sc_core::sc_module {
   std::vector<std::unique_ptr<Sm>> sms_;
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
+  std::unique_ptr<SmThreads> threads_;  ///< none: all is on the kernel's thread. Ends before the units do.
 };
 
 /// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.

@@ -143,6 +143,31 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   throw std::runtime_error(report.get_msg());
 }
 
+/// Why a run has one thread, whatever was asked for; empty: it may have several.
+std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
+  const GpuParts& parts = options.build.parts;
+  if (!options.waveform.path.empty()) return "a waveform is written";
+  if (!options.timeline.path.empty()) return "a timeline is written";
+  if (options.memory || config.dram_model != kBuiltInMemory) return "the memory is not the built-in one";
+  if (parts.sm.simt_core || parts.sm.rt_unit || parts.sm.l1_cache || parts.work_distributor || parts.crossbar ||
+      parts.l2_slice || parts.sm.rt_parts.any()) {
+    return "units are not the built-in ones";
+  }
+  if (!options.build.run_ahead) return "the clocks follow the kernel";
+  if (config.sms < 2) return "there is one SM";
+  return "";
+}
+
+BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& options) {
+  BuildOptions build = options.build;
+  if (build.threads <= 1) return build;
+  if (const std::string why = needs_one_thread(config, options); !why.empty()) {
+    fmt::print(stderr, "grtx: sim: one thread is used, not {}: {}\n", build.threads, why);
+    build.threads = 1;
+  }
+  return build;
+}
+
 class CycleEngine final : public Engine {
  public:
   std::string name() const override { return "cycle"; }
@@ -157,9 +182,10 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   const SimulationOptions& options = work.options;
   const traces::Header& header = reader.header();
   FinishedRun finished;
-  Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, options.build);
+  const BuildOptions build = with_threads(config, options);
+  Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, build);
   const std::unique_ptr<MemorySystem> memory =
-      (options.memory ? options.memory : memory_system(config.dram_model))(gpu, options.build);
+      (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
   std::unique_ptr<Waveform> waveform;
   if (!options.waveform.path.empty()) {
     waveform =
