@@ -56,7 +56,7 @@ Cycle ClockThreads::sure() {
 
 void ClockThreads::wait() {
   publish(horizon_ + lag_);
-  spin_until([this] { return slowest() != horizon_ || failed_.load(std::memory_order_relaxed); });
+  wait_until(patience_, [this] { return slowest() != horizon_ || failed_.load(std::memory_order_relaxed); });
   check();
 }
 
@@ -73,7 +73,7 @@ Cycle ClockThreads::pause(Cycle next) {
   const Cycle limit = limit_.load(std::memory_order_relaxed);
   if (std::min(next, horizon_ + lag_) >= limit) publish(limit);
   if (leader_.cycles() >= limit) {
-    spin_until([&] { return slowest() >= limit || failed_.load(std::memory_order_relaxed); });
+    wait_until(patience_, [&] { return slowest() >= limit || failed_.load(std::memory_order_relaxed); });
     check();
     sure();
     if (limit > 0) {
@@ -106,7 +106,7 @@ void ClockThreads::work(Follower& follower) {
       return limit_.load(std::memory_order_relaxed) != limit || stop_.load(std::memory_order_relaxed);
     };
     if (follower.progress.cycles() >= limit) {  // stands still: the leader's thread may look at everything
-      spin_until(changed);
+      wait_until(patience_, changed);
       continue;
     }
     for (Inbox* inbox : follower.inboxes) inbox->collect();
@@ -117,7 +117,7 @@ void ClockThreads::work(Follower& follower) {
       follower.progress.publish(next + 1);
     } else {
       follower.progress.publish(known);
-      spin_until([&] { return leader_.cycles() != leader || changed(); });
+      wait_until(patience_, [&] { return leader_.cycles() != leader || changed(); });
     }
   }
 }

@@ -33,6 +33,8 @@ class ClockThreads {
   /// Before the simulation starts. domain: of the leader's frequency, ticked by a thread of its own from now on.
   /// Returns the follower's number.
   unsigned follow(ClockDomain& domain, Reach reach);
+  /// How each thread waits for others; before the simulation starts.
+  void be_patient(Patience patience) { patience_ = patience; }
   const ThreadProgress& leader_progress() const { return leader_; }
   const ThreadProgress& progress(unsigned follower) const { return followers_[follower]->progress; }
   void add_leader_inbox(Inbox& inbox) { leader_inboxes_.push_back(&inbox); }
@@ -72,6 +74,7 @@ class ClockThreads {
 
   ClockDomain& domain_;
   Cycle lag_;
+  Patience patience_;
   std::function<bool()> ended_;
   std::vector<Inbox*> leader_inboxes_;
   std::vector<std::unique_ptr<Follower>> followers_;

@@ -23,20 +23,22 @@ class Inbox {
   ~Inbox() = default;
 };
 
-/// The consumer sees items as of its last collect(): its thread works on a cycle only when all that can be visible in it
-/// has been sent (ClockThreads). Space is exact too: an item taken in cycle c is free from c + 1 on, in whatever order
-/// the threads come there, since each item remembers when it was taken. When the link looks full, the producer waits
-/// until the consumer has come to its cycle.
+/// The consumer sees items as of its last collect(): its thread works on a cycle only when all that can be visible in
+/// it has been sent (ClockThreads). Space is exact too: an item taken in cycle c is free from c + 1 on, in whatever
+/// order the threads come there, since each item remembers when it was taken. When the link looks full, the producer
+/// waits until the consumer has come to its cycle.
 template <typename T>
 class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public Inbox {
  public:
   /// consumer: its thread's. ahead: items that may be sent before their cycle, which needs a consumer that takes each
   /// item in the cycle in which it becomes visible; 0: none.
-  CrossingLink(unsigned latency, std::size_t capacity, const ThreadProgress& consumer, std::size_t ahead = 0)
+  CrossingLink(unsigned latency, std::size_t capacity, const ThreadProgress& consumer, Patience patience,
+               std::size_t ahead = 0)
       : latency_(latency),
         capacity_(capacity),
         ahead_(ahead),
         consumer_(consumer),
+        patience_(patience),
         slots_(capacity + 2 * ahead),
         taken_(capacity + 2 * ahead) {
     assert(latency >= 1 && capacity >= 1);
@@ -45,7 +47,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
   // Producer side.
   bool can_push(Cycle now) const override {
     if (ahead_ != 0 || room(now)) return true;
-    consumer_.wait_for(now);
+    consumer_.wait_for(now, patience_);
     return room(now);
   }
   bool takes_ahead() const override { return ahead_ != 0; }
@@ -66,7 +68,9 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
   }
   /// Items that collect() has seen so far.
   std::uint64_t collected() const { return collected_; }
-  const T* front(Cycle now) const override { return next_visible() <= now ? &slots_[head_ % slots_.size()].item : nullptr; }
+  const T* front(Cycle now) const override {
+    return next_visible() <= now ? &slots_[head_ % slots_.size()].item : nullptr;
+  }
   void pop(Cycle now) override {
     assert(front(now) != nullptr);
     taken_[head_ % taken_.size()] = now;
@@ -98,6 +102,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
   std::size_t capacity_;
   std::size_t ahead_;
   const ThreadProgress& consumer_;
+  Patience patience_;
   std::vector<Slot> slots_;
   std::vector<Cycle> taken_;  ///< by slot: the cycle in which its item was taken
   Alarm* alarm_ = nullptr;

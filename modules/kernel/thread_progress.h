@@ -15,15 +15,20 @@ struct ThreadStopped final : std::exception {
   const char* what() const noexcept override { return "the simulation has stopped"; }
 };
 
+/// How long a thread waits before it gives its core to others.
+struct Patience {
+  unsigned spins = 2000;  ///< 0: at once, for hosts with fewer cores than threads
+};
+
 /// Spins, since most waits are far shorter than a call of the operating system; then leaves the core to others, which
 /// may be the ones that it waits for.
 template <typename Ready>
-void spin_until(Ready&& ready) {
-  constexpr unsigned kSpins = 2000, kYields = 2000;
+void wait_until(Patience patience, Ready&& ready) {
+  constexpr unsigned kYields = 20'000;
   for (unsigned i = 0; !ready(); ++i) {
-    if (i >= kSpins + kYields) {
+    if (i >= patience.spins + kYields) {
       std::this_thread::sleep_for(std::chrono::microseconds(20));
-    } else if (i >= kSpins) {
+    } else if (i >= patience.spins) {
       std::this_thread::yield();
     } else {
 #if defined(__x86_64__) || defined(__i386__)
@@ -42,8 +47,8 @@ class alignas(64) ThreadProgress {
     if (cycles > cycles_.load(std::memory_order_relaxed)) cycles_.store(cycles, std::memory_order_release);
   }
   /// Throws ThreadStopped when stop() is called first.
-  void wait_for(Cycle cycles) const {
-    spin_until([&] { return this->cycles() >= cycles || stopped_.load(std::memory_order_relaxed); });
+  void wait_for(Cycle cycles, Patience patience) const {
+    wait_until(patience, [&] { return this->cycles() >= cycles || stopped_.load(std::memory_order_relaxed); });
     if (this->cycles() < cycles) throw ThreadStopped();
   }
   /// Nobody is to wait any longer.

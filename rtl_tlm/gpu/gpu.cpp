@@ -95,9 +95,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {
       const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
-      sms_[i] =
-          std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_,
-                               threads_ ? threads_->clock(i) : core_, order, parts.sm);
+      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_,
+                                     threads_ ? threads_->clock(i) : core_, order, parts.sm);
     });
   }
   builders.push_back(

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <thread>
 
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
@@ -28,11 +29,11 @@ std::vector<unsigned> shared_out(unsigned sms, unsigned threads) {
 }  // namespace
 
 SmThreads::Links::Links(const GpuConfig& config, const modules::ThreadProgress& kernel,
-                        const modules::ThreadProgress& own, std::size_t ahead)
-    : launch(config.sm_links.message_latency, config.resident_warps, own),
-      ended(config.sm_links.message_latency, config.resident_warps, kernel),
-      request(config.links.latency, config.links.capacity, kernel),
-      response(config.links.latency, config.links.capacity, own, ahead) {}
+                        const modules::ThreadProgress& own, modules::Patience patience, std::size_t ahead)
+    : launch(config.sm_links.message_latency, config.resident_warps, own, patience),
+      ended(config.sm_links.message_latency, config.resident_warps, kernel, patience),
+      request(config.links.latency, config.links.capacity, kernel, patience),
+      response(config.links.latency, config.links.capacity, own, patience, ahead) {}
 
 SmThreads::SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build)
     : config_(config),
@@ -46,6 +47,8 @@ SmThreads::SmThreads(const GpuConfig& config, modules::ClockDomain& core, const 
     ahead_ = std::size_t{config.crossbar.latency} + config.crossbar.output_buffer;
   }
   const unsigned followers = thread_of_.back();
+  if (std::thread::hardware_concurrency() <= followers) patience_.spins = 0;
+  running_.be_patient(patience_);
   for (unsigned t = 0; t < followers; ++t) {
     clocks_.push_back(std::make_unique<modules::ClockDomain>(fmt::format("core_clock_{}", t + 1).c_str(),
                                                              config.core_mhz, build.idle_skip));
@@ -66,7 +69,7 @@ bool SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& dis
   if (thread_of_[index] == 0) return false;
   const unsigned follower = thread_of_[index] - 1;
   links_[index] =
-      std::make_unique<Links>(config_, running_.leader_progress(), running_.progress(follower), ahead_);
+      std::make_unique<Links>(config_, running_.leader_progress(), running_.progress(follower), patience_, ahead_);
   Links& links = *links_[index];
   distributor.launch[index].bind(links.launch);
   distributor.ended[index].bind(links.ended);
@@ -84,8 +87,9 @@ bool SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& dis
   return true;
 }
 
-// A response is sent as soon as it has won the arbitration, and is under way for as long as the crossbar takes. A warp can
-// only come to an SM with a free slot. An SM without warps keeps in step, so that it has not gone on when the run ends.
+// A response is sent as soon as it has won the arbitration, and is under way for as long as the crossbar takes. A warp
+// can only come to an SM with a free slot. An SM without warps keeps in step, so that it has not gone on when the run
+// ends.
 Cycle SmThreads::reach(Thread& thread) const {
   // Launches that were sent before the look at the flag have been collected by the next call.
   const bool all_launched = thread.all_launched;
@@ -97,7 +101,8 @@ Cycle SmThreads::reach(Thread& thread) const {
     may_launch = may_launch || (warps < config_.resident_warps && !all_launched);
   }
   if (!busy) return 1;
-  const Cycle response = ahead_ != 0 ? std::max(config_.crossbar.latency, config_.links.latency) : config_.links.latency;
+  const Cycle response =
+      ahead_ != 0 ? std::max(config_.crossbar.latency, config_.links.latency) : config_.links.latency;
   return may_launch ? std::min<Cycle>(response, config_.sm_links.message_latency) : response;
 }
 

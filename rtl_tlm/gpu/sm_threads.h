@@ -37,7 +37,7 @@ class SmThreads {
  private:
   struct Links {
     Links(const GpuConfig& config, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
-          std::size_t ahead);
+          modules::Patience patience, std::size_t ahead);
     modules::CrossingLink<modules::LaunchWarp> launch;
     modules::CrossingLink<modules::WarpEnded> ended;
     modules::CrossingLink<modules::MemoryRequest> request;
@@ -52,7 +52,8 @@ class SmThreads {
   const GpuConfig config_;
   modules::ClockDomain& core_;
   std::vector<unsigned> thread_of_;  ///< by SM; 0: the kernel's
-  std::size_t ahead_ = 0;            ///< responses that may be sent before their cycle
+  modules::Patience patience_;
+  std::size_t ahead_ = 0;  ///< responses that may be sent before their cycle
   std::vector<std::unique_ptr<modules::ClockDomain>> clocks_;
   std::vector<std::unique_ptr<Thread>> threads_;
   std::vector<std::unique_ptr<Links>> links_;  ///< by SM; none for those on the kernel's thread

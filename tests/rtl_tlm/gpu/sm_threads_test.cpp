@@ -1,0 +1,97 @@
+// SMs on threads of their own: the same statistics for any number of threads and any order of construction.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "grtx/base/child_process.h"
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/traces/writer.h"
+#include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+class SmThreadsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    base_ = ::testing::TempDir() + "/sm_threads_" + std::to_string(::getpid());
+    frontend::synthesise({"indoor", 1500, 11, 1}, base_ + ".ply");
+  }
+  void TearDown() override {
+    for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);
+  }
+  void trace(frontend::AccelKind kind, bool checkpoint) const {
+    const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
+    const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(32, 24);
+    frontend::TracerOptions options;
+    options.checkpoint = checkpoint;
+    frontend::RenderOptions render;
+    render.threads = 1;
+    const frontend::PreparedGaussians gaussians(scene, options.kernel);
+    const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
+    traces::Writer writer(base_ + ".grtx", frontend::trace_header(scene, camera, accel, options, render));
+    frontend::render(scene, gaussians, accel, camera, options, render, &writer);
+    writer.finish();
+  }
+  /// Statistics without the host's, and what the run said.
+  std::string run(unsigned sms, const BuildOptions& build) const {
+    ChildProcess child("simulation", [&] {
+      GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
+      config.sms = sms;
+      SimulationOptions options;
+      options.build = build;
+      ::testing::internal::CaptureStderr();
+      const SimulationResult result = test::simulate_priced(base_ + ".grtx", config, options);
+      const std::string said = ::testing::internal::GetCapturedStderr();
+      ordered_json stats = result.document.at("stats");
+      for (auto it = stats.begin(); it != stats.end();) it = it.key().starts_with("host.") ? stats.erase(it) : ++it;
+      return stats.dump() + said + (result.violations.empty() ? "" : "violations");
+    });
+    return child.result();
+  }
+  void expect_the_same(frontend::AccelKind kind, bool checkpoint) const {
+    trace(kind, checkpoint);
+    const std::string alone = run(8, {});
+    ASSERT_THAT(alone, ::testing::HasSubstr("gpu.cycles"));
+    for (const unsigned threads : {2U, 3U, 7U}) {
+      BuildOptions build;
+      build.threads = threads;
+      build.construction_order = threads - 2;  // as written for two, shuffled for the others
+      EXPECT_EQ(run(8, build), alone) << threads << " threads";
+    }
+  }
+  std::string base_;
+};
+
+TEST_F(SmThreadsTest, Baseline) { expect_the_same(frontend::AccelKind::tri20, false); }
+TEST_F(SmThreadsTest, Software) { expect_the_same(frontend::AccelKind::tlas_sphere, false); }
+TEST_F(SmThreadsTest, Hardware) { expect_the_same(frontend::AccelKind::tri20, true); }
+TEST_F(SmThreadsTest, Grtx) { expect_the_same(frontend::AccelKind::tlas_sphere, true); }
+
+TEST_F(SmThreadsTest, MoreThreadsThanSms) {
+  trace(frontend::AccelKind::tlas_sphere, true);
+  BuildOptions build;
+  build.threads = 16;
+  EXPECT_EQ(run(2, build), run(2, {}));
+}
+
+TEST_F(SmThreadsTest, ARunThatCannotHaveThemSaysSo) {
+  trace(frontend::AccelKind::tri20, false);
+  BuildOptions build;
+  build.threads = 3;
+  build.run_ahead = false;
+  EXPECT_THAT(run(4, build), ::testing::HasSubstr("one thread is used, not 3: the clocks follow the kernel"));
+  build.run_ahead = true;
+  EXPECT_THAT(run(1, build), ::testing::HasSubstr("one thread is used, not 3: there is one SM"));
+}
+
+}  // namespace
+}  // namespace grtx::sim
