@@ -43,13 +43,14 @@ echo "Installing: ${missing[*]}"
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# apt reports "dlstatus:N:PERCENT:..." and "pmstatus:PACKAGE:PERCENT:..." on a descriptor of its own; a line each fifth.
+# A line each fifth of the packages. From what apt prints: its own status descriptor makes scripts of packages fail where there is no /dev/pts.
 progress() {
-  awk -F: '{ what = $1 == "dlstatus" ? "downloaded" : "installed" }
-           /^(dl|pm)status:/ { step = int($3 / 20); if (step > last[what]) { last[what] = step; print "  " what " " step * 20 " %"; fflush() } }'
+  awk '/ newly installed,/ { total = $3 }
+       /^Fetched / { print "  downloaded"; fflush() }
+       /^Setting up / { step = int(++done * 5 / total); if (step > last) { last = step; print "  installed " step * 20 " %"; fflush() } }'
 }
 if ! { "${as_root[@]}" apt-get update -q >"$log" 2>&1 &&
-       "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o APT::Status-Fd=1 \
+       "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o DPkg::Use-Pty=0 \
          "${missing[@]}" 2>&1 | tee -a "$log" | progress; }; then
   tail -n 40 "$log" >&2
   exit 1
