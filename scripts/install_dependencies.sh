@@ -47,10 +47,10 @@ trap 'rm -f "$log"' EXIT
 progress() {
   awk '/ newly installed,/ { total = $3 }
        /^Fetched / { print "  downloaded"; fflush() }
-       /^Setting up / { step = int(++done * 5 / total); if (step > last) { last = step; print "  installed " step * 20 " %"; fflush() } }'
+       /^Setting up / { step = total ? int(++done * 5 / total) : 0; if (step > last) { last = step; print "  installed " step * 20 " %"; fflush() } }'
 }
 if ! { "${as_root[@]}" apt-get update -q >"$log" 2>&1 &&
-       "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o DPkg::Use-Pty=0 \
+       "${as_root[@]}" env LC_ALL=C DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o DPkg::Use-Pty=0 \
          "${missing[@]}" 2>&1 | tee -a "$log" | progress; }; then
   tail -n 40 "$log" >&2
   exit 1
