@@ -129,6 +129,10 @@ bool has_size_of_type(const std::string& type, const std::string& value) {
 /// value; an empty name ends the header.
 void check_attributes(const std::string& path, const std::string& bytes) {
   constexpr std::size_t kMagicAndVersion = 8;
+  constexpr std::uint32_t kDeepOrSeveral = 0x1800;  // flags of the version: then there are more headers
+  if (bytes.size() >= kMagicAndVersion && (u32_at(bytes, 4) & kDeepOrSeveral) != 0) {
+    throw Error(path, "version", "must be a file of one flat image");
+  }
   std::size_t at = kMagicAndVersion;
   const auto fail = [&] { throw Error(path, fmt::format("byte {}", at), "is no attribute that fits in the file"); };
   while (at < bytes.size() && bytes[at] != '\0') {

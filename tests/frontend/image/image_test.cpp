@@ -150,6 +150,10 @@ TEST_F(ImageFile, ASmallExrClaimsGigabytesAndGetsThem) {
   };
   using namespace std::string_literals;
   const std::string refused = "byte 8: is no attribute that fits in the file";
+  std::string several = whole;
+  several[5] = '\x10';
+  write_file(path("several.exr"), several);
+  EXPECT_THROW(read_image(path("several.exr")), Error);
   EXPECT_NE(with("a\0string\0\3\0\0\0abc"s), refused);  // moves the pixels: OpenEXR refuses it
   EXPECT_EQ(with("a\0own\0\0\0\0\x64"s), refused);
   EXPECT_EQ(with("a\0string\0\0\0\0\x64"s), refused);
