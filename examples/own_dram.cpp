@@ -27,7 +27,7 @@ namespace {
 /// END_REQ is withheld. No banks, no rows.
 class SimpleDram final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(SimpleDram);
+  using SC_CURRENT_USER_MODULE = SimpleDram;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   SimpleDram(const sc_core::sc_module_name& name, double latency_ns, double bytes_per_ns)
       : sc_module(name), latency_(latency_ns, sc_core::SC_NS), bytes_per_ns_(bytes_per_ns) {
     socket.register_nb_transport_fw(this, &SimpleDram::nb_transport_fw);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Lets each system call, allocation and SQLite call of grtx fail once; kills it; takes its power away.
 
-    scripts/inject_faults.py [--program build/release/grtx] [--preload build/release/tests/libfault_injector.so]
+    scripts/inject_faults.py [--program build/release/grtx] [--library build/release/tests/libfault_injector.so]
                              [--parts faults,kills,power] [--commands trace,sim,...] [--most N] [--kills N] [--jobs N]
 
 Commands run on tiny inputs, with the library preloaded (tests/faults/fault_injector.cpp):
@@ -80,8 +80,8 @@ path = false
 
 
 class Program:
-    def __init__(self, path, preload):
-        self.path, self.preload = path, preload
+    def __init__(self, path, library):
+        self.path, self.library = path, library
 
     def start(self, arguments, folder, environment=None, **more):
         return subprocess.Popen([self.path, *arguments], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -111,7 +111,7 @@ class Injector:
 
     def environment(self, log=""):
         more = {"GRTX_FAULT_LOG": log} if log else {}
-        return {"LD_PRELOAD": self.program.preload, "GRTX_FAULT_STATE": self.path, "GRTX_FAULT_FOLDER": self.folder, **more}
+        return {"LD_PRELOAD": self.program.library, "GRTX_FAULT_STATE": self.path, "GRTX_FAULT_FOLDER": self.folder, **more}
 
     def arm(self, what, at):
         with open(self.path, "r+b") as file:
@@ -536,7 +536,7 @@ def hash_of(folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--program", default=ROOT + "/build/release/grtx")
-    parser.add_argument("--preload", default=ROOT + "/build/release/tests/libfault_injector.so")
+    parser.add_argument("--library", default=ROOT + "/build/release/tests/libfault_injector.so")
     parser.add_argument("--parts", default="faults,kills,power")
     parser.add_argument("--commands", default="synth,trace,sim,report,sweep,search")
     parser.add_argument("--most", type=int, default=0, help="calls of a class, and moments of power loss (default: all)")
@@ -544,7 +544,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    program = Program(os.path.abspath(options.program), os.path.abspath(options.preload))
+    program = Program(os.path.abspath(options.program), os.path.abspath(options.library))
     table = Table()
     rng = random.Random(options.seed)
     with tempfile.TemporaryDirectory() as top:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
-# As root, or with sudo. Debian 12 (bookworm).
+# As root, or with sudo. Debian 12 (bookworm); with --minimal Debian 13 (trixie), too, where tests and checks lack clang-format 14.
 # Usage: scripts/install_dependencies.sh [--minimal]   (--minimal: only what the build, grtx and scripts/reproduce.sh need)
 set -euo pipefail
 

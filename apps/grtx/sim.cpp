@@ -92,9 +92,6 @@ int run_simulation(Options options, bool quiet) {
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
-  if (options.simulation.build.threads > 1 && options.mode != SimulationMode::cycle) {
-    throw Error("--threads", "", "needs --mode cycle");
-  }
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);

@@ -1,6 +1,10 @@
 #include "grtx/frontend/accel/embree_builder.h"
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 

@@ -41,8 +41,9 @@ json parse(std::string_view bytes, const std::string& file) {
   return document;
 }
 
-const json& member(const json& object, const std::string& place, const char* name, const std::string& file) {
-  if (!object.is_object() || !object.contains(name)) throw Error(file, place + name, "is missing");
+// place by value: GCC 13 and later take a reference to a temporary for one that the result holds.
+const json& member(const json& object, std::string_view place, const char* name, const std::string& file) {
+  if (!object.is_object() || !object.contains(name)) throw Error(file, std::string(place) + name, "is missing");
   return object.at(name);
 }
 

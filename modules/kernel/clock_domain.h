@@ -40,7 +40,7 @@ class Clocked {
 /// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
 class ClockDomain final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(ClockDomain);
+  using SC_CURRENT_USER_MODULE = ClockDomain;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   /// mhz: frequency, rounded to an integer period in fs. idle_skip false ticks every cycle (for tests).
   ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip = true);
 

@@ -26,7 +26,7 @@ class LinkToTlm final : public ClockedModule {
     bool blocking = false;      ///< calls b_transport from a thread, one call a cycle, the returned delay as latency
   };
 
-  SC_HAS_PROCESS(LinkToTlm);
+  using SC_CURRENT_USER_MODULE = LinkToTlm;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   LinkToTlm(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
   LinkIn<MemoryRequest> request;     ///< consumed here

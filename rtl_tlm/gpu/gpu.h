@@ -39,7 +39,7 @@ class SmThreads;
 
 class Gpu final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(Gpu);
+  using SC_CURRENT_USER_MODULE = Gpu;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   /// source must outlive the GPU. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);

@@ -33,7 +33,7 @@ class CycleObserver {
 /// observer. Ticking a cycle that the clock would have skipped changes no result (ClockDomain).
 class Observation final : public modules::ClockedModule {
  public:
-  SC_HAS_PROCESS(Observation);
+  using SC_CURRENT_USER_MODULE = Observation;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   /// observer must outlive it.
   Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
               CycleObserver& observer);

@@ -35,7 +35,7 @@ struct SimulationOptions {
   bool pixel_cycles = false;                  ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
   EnergyPricing price;                        ///< none: the run has no energy statistics
-  BuildOptions build;          ///< threads: as many as asked for; a run that cannot have them says so on stderr
+  BuildOptions build;          ///< threads: as many as asked for; a run that cannot have them says so, unless quiet
   MemorySystemFactory memory;  ///< stands in for what dram.model names; cycle mode only
 };
 

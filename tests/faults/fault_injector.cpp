@@ -266,12 +266,6 @@ int counted_main(int argc, char** argv, char** environment) {
   return code;
 }
 
-/// open()'s flags for an fopen() mode.
-int flags_of(const char* mode) {
-  if (mode[0] == 'w') return O_WRONLY | O_TRUNC;
-  return mode[0] == 'r' && std::strchr(mode, '+') == nullptr ? O_RDONLY : O_RDWR;
-}
-
 }  // namespace
 
 extern "C" {
@@ -326,13 +320,19 @@ int open64(const char* path, int flags, ...) {
 FILE* fopen(const char* path, const char* mode) {
   NEXT(fopen);
   FILE* stream = nullptr;
-  opened(path, flags_of(mode), [&] { return (stream = real(path, mode)) == nullptr ? -1 : ::fileno(stream); });
+  const int flags = mode[0] == 'r' && std::strchr(mode, '+') == nullptr ? O_RDONLY
+                    : mode[0] == 'w'                                    ? O_WRONLY | O_TRUNC
+                                                                        : O_RDWR;
+  opened(path, flags, [&] { return (stream = real(path, mode)) == nullptr ? -1 : ::fileno(stream); });
   return stream;
 }
 FILE* fopen64(const char* path, const char* mode) {
   NEXT(fopen64);
   FILE* stream = nullptr;
-  opened(path, flags_of(mode), [&] { return (stream = real(path, mode)) == nullptr ? -1 : ::fileno(stream); });
+  const int flags = mode[0] == 'r' && std::strchr(mode, '+') == nullptr ? O_RDONLY
+                    : mode[0] == 'w'                                    ? O_WRONLY | O_TRUNC
+                                                                        : O_RDWR;
+  opened(path, flags, [&] { return (stream = real(path, mode)) == nullptr ? -1 : ::fileno(stream); });
   return stream;
 }
 ssize_t write(int file, const void* bytes, std::size_t count) {

@@ -65,7 +65,7 @@ inline void elaborate() {
 /// have the links that they read from watched.
 class TickProcess final : public ClockedModule {
  public:
-  SC_HAS_PROCESS(TickProcess);
+  using SC_CURRENT_USER_MODULE = TickProcess;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   TickProcess(const sc_core::sc_module_name& name, ClockDomain& clock, std::function<void(Cycle)> body)
       : ClockedModule(name, clock), body_(std::move(body)) {
     SC_METHOD(on_tick);

@@ -353,7 +353,7 @@ class GroupChecker {
     const bool fills = occupied_ + 1 == header_->k;
     require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
             "single-round tracing appends without moving entries, unless the buffer is then full");
-    require(outcome != LeafOutcome::displaced || event.shifts() < std::bit_width(header_->k),
+    require(outcome != LeafOutcome::displaced || event.shifts() < static_cast<unsigned>(std::bit_width(header_->k)),
             "a heap of k entries moves at most log2(k) of them");
   }
 

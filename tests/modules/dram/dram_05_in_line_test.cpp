@@ -11,7 +11,7 @@ namespace {
 /// Passes everything on, requests after a while: by an event of the kernel.
 class Delayer final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(Delayer);
+  using SC_CURRENT_USER_MODULE = Delayer;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   Delayer(const sc_core::sc_module_name& name, const sc_core::sc_time& by)
       : sc_module(name), target("target"), initiator("initiator"), by_(by) {
     target.register_nb_transport_fw(this, &Delayer::forward);

@@ -12,7 +12,7 @@ namespace {
 /// returned with END_RESP is not, and off the grid nothing ever looks at it.
 class GridTarget final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(GridTarget);
+  using SC_CURRENT_USER_MODULE = GridTarget;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   GridTarget(const sc_core::sc_module_name& name, std::uint64_t grid_fs)
       : sc_module(name), socket("socket"), grid_fs_(grid_fs) {
     socket.register_nb_transport_fw(this, &GridTarget::nb_transport_fw);

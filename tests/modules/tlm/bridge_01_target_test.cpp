@@ -14,7 +14,7 @@ constexpr std::uint64_t kNs = 1'000'000;  // in fs
 /// A loosely timed platform: threads that call b_transport.
 class LtInitiator final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(LtInitiator);
+  using SC_CURRENT_USER_MODULE = LtInitiator;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   struct Call {
     std::uint64_t start_fs;
     std::uint64_t address;
@@ -55,7 +55,7 @@ class LtInitiator final : public sc_core::sc_module {
 /// Starts non-blocking transactions at any time and notes when BEGIN_RESP came.
 class NbInitiator final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(NbInitiator);
+  using SC_CURRENT_USER_MODULE = NbInitiator;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   explicit NbInitiator(const sc_core::sc_module_name& name) : sc_module(name), socket("socket") {
     socket.register_nb_transport_bw(this, &NbInitiator::nb_transport_bw);
     SC_METHOD(act);

@@ -25,7 +25,7 @@ using grtx::Cycle;
 /// Knows nothing of the library but its socket.
 class Processor final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(Processor);
+  using SC_CURRENT_USER_MODULE = Processor;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   explicit Processor(const sc_core::sc_module_name& name) : sc_module(name) { SC_THREAD(run); }
 
   tlm_utils::simple_initiator_socket<Processor, 32> socket{"socket"};

@@ -33,7 +33,7 @@ class RandomMemory final : public sc_core::sc_module {
  public:
   static constexpr std::size_t kRoom = 3;
 
-  SC_HAS_PROCESS(RandomMemory);
+  using SC_CURRENT_USER_MODULE = RandomMemory;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   RandomMemory(const sc_core::sc_module_name& name, unsigned seed, std::uint64_t stops_after)
       : sc_module(name), random_(seed), stops_after_(stops_after) {
     socket.register_nb_transport_fw(this, &RandomMemory::nb_transport_fw);

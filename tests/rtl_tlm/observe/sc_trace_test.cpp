@@ -16,7 +16,7 @@ namespace {
 /// What a user writes: a signal that follows the model, sensitive to the core clock's tick.
 class WarpCounter final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(WarpCounter);
+  using SC_CURRENT_USER_MODULE = WarpCounter;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   WarpCounter(const sc_core::sc_module_name& name, const Gpu& gpu) : sc_module(name), gpu_(gpu) {
     SC_METHOD(look);
     sensitive << gpu.core().tick();

@@ -27,7 +27,7 @@ struct HostileHabits {
 
 class HostileTarget final : public sc_core::sc_module {
  public:
-  SC_HAS_PROCESS(HostileTarget);
+  using SC_CURRENT_USER_MODULE = HostileTarget;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   HostileTarget(const sc_core::sc_module_name& name, const HostileHabits& habits)
       : sc_module(name), habits_(habits), random_(habits.seed) {
     socket.register_nb_transport_fw(this, &HostileTarget::nb_transport_fw);

@@ -185,9 +185,7 @@ TEST_F(SampledSimulation, CommandLineRefusesInOneLine) {
               {"--mode sampled --target-error none", "--target-error"},
               {"--mode sampled --target-error 150%", "--target-error"},
               {"--mode fast --share 0.1", "needs --mode sampled"},
-              {"--seed 2", "needs --mode sampled"},
-              {"--mode fast --threads 2", "--threads: needs --mode cycle"},
-              {"--mode sampled --threads 2", "--threads: needs --mode cycle"}};
+              {"--seed 2", "needs --mode sampled"}};
   for (const auto& row : rows) {
     const auto [code, text] = command("'" + file_.path() + "' " + row.arguments);
     EXPECT_EQ(code, 2) << row.arguments;
