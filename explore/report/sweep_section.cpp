@@ -8,6 +8,7 @@
 
 #include "grtx/explore/report/charts.h"
 #include "grtx/explore/report/html.h"
+#include "grtx/explore/report/mode_agreement.h"
 #include "grtx/explore/report/pareto.h"
 #include "grtx/explore/report/sections.h"
 #include "grtx/explore/sweep/axis.h"
@@ -235,6 +236,24 @@ std::string effects_table(const SweepResults& results, const std::vector<Describ
   return table.rows() == 0 ? "" : table.html();
 }
 
+std::string agreement_table(const SweepResults& results) {
+  Table table(results.file + ": points that two modes have simulated", {{"scene", false},
+                                                                        {"mode", false},
+                                                                        {"against", false},
+                                                                        {"points"},
+                                                                        {"time, mean ratio"},
+                                                                        {"least ratio"},
+                                                                        {"largest ratio"},
+                                                                        {"rank correlation (Kendall's tau)"}});
+  for (const ModeAgreement& a : mode_agreements(results)) {
+    const auto ratio = [](double value) { return fmt::format("{:.3f}", value); };
+    table.row({escape(a.scene), escape(a.mode), escape(a.against), number(static_cast<double>(a.points)),
+               ratio(a.mean_ratio), ratio(a.least_ratio), ratio(a.largest_ratio),
+               std::isfinite(a.tau) ? ratio(a.tau) : "all times equal"});
+  }
+  return table.rows() == 0 ? "" : table.html();
+}
+
 std::string traces_table(const SweepResults& results) {
   Table table(results.file + ": traces",
               {{"key", false}, {"scene", false}, {"options", false}, {"bytes"}, {"status", false}, {"reason", false}});
@@ -330,7 +349,7 @@ std::string sweep_section(const ReportSweep& sweep) {
          bars_html(sweep, front, "gpu.energy_nj.", "energy", "nJ",
                    "Energy of the chosen points by part (until you choose: those on a front), fastest first") +
          "</div>\n";
-  out += effects_table(results, columns) + unfinished_table(results) + traces_table(results);
+  out += effects_table(results, columns) + agreement_table(results) + unfinished_table(results) + traces_table(results);
   const auto plan = results.meta.find("plan");
   if (plan != results.meta.end() && !plan->second.empty()) {
     out += details("The plan", "<pre>" + escape(plan->second) + "</pre>\n");
