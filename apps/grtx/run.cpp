@@ -323,6 +323,9 @@ int run(const Options& options, bool quiet) {
   if (options.tracer.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
+  if (options.mode == SimulationMode::model) {
+    throw Error("--mode", "model", "screens many configurations of a trace: it is for grtx sim, sweep and search");
+  }
   if (!options.view.views.empty() && options.mode == SimulationMode::sampled) {
     throw Error("--mode", "sampled", "has no caches to keep warm from frame to frame: --views needs cycle or fast");
   }

@@ -14,6 +14,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
+#include "grtx/rtl_tlm/estimate/model/model_simulation.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -65,11 +66,31 @@ int report_violations(const SimulationResult& result) {
   return result.violations.empty() ? 0 : 1;
 }
 
-int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled, bool quiet) {
+/// Waveforms, timelines and heat maps are of simulations.
+void check_estimate(const Options& options) {
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
       !options.heatmaps.empty()) {
-    throw Error("sim", "--mode sampled", "has no waveforms, timelines or heat maps: use --mode cycle");
+    throw Error("sim", "--mode " + std::string(name_of(options.mode)),
+                "has no waveforms, timelines or heat maps: use --mode cycle");
   }
+}
+
+int run_model(const Options& options, const GpuConfig& config, bool quiet) {
+  check_estimate(options);
+  SimulationOptions simulation;
+  simulation.price = describe_energy;
+  const SimulationResult result = simulate_model(options.trace, config, simulation);
+  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
+  if (quiet) return 0;
+  const nlohmann::ordered_json& d = result.document;
+  fmt::print("{} cycles, {:.1f} us at {} MHz, estimated from {:.0f} fast runs; {:.3f} s\n", result.cycles,
+             number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), number(d, "gpu.model.anchors"),
+             number(d, "host.wall_seconds"));
+  return 0;
+}
+
+int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled, bool quiet) {
+  check_estimate(options);
   const SampledResult result = simulate_sampled(options.trace, config, sampled);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (!quiet) {
@@ -96,6 +117,7 @@ int run_simulation(Options options, bool quiet) {
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);
   if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, quiet);
+  if (options.mode == SimulationMode::model) return run_model(options, config, quiet);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
@@ -136,7 +158,8 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
   add_choice(command, "--mode", options->mode,
-             "How time is modelled: cycle by cycle, loosely timed, or estimated from a share of the warps");
+             "How time is modelled: cycle by cycle, loosely timed, or estimated, from a share of the warps or (for "
+             "screening) from fast runs of other sizes");
   add_sampled_options(command, options->sampled);
   command
       ->add_option("--threads", options->simulation.build.threads,

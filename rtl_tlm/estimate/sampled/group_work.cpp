@@ -8,18 +8,12 @@
 namespace grtx::sim {
 namespace {
 
-// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
-// waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much:
-// what they leave unexplained is part of the measured residuals.
-constexpr float kNearStep = 0.15F;
-constexpr float kAnyHitStep = 0.5F;
 /// Sectors a checkpoint entry takes to be written or read. Of eight entries of 20 B in a row four lie in two sectors;
 /// shorter ones divide a sector. joined: each sector moves once.
 float checkpoint_sectors(const modules::CheckpointConfig& config, bool joined) {
   if (joined) return static_cast<float>(config.entry_bytes) / static_cast<float>(modules::kSectorBytes);
   return modules::kSectorBytes % config.entry_bytes == 0 ? 1.0F : 1.5F;
 }
-constexpr double kUsefulShare = 0.7;  ///< of a cache's lines: the rest holds sectors that nobody asked for
 
 std::uint64_t nodes_of(std::uint64_t bytes, unsigned warps) {
   return static_cast<std::uint64_t>(kUsefulShare * static_cast<double>(bytes) /
@@ -42,24 +36,29 @@ bool WorkCounter::Tags::touch(std::uint32_t unit) {
   return hit;
 }
 
+TrafficOfEntries::TrafficOfEntries(const traces::Header& header, const GpuConfig& config) {
+  const std::uint64_t sectors =
+      (header.gaussian_record_bytes + header.sh_record_bytes + modules::kSectorBytes - 1) / modules::kSectorBytes;
+  processed = static_cast<float>(sectors);
+  if (!header.checkpoint) return;
+  written = checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.write_combine);
+  read = checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.read_buffer);
+}
+
 WorkCounter::WorkCounter(const traces::Header& header, const GpuConfig& config)
     : header_(header),
-      checkpoint_sectors_written_(checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.write_combine)),
-      checkpoint_sectors_read_(checkpoint_sectors(config.rt.checkpoint, config.rt.checkpoint.read_buffer)),
+      traffic_(header, config),
       prefetch_(config.rt.sibling_prefetch),
       l1_(nodes_of(config.l1.geometry.bytes, config.rt.warp_buffer.entries * config.rt_units)),
-      l2_(nodes_of(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)),
-      processed_sectors_(static_cast<float>((header.gaussian_record_bytes + header.sh_record_bytes + 31) / 32)) {}
+      l2_(nodes_of(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)) {}
 
 void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   const traces::Event& event = *lane.event++;
   --lane.left;
   const traces::EventKind kind = event.kind();
-  if (header_.checkpoint) {
-    lane.work.far += checkpoint_sectors_written_ * static_cast<float>(std::popcount(event.checkpoints));
-    if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
-      lane.work.far += checkpoint_sectors_read_;
-    }
+  lane.work.far += traffic_.written * static_cast<float>(std::popcount(event.checkpoints));
+  if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
+    lane.work.far += traffic_.read;
   }
   if (kind > traces::EventKind::visit_leaf) return;
   const bool internal = kind == traces::EventKind::visit_internal;
@@ -94,7 +93,7 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
       Lane lane;
       lane.event = next[i];
       lane.left = round.event_count;
-      lane.work.far = processed_sectors_ * static_cast<float>(round.processed_count);
+      lane.work.far = traffic_.processed * static_cast<float>(round.processed_count);
       work.processed += round.processed_count;
       next[i] += round.event_count;
       if (lane.left > 0) lanes_.push_back(lane);

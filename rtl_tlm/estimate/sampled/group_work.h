@@ -34,6 +34,20 @@ struct GroupWork {
   double steps = 0.0;  ///< longest lane of each round, added up
 };
 
+// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
+// waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much:
+// what they leave unexplained is part of the measured residuals.
+inline constexpr float kNearStep = 0.15F;
+inline constexpr float kAnyHitStep = 0.5F;
+inline constexpr double kUsefulShare = 0.7;  ///< of a cache's lines: the rest holds sectors that nobody asked for
+
+/// Sectors that an entry of the private buffers takes to be moved.
+struct TrafficOfEntries {
+  float written = 0.0F, read = 0.0F;  ///< of a checkpoint; 0 without checkpointing
+  float processed = 0.0F;             ///< of a k-buffer entry that is looked at: the Gaussian's records
+  TrafficOfEntries(const traces::Header& header, const GpuConfig& config);
+};
+
 /// Counts groups, one after the other. Each is walked with its lanes in step through caches of its own, as large as a
 /// warp's share of the L1 and of the L2, so that warps that reuse much and warps that do not are told apart.
 class WorkCounter {
@@ -63,10 +77,9 @@ class WorkCounter {
   void step(Lane& lane, const traces::RayGroup& group);
 
   const traces::Header& header_;
-  float checkpoint_sectors_written_, checkpoint_sectors_read_;  ///< of an entry
+  TrafficOfEntries traffic_;
   bool prefetch_;
   Tags l1_, l2_;
-  float processed_sectors_;
   std::vector<Lane> lanes_;
 };
 

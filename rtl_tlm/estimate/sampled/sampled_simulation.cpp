@@ -56,17 +56,10 @@ std::uint64_t peak_rss_of_all_processes() {
 
 /// Belief about the rates before a sample is seen.
 RatePrior prior_of(const GpuConfig& config) {
-  const double bursts = config.interleave.slices * config.memory_mhz / config.core_mhz / config.dram.channel.timing.ccd;
-  const double sectors = bursts * config.dram.channel.burst_bytes / 32.0;
-  const double units = config.rt_units;
-  RatePrior prior;
-  // A miss takes the crossbar twice, the L2 and the DRAM, some 300 cycles with the paper's latencies. An RT unit asks
-  // for a sector a cycle at most. An SM's MSHRs allow so many misses in the time of one under load. Channels are 60 to
-  // 95 % busy in runs that they limit.
-  prior.mean = {std::log(300.0), std::log(0.85 * units), std::log(0.6 * config.l1.mshr_entries / 256.0),
-                std::log(0.9 * sectors)};
-  prior.deviation = {0.7, 0.15, 0.4, 0.5};
-  return prior;
+  const ModelRates nominal = nominal_rates(config);
+  return {{std::log(nominal.step_cycles), std::log(nominal.sm_sectors), std::log(nominal.sm_far),
+           std::log(nominal.memory_sectors)},
+          {0.7, 0.15, 0.4, 0.5}};
 }
 
 constexpr unsigned kFewestClasses = 4;  ///< a pair of samples is half of the trace then

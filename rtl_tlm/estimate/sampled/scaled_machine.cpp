@@ -22,6 +22,19 @@ ModelMachine model_of(const GpuConfig& config) {
   return machine;
 }
 
+ModelRates nominal_rates(const GpuConfig& config) {
+  const double bursts = config.interleave.slices * config.memory_mhz / config.core_mhz / config.dram.channel.timing.ccd;
+  // A miss takes the crossbar twice, the L2 and the DRAM, some 300 cycles with the paper's latencies. An RT unit asks
+  // for a sector a cycle at most. An SM's MSHRs allow so many misses in the time of one under load. Channels are 60 to
+  // 95 % busy in runs that they limit.
+  ModelRates rates;
+  rates.step_cycles = 300.0;
+  rates.sm_sectors = 0.85 * config.rt_units;
+  rates.sm_far = 0.6 * config.l1.mshr_entries / 256.0;
+  rates.memory_sectors = 0.9 * bursts * config.dram.channel.burst_bytes / modules::kSectorBytes;
+  return rates;
+}
+
 GpuConfig one_sm(const GpuConfig& config, double share) {
   GpuConfig part = config;
   part.sms = 1;

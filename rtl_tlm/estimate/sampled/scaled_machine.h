@@ -13,6 +13,8 @@ struct ScaledMachine {
 
 /// How the model sees a machine.
 ModelMachine model_of(const GpuConfig& config);
+/// Rates of the model that follow from the configuration alone.
+ModelRates nominal_rates(const GpuConfig& config);
 
 /// Half an SM: half the warp buffer, half the L1, and the share of L2 and DRAM that half an SM has. A sample on it runs
 /// as the run does while all SMs are busy.
