@@ -10,6 +10,8 @@ namespace grtx::sim {
 /// What main and the commands share.
 struct CommonOptions {
   bool quiet = false;           ///< no progress, no informative text; results and errors are still printed
+  bool json = false;            ///< --json: one JSON document in place of text
+  bool list_json = false;       ///< --list-json: what --json of each command prints
   std::function<int()> action;  ///< body of the chosen command; returns 0 (done) or 1 (a check did not hold)
 };
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/frontend/image/image.h"
 
@@ -14,18 +15,16 @@ namespace {
 
 struct CompareOptions {
   std::string a, b;
-  bool json = false;
   double min_psnr = 0.0;
 };
 
-int compare_images(const CompareOptions& options) {
+int compare_images(const CompareOptions& options, bool as_json) {
   const frontend::Image a = frontend::read_image(options.a);
   const frontend::Image b = frontend::read_image(options.b);
   const frontend::Comparison result = frontend::compare(a, b);
   const bool holds = result.psnr >= options.min_psnr;  // infinity passes every limit, NaN none
-  if (options.json) {
-    nlohmann::ordered_json json;
-    json["schema"] = "grtx.compare/1";
+  if (as_json) {
+    nlohmann::ordered_json json = json_document("compare");
     json["a"] = options.a;
     json["b"] = options.b;
     // JSON has no infinity: identical images have psnr null. So have those with NaN, which are not identical.
@@ -35,11 +34,10 @@ int compare_images(const CompareOptions& options) {
     json["different_pixels"] = result.different_pixels;
     json["pixels"] = a.pixels.size();
     json["identical"] = result.identical();
-    fmt::print("{}\n", json.dump(2));
+    print_json(json);
   } else {
-    fmt::print("PSNR {:.4f} dB, max error {:.6g}, mean error {:.6g}, {} of {} pixels differ{}\n", result.psnr,
-               result.max_error, result.mean_error, result.different_pixels, a.pixels.size(),
-               result.identical() ? " (identical)" : "");
+    say("PSNR {:.4f} dB, max error {:.6g}, mean error {:.6g}, {} of {} pixels differ{}", result.psnr, result.max_error,
+        result.mean_error, result.different_pixels, a.pixels.size(), result.identical() ? " (identical)" : "");
   }
   if (!holds) {
     fmt::print(stderr, "grtx: compare: PSNR {:.4f} dB is below the required {} dB\n", result.psnr, options.min_psnr);
@@ -53,10 +51,9 @@ int compare_images(const CompareOptions& options) {
 void add_compare(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<CompareOptions>();
   CLI::App* command = make_command(app, common, "compare", "Compares two images of equal size",
-                                   [options] { return compare_images(*options); });
+                                   [options, &common] { return compare_images(*options, common.json); });
   command->add_option("A", options->a, "First image: .png, .exr or .pfm")->type_name(kInputFile)->required();
   command->add_option("B", options->b, "Second image")->type_name(kInputFile)->required();
-  command->add_flag("--json", options->json, "Print JSON (default: off)");
   command->add_option("--min-psnr", options->min_psnr, "Exit 1 when the PSNR in dB is below this");
 }
 

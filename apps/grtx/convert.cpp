@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/convert/scene_writer.h"
@@ -19,7 +20,7 @@ struct Options {
   frontend::SceneReadOptions read;
 };
 
-int convert(const Options& options, bool quiet) {
+int convert(const Options& options, const CommonOptions& common) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension != ".ply" && extension != ".spz") throw Error(options.output, "", "must end in .ply or .spz");
   const frontend::RawRows rows = frontend::load_rows(options.input, options.read);
@@ -29,7 +30,14 @@ int convert(const Options& options, bool quiet) {
   } else {
     left_out = frontend::write_spz(rows, options.output);
   }
-  if (!quiet) {
+  if (common.json) {
+    nlohmann::ordered_json json = json_document("convert");
+    json["scene"] = options.output;
+    json["gaussians"] = rows.x.size() - left_out;
+    json["sh_degree"] = rows.sh_degree;
+    json["left_out"] = left_out;
+    print_json(json);
+  } else if (!common.quiet) {
     fmt::print("{}: {} Gaussians, SH degree {}\n", options.output, rows.x.size() - left_out, rows.sh_degree);
     if (left_out > 0) fmt::print("left out: {} with a number that is not finite\n", left_out);
   }
@@ -41,7 +49,7 @@ int convert(const Options& options, bool quiet) {
 void add_convert(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "convert", "Writes a scene of any format as .ply or .spz",
-                                   [options, &common] { return convert(*options, common.quiet); });
+                                   [options, &common] { return convert(*options, common); });
   command->add_option("INPUT", options->input, "Scene file, or folder of a SOG scene (no default)")
       ->type_name(kInputFile)
       ->required();

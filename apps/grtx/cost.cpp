@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
@@ -26,7 +27,6 @@ struct Options {
   BufferSizes buffers;
   unsigned depth = 3;
   bool items = false;
-  bool json = false;
   std::string csv;
   std::string statistics;
   EnergyOptions energy;
@@ -52,7 +52,8 @@ MachineUse machine_of(const std::string& statistics) {
 }
 
 // The energy of a run of the configured machine.
-void print_energy(const Options& options, const GpuConfig& config, const std::vector<modules::Inventory>& inventories) {
+void print_energy(const Options& options, const GpuConfig& config, const std::vector<modules::Inventory>& inventories,
+                  bool as_json) {
   const nlohmann::ordered_json document = read_statistics(options.statistics);
   if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
     throw Error(options.statistics, "inputs.config_hash", "is of another configuration than --config and --set give");
@@ -62,21 +63,16 @@ void print_energy(const Options& options, const GpuConfig& config, const std::ve
     return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
   };
   const std::vector<EnergyPart> parts = run_energy(value, config, inventories, options.cost, options.energy);
-  const Range sum = total(parts);
-  fmt::print("{:<20}{:>16}{:>12}{:>12}{:>12}{:>8}  {}\n", "part", "actions", "uJ low", "central", "high", "share",
-             "action");
-  for (const EnergyPart& part : parts) {
-    if (part.actions == 0.0) continue;
-    fmt::print("{:<20}{:>16.0f}{:>12.2f}{:>12.2f}{:>12.2f}{:>7.1f}%  {}\n", part.name, part.actions,
-               part.nanojoules.low * 1e-3, part.nanojoules.central * 1e-3, part.nanojoules.high * 1e-3,
-               100.0 * part.nanojoules.central / sum.central, part.basis);
+  if (as_json) {
+    print_json(energy_json(parts));
+  } else {
+    fmt::print("{}", energy_text(parts));
   }
-  fmt::print("{:<20}{:>16}{:>12.2f}{:>12.2f}{:>12.2f}\n", "frame", "", sum.low * 1e-3, sum.central * 1e-3,
-             sum.high * 1e-3);
 }
 
-int cost(const Options& options) {
+int cost(const Options& options, bool json) {
   if (options.coefficients) {
+    if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
     fmt::print("{}", coefficient_reference());
     return 0;
   }
@@ -89,12 +85,12 @@ int cost(const Options& options) {
   cost.buffers.eviction_entries = options.buffers.eviction_entries;
   cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;
   if (!options.statistics.empty()) {
-    print_energy(options, config, inventories);
+    print_energy(options, config, inventories, json);
     return 0;
   }
   if (!options.csv.empty()) write_file(options.csv, cost_csv(cost));
-  if (options.json) {
-    fmt::print("{}\n", cost_json(cost).dump(2));
+  if (json) {
+    print_json(cost_json(cost));
   } else {
     fmt::print("{}", cost_text(cost, options.depth, options.items));
   }
@@ -106,7 +102,7 @@ int cost(const Options& options) {
 void add_cost(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
-                                   [options] { return cost(*options); });
+                                   [options, &common] { return cost(*options, common.json); });
   add_machine_option(command, options->machine);
   command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)")
       ->type_name(kInputFile);
@@ -133,7 +129,6 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->check(CLI::Range(1u, 2u));
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
   command->add_flag("--items", options->items, "Also what each module is made of (default: off)");
-  command->add_flag("--json", options->json, "Print JSON (default: off)");
   command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)")->type_name(kOutputFile);
   command
       ->add_option("--stats", options->statistics,

@@ -13,13 +13,12 @@ namespace grtx::sim {
 void add_info(CLI::App& app, CommonOptions& common) {
   struct Options {
     std::string scene;
-    bool json = false;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
-      make_command(app, common, "info", "Describes a scene: counts, boxes, percentiles, dropped rows", [options] {
+  CLI::App* command = make_command(
+      app, common, "info", "Describes a scene: counts, boxes, percentiles, dropped rows", [options, &common] {
         const frontend::SceneInfo info = frontend::describe(frontend::load_scene(options->scene));
-        std::string text = options->json ? frontend::to_json(info) : frontend::to_text(info);
+        std::string text = common.json ? frontend::to_json(info) : frontend::to_text(info);
         if (!text.ends_with('\n')) text += '\n';
         fmt::print("{}", text);
         return 0;
@@ -27,7 +26,6 @@ void add_info(CLI::App& app, CommonOptions& common) {
   command->add_option("SCENE", options->scene, "Scene file, or folder of a SOG scene (no default)")
       ->type_name(kInputFile)
       ->required();
-  command->add_flag("--json", options->json, "Print JSON (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -1,5 +1,6 @@
 // The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
 #include "grtx/base/error.h"
@@ -71,6 +73,8 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
       const std::string flag = word.substr(0, word.find('='));
       return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
     }
+    if (command == &app && word == "help")
+      return {"", "unknown command help", "must be grtx --help or grtx COMMAND --help"};
     if (command == &app) {
       for (const CLI::App* sub : app.get_subcommands(nullptr)) known.push_back(sub->get_name());
       return {name, "unknown command " + word,
@@ -85,6 +89,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
   CommonOptions common;
+  app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
   grtx::sim::add_synth(app, common);
   grtx::sim::add_info(app, common);
   grtx::sim::add_convert(app, common);
@@ -113,6 +118,10 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   } catch (const CLI::ParseError& error) {
     print_error(usage_error(app, error), arguments);
     return kBadInput;
+  }
+  if (common.list_json) {
+    fmt::print("{}", grtx::sim::json_reference());
+    return 0;
   }
   if (!common.action) {
     std::fputs(kFirstSession, stderr);

@@ -9,6 +9,7 @@
 #include <regex>
 #include <utility>
 
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 
@@ -70,6 +71,7 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
   CLI::App* command = app.add_subcommand(name, description);
   command->option_defaults()->always_capture_default();
   command->add_flag("--quiet", common.quiet, "No progress and no informative text (default: off)");
+  command->add_flag("--json", common.json, json_help(name));
   command->callback([&common, command, body = std::move(body)] {
     refuse_nan(*command);
     refuse_overwriting(*command);

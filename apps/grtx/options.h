@@ -1,13 +1,17 @@
 // Pieces that several commands' command lines share.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/named_enum.h"
+#include "grtx/base/wrapped.h"
 #include "grtx/frontend/camera/camera.h"
 
 namespace grtx::sim {
@@ -21,6 +25,12 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
 /// refused before anything is done.
 inline constexpr const char* kInputFile = "INPUT";
 inline constexpr const char* kOutputFile = "OUTPUT";
+
+/// Prints a sentence, on lines of a terminal's width.
+template <typename... Values>
+void say(fmt::format_string<Values...> form, Values&&... values) {
+  fmt::print("{}\n", wrapped(fmt::format(form, std::forward<Values>(values)...)));
+}
 
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/secondary_cli.h"
@@ -43,7 +44,7 @@ frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& a
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
 }
 
-int render(Options options, bool quiet) {
+int render(Options options, const CommonOptions& common) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
   render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
@@ -51,7 +52,7 @@ int render(Options options, bool quiet) {
   render.kernel_degree = options.kernel_degree;
   render.count_inside = options.inside == frontend::InsideRule::count;
   render.sh_from_centre = options.sh_dir == frontend::ShDirection::centre;
-  render.quiet = quiet;
+  render.quiet = common.quiet;
   if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
@@ -59,6 +60,13 @@ int render(Options options, bool quiet) {
   const frontend::Scene scene = load_flat_scene(options.scene);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
+  if (common.json) {
+    nlohmann::ordered_json json = json_document("reference");
+    json["image"] = options.output;
+    json["width"] = camera.width;
+    json["height"] = camera.height;
+    print_json(json);
+  }
   return 0;
 }
 
@@ -67,7 +75,7 @@ int render(Options options, bool quiet) {
 void add_reference(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "reference", "Renders by brute force in double precision",
-                                   [options, &common] { return render(*options, common.quiet); });
+                                   [options, &common] { return render(*options, common); });
   command->add_option("--scene", options->scene, "Scene file (no default)")->type_name(kInputFile)->required();
   add_view_options(command, options->view);
   CLI::Option* proxy = command->add_option("--proxy", options->proxy, "Bounding geometry of a Gaussian")

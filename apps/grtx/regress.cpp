@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
@@ -18,15 +19,47 @@ struct Options {
   bool update = false;
 };
 
-int regress(Options options, bool quiet) {
+// For people, a value is text; for JSON it is what the text says.
+nlohmann::ordered_json value_of(const std::string& json) {
+  nlohmann::ordered_json value = nlohmann::ordered_json::parse(json, nullptr, false);
+  return value.is_discarded() ? nullptr : value;
+}
+
+nlohmann::ordered_json regression_json(const std::vector<RegressionOutcome>& outcomes) {
+  nlohmann::ordered_json json = json_document("regress");
+  json["cases"] = nlohmann::ordered_json::array();
+  for (const RegressionOutcome& outcome : outcomes) {
+    nlohmann::ordered_json& c = json["cases"].emplace_back();
+    c["case"] = outcome.regression_case.name;
+    c["outcome"] = name_of(outcome.kind);
+    c["message"] = outcome.message;
+    c["compared"] = outcome.comparison.compared;
+    c["differences"] = nlohmann::ordered_json::array();
+    for (const StatisticDifference& difference : outcome.comparison.differences) {
+      c["differences"].push_back({{"statistic", difference.name},
+                                  {"unit", difference.unit.name},
+                                  {"recorded", value_of(difference.recorded)},
+                                  {"found", value_of(difference.found)},
+                                  {"relative", difference.relative}});
+    }
+    c["unrecorded"] = outcome.comparison.unrecorded;
+    c["seconds"] = outcome.seconds;
+  }
+  return json;
+}
+
+int regress(Options options, const CommonOptions& common) {
   RegressionOptions& regression = options.regression;
   if (options.update && regression.reason.empty()) throw Error("--update", "", "needs --reason TEXT");
   if (!options.update && !regression.reason.empty()) throw Error("--reason", "", "needs --update");
-  regression.quiet = quiet;
+  regression.quiet = common.quiet;
+  regression.silent = common.json;
   regression.program = program_version();
   regression.machine = load_machine_config;
   regression.price = describe_energy;
-  return exit_code(run_regression(regression));
+  const std::vector<RegressionOutcome> outcomes = run_regression(regression);
+  if (common.json) print_json(regression_json(outcomes));
+  return exit_code(outcomes);
 }
 
 }  // namespace
@@ -35,7 +68,7 @@ void add_regress(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command =
       make_command(app, common, "regress", "Runs a folder of traces and compares their statistics with those on record",
-                   [options, &common] { return regress(*options, common.quiet); });
+                   [options, &common] { return regress(*options, common); });
   RegressionOptions& regression = options->regression;
   command->add_option("DIR", regression.folder, "Folder with NAME.case.toml files, docs/guide/regress.md (no default)")
       ->required();

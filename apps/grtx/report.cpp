@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 
@@ -20,8 +21,16 @@ struct Options {
 void add_report(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command =
-      make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options] {
+      make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options, &common] {
         write_file(options->output, report_page(options->report));
+        if (common.json) {
+          nlohmann::ordered_json json = json_document("report");
+          json["report"] = options->output;
+          json["title"] = options->report.title;
+          json["inputs"] = options->report.inputs;
+          json["images"] = options->report.images;
+          print_json(json);
+        }
         return 0;
       });
   command

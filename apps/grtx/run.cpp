@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
@@ -83,7 +84,6 @@ struct Options {
   std::string output;
   unsigned jobs = 0;
   bool flatten = false;
-  bool json = false;
   SimulationMode mode = SimulationMode::cycle;
   SampledCli sampled;
 };
@@ -306,13 +306,14 @@ void print_summary(const Options& options, const Comparison& comparison, const o
     for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
-  fmt::print("{}\n", describe(traced.rays_end));
+  say("{}", describe(traced.rays_end));
   if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
   fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
              traced.identical ? "bit-identical" : "DIFFERENT");
 }
 
-int run(const Options& options, bool quiet) {
+int run(const Options& options, const CommonOptions& common) {
+  const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
@@ -377,8 +378,8 @@ int run(const Options& options, bool quiet) {
   report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
 
-  if (options.json) {
-    fmt::print("{}\n", results.dump(1));
+  if (common.json) {
+    print_json(results);
   } else {
     print_summary(options, comparison, results, traced);
   }
@@ -391,11 +392,10 @@ int run(const Options& options, bool quiet) {
 void add_run(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
-                                   [options, &common] { return run(*options, common.quiet); });
+                                   [options, &common] { return run(*options, common); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json: sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
-  command->add_flag("--json", options->json, "Print results.json in place of the table (default: off)");
   add_flatten_option(command, options->flatten);
   add_view_options(command, options->view);
   add_views_option(command, options->view);

@@ -73,11 +73,10 @@ void print_sampled(const SampledResult& r) {
   const auto& stats = r.result.document.at("stats");
   const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
   if (r.estimate.whole) {
-    fmt::print("sampled: {}\n", stats.at("gpu.sampled.share").at("description").get<std::string>());
+    say("sampled: {}", stats.at("gpu.sampled.share").at("description").get<std::string>());
     return;
   }
-  fmt::print(
-      "sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %\n",
+  say("sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %",
       number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.samples"),
       100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
@@ -23,7 +24,8 @@ struct Options {
   std::string machine;
 };
 
-int search(const Options& options, bool quiet) {
+int search(const Options& options, const CommonOptions& common) {
+  const bool quiet = common.quiet;
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
   const CliTracerRules tracer;
   SearchPlan plan = load_search_plan(options.plan, tracer);
@@ -34,7 +36,11 @@ int search(const Options& options, bool quiet) {
   SweepSession session(with, plan.common);
   const nlohmann::ordered_json result = run_search(plan, tracer, session, quiet);
   session.end();
-  if (!quiet) fmt::print("{}", search_text(result));
+  if (common.json) {
+    print_json(result);
+  } else if (!quiet) {
+    fmt::print("{}", search_text(result));
+  }
   return search_succeeded(result) ? 0 : 1;
 }
 
@@ -44,7 +50,7 @@ void add_search(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command =
       make_command(app, common, "search", "Finds the front of a design space; results in a sweep's SQLite database",
-                   [options, &common] { return search(*options, common.quiet); });
+                   [options, &common] { return search(*options, common); });
   command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/search.md (no default)")->required();
   add_session_options(command, options->session);
   add_machine_option(command, options->machine);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -197,20 +198,34 @@ std::string first_difference(std::string golden, std::string found) {
   return "";
 }
 
-int selftest(bool print) {
+int selftest(bool print, bool as_json) {
+  ordered_json json = json_document("selftest");
   Selftest test;
   bool ok = true;
   for (const Step& step : kSteps) {
     const std::string found = test.result(step.name);
+    if (print && as_json) {
+      json["found"][step.name] = found;
+      continue;
+    }
     if (print) {
       fmt::print("{}:\n{}", step.name, found);
       continue;
     }
     const std::string difference = first_difference(step.golden, found);
-    fmt::print("{:<6} {}\n", step.name, difference.empty() ? "OK" : difference);
+    if (as_json) {
+      json["steps"].push_back({{"step", step.name}, {"ok", difference.empty()}, {"difference", difference}});
+    } else {
+      fmt::print("{:<6} {}\n", step.name, difference.empty() ? "OK" : difference);
+    }
     ok = ok && difference.empty();
   }
-  if (!print) fmt::print("{}\n", ok ? "OK" : "FAILED");
+  if (as_json) {
+    if (!print) json["ok"] = ok;
+    print_json(json);
+  } else if (!print) {
+    fmt::print("{}\n", ok ? "OK" : "FAILED");
+  }
   return ok ? 0 : 1;
 }
 
@@ -220,7 +235,7 @@ void add_selftest(CLI::App& app, CommonOptions& common) {
   const auto print = std::make_shared<bool>(false);
   CLI::App* command =
       make_command(app, common, "selftest", "Small runs against hashes and numbers on record; OK in under a minute",
-                   [print] { return selftest(*print); });
+                   [print, &common] { return selftest(*print, common.json); });
   command->add_flag("--print", *print, "Print what this program gives in place of comparing it (default: off)");
 }
 

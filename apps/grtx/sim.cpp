@@ -7,6 +7,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
@@ -47,16 +48,15 @@ double number(const nlohmann::ordered_json& document, const char* name) {
 
 void print_summary(const SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  fmt::print("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)\n", result.cycles,
-             number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), result.binding_bound,
-             100.0 * number(d, "gpu.bound.fraction"));
-  fmt::print("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %\n",
-             number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),
-             100.0 * number(d, "gpu.l1.node.hit_rate"), 100.0 * number(d, "gpu.l2.hit_rate"));
-  fmt::print("host: {:.2f} s ({:.2f} s of CPU), {:.3g} node visits/s, {:.3g} SM-cycles/s, slowdown {:.3g}, {:.0f} MB\n",
-             number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.node_visits_per_second"),
-             number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"),
-             number(d, "host.peak_rss_bytes") * 1e-6);
+  say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
+      number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), result.binding_bound,
+      100.0 * number(d, "gpu.bound.fraction"));
+  say("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %",
+      number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),
+      100.0 * number(d, "gpu.l1.node.hit_rate"), 100.0 * number(d, "gpu.l2.hit_rate"));
+  say("host: {:.2f} s ({:.2f} s of CPU), {:.3g} node visits/s, {:.3g} SM-cycles/s, slowdown {:.3g}, {:.0f} MB",
+      number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.node_visits_per_second"),
+      number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"), number(d, "host.peak_rss_bytes") * 1e-6);
 }
 
 int report_violations(const SimulationResult& result) {
@@ -75,32 +75,41 @@ void check_estimate(const Options& options) {
   }
 }
 
-int run_model(const Options& options, const GpuConfig& config, bool quiet) {
+int run_model(const Options& options, const GpuConfig& config, const CommonOptions& common) {
   check_estimate(options);
   SimulationOptions simulation;
   simulation.price = describe_energy;
   const SimulationResult result = simulate_model(options.trace, config, simulation);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
-  if (quiet) return 0;
-  const nlohmann::ordered_json& d = result.document;
-  fmt::print("{} cycles, {:.1f} us at {} MHz, estimated from {:.0f} fast runs; {:.3f} s\n", result.cycles,
-             number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), number(d, "gpu.model.anchors"),
-             number(d, "host.wall_seconds"));
+  if (common.json) {
+    print_json(result.document);
+  } else if (!common.quiet) {
+    const nlohmann::ordered_json& d = result.document;
+    say("{} cycles, {:.1f} us at {} MHz, estimated from {:.0f} fast runs; {:.3f} s", result.cycles,
+        number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), number(d, "gpu.model.anchors"),
+        number(d, "host.wall_seconds"));
+  }
   return 0;
 }
 
-int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled, bool quiet) {
+int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled,
+                const CommonOptions& common) {
   check_estimate(options);
   const SampledResult result = simulate_sampled(options.trace, config, sampled);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
-  if (!quiet) {
+  if (common.json) {
+    print_json(result.result.document);
+  } else if (!common.quiet) {
     print_summary(result.result);
     print_sampled(result);
   }
   return report_violations(result.result);
 }
 
-int run_simulation(Options options, bool quiet) {
+int run_simulation(Options options, const CommonOptions& common) {
+  if (common.json && (options.list_config || options.list_statistics)) {
+    throw Error("--json", "", "needs a trace: lists are Markdown");
+  }
   if (options.list_config) {
     fmt::print("{}", config_reference());
     return 0;
@@ -116,15 +125,15 @@ int run_simulation(Options options, bool quiet) {
   const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);
-  if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, quiet);
-  if (options.mode == SimulationMode::model) return run_model(options, config, quiet);
+  if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, common);
+  if (options.mode == SimulationMode::model) return run_model(options, config, common);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
   }
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
   options.simulation.pixel_cycles = !heatmaps.empty();
-  options.simulation.quiet = quiet;
+  options.simulation.quiet = common.quiet;
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
@@ -136,7 +145,11 @@ int run_simulation(Options options, bool quiet) {
                                  result.height,
                                  {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
   }
-  if (!quiet) print_summary(result);
+  if (common.json) {
+    print_json(result.document);
+  } else if (!common.quiet) {
+    print_summary(result);
+  }
   return report_violations(result);
 }
 
@@ -145,7 +158,7 @@ int run_simulation(Options options, bool quiet) {
 void add_sim(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
-                                   [options, &common] { return run_simulation(*options, common.quiet); });
+                                   [options, &common] { return run_simulation(*options, common); });
   command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);
   add_machine_option(command, options->machine);
   command

@@ -15,7 +15,6 @@ namespace {
 struct Options {
   std::string statistics;
   unsigned columns = 38;  ///< lines of 80 columns
-  bool json = false;
 };
 
 std::string stall_json(const std::vector<StallSection>& sections) {
@@ -28,13 +27,13 @@ std::string stall_json(const std::vector<StallSection>& sections) {
   return list.dump(1) + "\n";
 }
 
-int print_stalls(const Options& options) {
+int print_stalls(const Options& options, bool json) {
   const nlohmann::ordered_json document = read_json(options.statistics);
   if (document.is_object() && document.contains("stats")) {
     check_statistics(document.at("stats"), options.statistics, "");
   }
   const std::vector<StallSection> sections = stall_sections(document, options.statistics);
-  fmt::print("{}", options.json ? stall_json(sections) : stall_text(sections, options.columns));
+  fmt::print("{}", json ? stall_json(sections) : stall_text(sections, options.columns));
   return 0;
 }
 
@@ -43,12 +42,11 @@ int print_stalls(const Options& options) {
 void add_stalls(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "stalls", "Shows where the cycles of a simulation went, as text bars",
-                                   [options] { return print_stalls(*options); });
+                                   [options, &common] { return print_stalls(*options, common.json); });
   command->add_option("STATS", options->statistics, "Statistics JSON of grtx sim --stats")
       ->type_name(kInputFile)
       ->required();
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(CLI::Range(1, 500));
-  command->add_flag("--json", options->json, "Print JSON (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
@@ -30,13 +31,19 @@ struct Options {
   std::string task, result, scratch;
 };
 
-int compare(const Options& options, bool quiet) {
+int compare(const Options& options, const CommonOptions& common) {
   for (const std::string& path : options.compare) {
     if (!fs::exists(path)) throw Error(path, "", "no such file");
   }
   const std::vector<std::string> differences = compare_sweeps(options.compare.at(0), options.compare.at(1));
+  if (common.json) {
+    nlohmann::ordered_json json = json_document("sweep");
+    json["differences"] = differences;
+    print_json(json);
+    return differences.empty() ? 0 : 1;
+  }
   for (const std::string& line : differences) fmt::print("{}\n", line);
-  if (!quiet && differences.empty()) fmt::print("the same results\n");
+  if (!common.quiet && differences.empty()) fmt::print("the same results\n");
   return differences.empty() ? 0 : 1;
 }
 
@@ -56,38 +63,66 @@ SweepPlan plan_of(const Options& options, const TracerRules& tracer) {
   return plan;
 }
 
-void list_points(const SweepPoints& all, const std::string& database_path) {
+void list_points(const SweepPoints& all, const std::string& database_path, bool as_json) {
   std::unique_ptr<SweepDatabase> database;
   if (fs::exists(database_path)) database = std::make_unique<SweepDatabase>(database_path);
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const SweepPoint& point : all.points) {
     std::string status = database ? database->status_of_point(point.key) : "";
-    fmt::print("{} {:<8} {} {} {} {}\n", point.key, status.empty() ? "new" : status, point.mode, point.scene,
-               point.design, point.coordinates.dump());
+    if (status.empty()) status = "new";
+    if (as_json) {
+      list.push_back({{"key", point.key},
+                      {"status", status},
+                      {"mode", point.mode},
+                      {"scene", point.scene},
+                      {"design", point.design},
+                      {"coordinates", point.coordinates}});
+    } else {
+      fmt::print("{} {:<8} {} {} {}\n    {}\n", point.key, status, point.mode, point.scene, point.design,
+                 point.coordinates.dump());
+    }
+  }
+  if (as_json) {
+    nlohmann::ordered_json json = json_document("sweep");
+    json["points"] = std::move(list);
+    json["traces"] = all.traces.size();
+    print_json(json);
+    return;
   }
   fmt::print("{} points, {} traces\n", all.points.size(), all.traces.size());
 }
 
-int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const std::string& path, bool quiet) {
+int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const std::string& path,
+                  const CommonOptions& common) {
   const std::map<std::string, std::size_t> counts = database.summary(points);
   std::string text;
   for (const auto& [status, count] : counts) text += fmt::format("{} {} {}", text.empty() ? ":" : ",", count, status);
-  if (!quiet) fmt::print("{} points{}; {}\n", points.size(), text, path);
+  if (common.json) {
+    nlohmann::ordered_json json = json_document("sweep");
+    json["database"] = path;
+    json["points"] = points.size();
+    json["status"] = counts;
+    print_json(json);
+  } else if (!common.quiet) {
+    fmt::print("{} points{}; {}\n", points.size(), text, path);
+  }
   const auto done = counts.find("done");
   return done != counts.end() && done->second == points.size() ? 0 : 1;
 }
 
-int sweep(const Options& options, bool quiet) {
+int sweep(const Options& options, const CommonOptions& common) {
+  const bool quiet = common.quiet;
   if (!options.task.empty()) {
     run_task(options.task, options.result, options.scratch);
     return 0;
   }
-  if (!options.compare.empty()) return compare(options, quiet);
+  if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
   const CliTracerRules tracer;
   const SweepPlan plan = plan_of(options, tracer);
   SweepPoints all = expand(plan, tracer, program_version());
   if (options.list) {
-    list_points(all, options.session.database);
+    list_points(all, options.session.database, common.json);
     return 0;
   }
   if (options.session.database.empty()) throw Error("sweep", "-o", "a database is needed");
@@ -108,7 +143,7 @@ int sweep(const Options& options, bool quiet) {
     all.points.insert(all.points.end(), front.points.begin(), front.points.end());
   }
   session.end();
-  return print_summary(all.points, session.database(), options.session.database, quiet);
+  return print_summary(all.points, session.database(), options.session.database, common);
 }
 
 }  // namespace
@@ -116,7 +151,7 @@ int sweep(const Options& options, bool quiet) {
 void add_sweep(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "sweep", "Explores a design space; results in an SQLite database",
-                                   [options, &common] { return sweep(*options, common.quiet); });
+                                   [options, &common] { return sweep(*options, common); });
   command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)");
   add_session_options(command, options->session);
   add_machine_option(command, options->machine);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/synth/synth.h"
@@ -18,9 +19,19 @@ void add_synth(CLI::App& app, CommonOptions& common) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command =
-      make_command(app, common, "synth", "Makes a scene with the statistics of trained ones", [options] {
+      make_command(app, common, "synth", "Makes a scene with the statistics of trained ones", [options, &common] {
         options->synth.count = options->count.value_or(frontend::synth_default_count(options->synth.preset));
         frontend::synthesise(options->synth, options->output);
+        if (common.json) {
+          nlohmann::ordered_json json = json_document("synth");
+          json["scene"] = options->output;
+          json["cameras"] = frontend::synth_cameras_path(options->output);
+          json["preset"] = options->synth.preset;
+          json["gaussians"] = options->synth.count;
+          json["seed"] = options->synth.seed;
+          json["sh_degree"] = options->synth.sh_degree;
+          print_json(json);
+        }
         return 0;
       });
   command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));

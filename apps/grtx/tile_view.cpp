@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
@@ -40,7 +41,8 @@ modules::StatisticList tile_statistics(const frontend::TileCounters& c) {
 }  // namespace
 
 int render_tile_view(const std::string& scene_file, const frontend::Camera& camera, frontend::AccelKind accel,
-                     const TracerCli& cli, const std::string& image, const std::string& statistics, bool quiet) {
+                     const TracerCli& cli, const std::string& image, const std::string& statistics,
+                     const CommonOptions& common) {
   const frontend::TracerOptions options = tile_options(cli, accel);
   const frontend::Scene scene = frontend::load_scene(scene_file);
   if (!optical_objects(cli.secondary, scene, camera).empty()) {
@@ -49,11 +51,11 @@ int render_tile_view(const std::string& scene_file, const frontend::Camera& came
   const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::TileStructure structure(scene, gaussians, frontend::proxy_of(accel));
   const frontend::TileResult result =
-      frontend::render_tiles(scene, gaussians, structure, camera, options, render_options(cli, quiet));
+      frontend::render_tiles(scene, gaussians, structure, camera, options, render_options(cli, common.quiet));
   if (!image.empty()) frontend::write_image(image, result.image);
   const frontend::TileCounters& c = result.counters;
   const double seconds = std::max(result.seconds, 1e-9);
-  if (!statistics.empty()) {
+  if (common.json || !statistics.empty()) {
     std::map<std::string, std::string> inputs = option_inputs(cli, false, accel);
     nlohmann::ordered_json config;
     for (const auto& [name, value] : inputs) config[name] = value;
@@ -64,9 +66,11 @@ int render_tile_view(const std::string& scene_file, const frontend::Camera& came
     host.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
     host.add("tracer.rays_per_second", static_cast<double>(c.rays) / seconds, "1/s", "rays / wall_seconds");
     host.add("tracer.tiles.build_seconds", structure.total_seconds(), "s", "host time of building the tiles' BVH");
-    write_file(statistics, statistics_text(statistics_document(config, inputs, tile_statistics(c), host)));
+    const nlohmann::ordered_json document = statistics_document(config, inputs, tile_statistics(c), host);
+    if (!statistics.empty()) write_file(statistics, statistics_text(document));
+    if (common.json) print_json(document);
   }
-  if (!quiet) {
+  if (!common.quiet && !common.json) {
     fmt::print("tiles of {}: {} rays, {} blended, {:.3g} Mrays/s\n", frontend::accel_name(accel), c.rays, c.blended,
                static_cast<double>(c.rays) / seconds * 1e-6);
   }

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/camera/camera.h"
@@ -12,6 +13,7 @@ namespace grtx::sim {
 /// Renders, and writes image and statistics where a path is given. Throws Error for options whose image tile tracing
 /// cannot give.
 int render_tile_view(const std::string& scene_file, const frontend::Camera& camera, frontend::AccelKind accel,
-                     const TracerCli& cli, const std::string& image, const std::string& statistics, bool quiet);
+                     const TracerCli& cli, const std::string& image, const std::string& statistics,
+                     const CommonOptions& common);
 
 }  // namespace grtx::sim

@@ -6,6 +6,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
@@ -55,7 +56,7 @@ void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend:
   }
 }
 
-int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
+int trace_tiles(const Options& options, frontend::AccelKind kind, const CommonOptions& common) {
   const auto refuse = [](const char* why) -> Error { return Error("--tracing", "tiles", why); };
   if (!options.no_trace) throw refuse("visits what it likes, so there is no trace of it: it needs --no-trace");
   if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
@@ -63,7 +64,7 @@ int trace_tiles(const Options& options, frontend::AccelKind kind, bool quiet) {
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
   return render_tile_view(options.scene, select_camera(options.view), kind, options.tracer, options.image,
-                          options.statistics, quiet);
+                          options.statistics, common);
 }
 
 /// A traced view, and what is said of it.
@@ -112,21 +113,22 @@ Traced trace_objects(const Options& options, const std::vector<frontend::Camera>
   return traced;
 }
 
-int trace(const Options& options, bool quiet) {
+int trace(const Options& options, const CommonOptions& common) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
-  if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, quiet);
+  if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
   const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
   if (!options.no_trace && !tracer.skips.faithful()) {
     throw Error("--skip", options.tracer.skip, "leaves out visits that a trace must hold: it needs --no-trace");
   }
-  frontend::RenderOptions render = render_options(options.tracer, quiet);
-  render.count_unique = !options.statistics.empty();
-  render.count_hits = !options.statistics.empty();
+  frontend::RenderOptions render = render_options(options.tracer, common.quiet);
+  const bool statistics = common.json || !options.statistics.empty();
+  render.count_unique = statistics;
+  render.count_hits = statistics;
   const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
   if (!options.view.views.empty() && !heatmaps.empty())
@@ -140,23 +142,24 @@ int trace(const Options& options, bool quiet) {
   if (!options.image.empty()) write_images(options.image, traced.view);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
-  if (!options.statistics.empty()) {
+  if (statistics) {
     nlohmann::ordered_json config;
     for (const auto& [name, value] : chosen) config[name] = value;
-    write_file(options.statistics,
-               statistics_text(statistics_document(config, traced.view.inputs, traced.statistics, traced.host)));
+    const nlohmann::ordered_json document =
+        statistics_document(config, traced.view.inputs, traced.statistics, traced.host);
+    if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
+    if (common.json) print_json(document);
   }
-  if (!quiet) {
+  if (!common.quiet && !common.json) {
     const auto& c = result.counters;
-    fmt::print("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}\n",
-               options.accel, c.rays, c.rounds,
-               static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
-               traced.bytes_per_gaussian, static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
-               traced.view.trace
-                   ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.view.trace->bytes) * 1e-6)
-                   : "");
-    fmt::print("{}\n", describe(rays_end(result)));
-    if (!traced.remark.empty()) fmt::print("{}\n", traced.remark);
+    say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",
+        options.accel, c.rays, c.rounds,
+        static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
+        traced.bytes_per_gaussian, static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+        traced.view.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.view.trace->bytes) * 1e-6)
+                          : "");
+    say("{}", describe(rays_end(result)));
+    if (!traced.remark.empty()) say("{}", traced.remark);
   }
   return 0;
 }
@@ -166,7 +169,7 @@ int trace(const Options& options, bool quiet) {
 void add_trace(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
-                                   [options, &common] { return trace(*options, common.quiet); });
+                                   [options, &common] { return trace(*options, common); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")
       ->type_name(kInputFile)
       ->required();

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/traces/check.h"
@@ -20,13 +21,15 @@ int check_trace(const std::string& path, bool json, bool quiet) {
   try {
     const traces::Totals totals = traces::check(reader, quiet);
     if (json) {
-      fmt::print(R"({{"file":{},"groups":{},"totals":{}}})"
-                 "\n",
-                 nlohmann::json(path).dump(), reader.group_count(), traces::totals_to_json(totals));
+      nlohmann::ordered_json document = json_document("trace-check");
+      document["file"] = path;
+      document["groups"] = reader.group_count();
+      document["totals"] = nlohmann::ordered_json::parse(traces::totals_to_json(totals));
+      print_json(document);
     } else if (!quiet) {
-      fmt::print("{}: consistent: {} groups, {} rays, {} rounds, {} visits, {} any-hit calls, {} checkpoints\n", path,
-                 reader.group_count(), totals.rays, totals.rounds, totals.visits(), totals.any_hit_calls,
-                 totals.checkpoints_written);
+      say("{}: consistent: {} groups, {} rays, {} rounds, {} visits, {} any-hit calls, {} checkpoints", path,
+          reader.group_count(), totals.rays, totals.rounds, totals.visits(), totals.any_hit_calls,
+          totals.checkpoints_written);
     }
     return 0;
   } catch (const Error& error) {
@@ -39,11 +42,9 @@ int check_trace(const std::string& path, bool json, bool quiet) {
 
 void add_trace_check(CLI::App& app, CommonOptions& common) {
   const auto path = std::make_shared<std::string>();
-  const auto json = std::make_shared<bool>(false);
   CLI::App* command = make_command(app, common, "trace-check", "Proves a trace file consistent",
-                                   [path, json, &common] { return check_trace(*path, *json, common.quiet); });
+                                   [path, &common] { return check_trace(*path, common.json, common.quiet); });
   command->add_option("TRACE", *path, "Trace file")->type_name(kInputFile)->required();
-  command->add_flag("--json", *json, "Print the totals as JSON (default: off)");
 }
 
 }  // namespace grtx::sim

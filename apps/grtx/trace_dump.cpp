@@ -18,10 +18,9 @@ struct Options {
   std::string trace;
   std::optional<std::uint64_t> warp;
   std::optional<unsigned> lane;
-  bool json = false;
 };
 
-int dump_trace(const Options& options) {
+int dump_trace(const Options& options, bool json) {
   const traces::Reader reader(options.trace);
   if (options.warp && *options.warp >= reader.group_count()) {
     throw Error(options.trace, fmt::format("--warp {}", *options.warp),
@@ -31,7 +30,7 @@ int dump_trace(const Options& options) {
     throw Error(options.trace, fmt::format("--lane {}", *options.lane),
                 fmt::format("a warp has {} lanes, numbered from 0", reader.header().warp_size));
   }
-  const auto print = options.json ? traces::dump_json : traces::dump;
+  const auto print = json ? traces::dump_json : traces::dump;
   print(reader, std::cout, options.warp, options.lane);
   std::cout.flush();
   if (!std::cout) throw Error("standard output", "", "cannot be written");
@@ -42,13 +41,11 @@ int dump_trace(const Options& options) {
 
 void add_trace_dump(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
-      make_command(app, common, "trace-dump", "Prints a trace file", [options] { return dump_trace(*options); });
+  CLI::App* command = make_command(app, common, "trace-dump", "Prints a trace file",
+                                   [options, &common] { return dump_trace(*options, common.json); });
   command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();
   command->add_option("--warp", options->warp, "Only this warp (default: all)");
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
-  command->add_flag("--json", options->json,
-                    "JSON Lines with every field: the file, then a line a warp (default: off)");
 }
 
 }  // namespace grtx::sim

@@ -170,9 +170,9 @@ class Results:
                 raise Failed(f"{path}: {scene} {design} {coordinates}: {self.reason(key) or status}")
 
     def listed(self, path, machine):
-        for line in self.call("sweep", path, "-o", self.database, "--machine", machine, "--list").splitlines()[:-1]:
-            *head, coordinates = line.split(None, 5)
-            yield (*head, json.loads(coordinates))
+        listed = json.loads(self.call("sweep", path, "-o", self.database, "--machine", machine, "--list", "--json"))
+        for point in listed["points"]:
+            yield tuple(point[name] for name in ("key", "status", "mode", "scene", "design", "coordinates"))
 
     def query(self, sql, *arguments):
         connection = sqlite3.connect(f"file:{self.database}?mode=ro", uri=True)

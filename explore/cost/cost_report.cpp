@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "grtx/base/wrapped.h"
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/technology.h"
 #include "grtx/explore/cost/unit_latency.h"
@@ -17,21 +18,34 @@ std::string label(const CostNode& node) {
   return node.copies == 1 ? node.name : fmt::format("{} x{}", node.name, node.copies);
 }
 
+// Each at most eight characters wide, whatever the machine.
+std::string bits_text(std::uint64_t bits) {
+  return bits < 100'000'000 ? fmt::format("{}", bits) : fmt::format("{:.1f}M", static_cast<double>(bits) * 1e-6);
+}
+std::string kilo_gates_text(double gates) { return fmt::format("{:.{}f}", gates * 1e-3, gates < 1e6 ? 1 : 0); }
+std::string area_text(double mm2) { return fmt::format("{:.{}f}", mm2, mm2 < 1.0 ? 4 : mm2 < 10.0 ? 3 : 2); }
+
+// A row of 80 columns; a name that is too long has a line of its own.
+std::string row(const std::string& name, const std::string& flip_flops, const std::string& memory, const Range& gates,
+                const Range& area, const Range& leakage, double delay) {
+  constexpr std::size_t kName = 21;
+  return fmt::format("{:<21}{:>9}{:>9}{:>7}{:>7}{:>7}{:>7}{:>7.2f}{:>6.2f}\n",
+                     name.size() > kName ? name + "\n" + std::string(kName, ' ') : name, flip_flops, memory,
+                     kilo_gates_text(gates.central), area_text(area.low), area_text(area.central), area_text(area.high),
+                     leakage.central, delay);
+}
+
 void print_node(std::string& out, const CostNode& node, unsigned level, unsigned depth, bool items) {
-  const std::string name = std::string(2 * level, ' ') + label(node);
-  out += fmt::format("{:<34}{:>12}{:>12}{:>10.1f}{:>11.4f}{:>11.4f}{:>11.4f}{:>10.2f}{:>8.2f}\n", name,
-                     node.flip_flop_bits, node.memory_bits, node.gates.central * 1e-3, node.area_mm2.low,
-                     node.area_mm2.central, node.area_mm2.high, node.leakage_mw.central, node.delay_ns);
+  out += row(std::string(level, ' ') + label(node), bits_text(node.flip_flop_bits), bits_text(node.memory_bits),
+             node.gates, node.area_mm2, node.leakage_mw, node.delay_ns);
   if (items) {
     for (const CostItem& item : node.items) {
-      const std::string what = std::string(2 * level + 2, ' ') + "- " + item.name +
+      const std::string what = std::string(level + 1, ' ') + "- " + item.name +
                                (item.kind == "logic" ? fmt::format(" x{:.0f}", item.count) : "") +
                                (item.added_by_grtx ? " [GRTX]" : "");
-      out += fmt::format("{:<34}{:>12}{:>12}{:>10.1f}{:>11.4f}{:>11.4f}{:>11.4f}{:>10.2f}{:>8.2f}  {}\n", what,
-                         item.kind == "flip-flops" ? fmt::format("{}", item.bits) : "",
-                         item.kind == "SRAM" || item.kind == "cache" ? fmt::format("{}", item.bits) : "",
-                         item.gates.central * 1e-3, item.area_mm2.low, item.area_mm2.central, item.area_mm2.high,
-                         item.leakage_mw.central, item.delay_ns, item.estimator);
+      out += row(what, item.kind == "flip-flops" ? bits_text(item.bits) : "",
+                 item.kind == "SRAM" || item.kind == "cache" ? bits_text(item.bits) : "", item.gates, item.area_mm2,
+                 item.leakage_mw, item.delay_ns);
     }
   }
   if (level == depth) return;
@@ -134,27 +148,28 @@ MachineCost machine_cost(const GpuConfig& config, const std::string& design,
 
 std::string cost_text(const MachineCost& cost, unsigned depth, bool items) {
   const Technology& t = technology(cost.options.nm);
-  std::string out = fmt::format(
-      "design {}, {} nm ({}), {:g} MHz, utilisation {:g}, control factor {:g}\n"
-      "The paper gives no area and no energy: these figures are this model's own.\n\n",
-      cost.design, t.nm, t.source, cost.options.clock_mhz, cost.options.utilisation, cost.options.control);
-  out += fmt::format("{:<34}{:>12}{:>12}{:>10}{:>11}{:>11}{:>11}{:>10}{:>8}\n", "module", "FF bits", "RAM bits", "kGE",
-                     "mm2 low", "central", "high", "leak mW", "ns");
+  std::string out =
+      wrapped(fmt::format("design {}, {} nm ({}), {:g} MHz, utilisation {:g}, control factor {:g}", cost.design, t.nm,
+                          t.source, cost.options.clock_mhz, cost.options.utilisation, cost.options.control)) +
+      "\nThe paper gives no area and no energy: these figures are this model's own.\n\n";
+  out += fmt::format("{:<21}{:>9}{:>9}{:>7}{:>7}{:>7}{:>7}{:>7}{:>6}\n", "module", "FF bits", "RAM bits", "kGE",
+                     "mm2 lo", "centr.", "high", "mW lk", "ns");
   print_node(out, cost.tree, 0, depth, items);
   if (!cost.storage.fields.empty()) {
     out += "\nAdded to an RT unit by checkpointing (the paper's table):\n";
     for (const auto& field : cost.storage.fields) out += fmt::format("  {:<24}{:>8} bits\n", field.name, field.bits);
     out += fmt::format("  {:<24}{:>8} B = {}\n", "total", cost.storage.bytes(), human_bytes(cost.storage.bytes()));
-    out +=
-        fmt::format("Buffers in global memory: {} B a ray, {} for {} SMs ({} checkpoint entries x{}, {} evictions)\n",
-                    cost.buffers.bytes_per_ray(), human_bytes(cost.buffers.bytes()), cost.buffers.sms,
-                    cost.buffers.checkpoint_entries, cost.buffers.checkpoint_copies, cost.buffers.eviction_entries);
+    out += wrapped(fmt::format(
+               "Buffers in global memory: {} B a ray, {} for {} SMs ({} checkpoint entries x{}, {} evictions)",
+               cost.buffers.bytes_per_ray(), human_bytes(cost.buffers.bytes()), cost.buffers.sms,
+               cost.buffers.checkpoint_entries, cost.buffers.checkpoint_copies, cost.buffers.eviction_entries)) +
+           "\n";
   }
   out += "\nCycles that the operators' delays ask for, against the configured latency:\n";
   for (const auto& l : cost.latencies) {
     out += fmt::format("  {:<16}{:>3} to {:<3} configured {:<4}{}\n", l.unit, l.fast, l.slow, l.configured,
                        l.configured >= l.slow   ? ""
-                       : l.configured >= l.fast ? "needs the fast end of the node's delay"
+                       : l.configured >= l.fast ? "needs the fast end of the node"
                                                 : "too short at this node and clock");
   }
   return out;
@@ -185,6 +200,38 @@ ordered_json cost_json(const MachineCost& cost) {
   for (const auto& l : cost.latencies) {
     json["latency"][l.unit] = {{"configured", l.configured}, {"fast", l.fast}, {"slow", l.slow}};
   }
+  return json;
+}
+
+std::string energy_text(const std::vector<EnergyPart>& parts) {
+  const Range sum = total(parts);
+  std::string out =
+      fmt::format("{:<26}{:>14}{:>10}{:>10}{:>11}{:>8}\n", "part", "actions", "uJ low", "central", "high", "share");
+  std::string actions = "\nAn action is\n";
+  for (const EnergyPart& part : parts) {
+    if (part.actions == 0.0) continue;
+    out += fmt::format("{:<26}{:>14.0f}{:>10.2f}{:>10.2f}{:>11.2f}{:>7.1f}%\n", part.name, part.actions,
+                       part.nanojoules.low * 1e-3, part.nanojoules.central * 1e-3, part.nanojoules.high * 1e-3,
+                       100.0 * part.nanojoules.central / sum.central);
+    actions += fmt::format("  {:<20}{}\n", part.name + ' ', part.basis);
+  }
+  out += fmt::format("{:<26}{:>14}{:>10.2f}{:>10.2f}{:>11.2f}\n", "frame", "", sum.low * 1e-3, sum.central * 1e-3,
+                     sum.high * 1e-3);
+  return out + actions;
+}
+
+ordered_json energy_json(const std::vector<EnergyPart>& parts) {
+  ordered_json json;
+  json["schema"] = "grtx.energy/1";
+  json["parts"] = ordered_json::array();
+  for (const EnergyPart& part : parts) {
+    if (part.actions == 0.0) continue;
+    json["parts"].push_back({{"part", part.name},
+                             {"actions", part.actions},
+                             {"nanojoules", json_of(part.nanojoules)},
+                             {"action", part.basis}});
+  }
+  json["frame_nanojoules"] = json_of(total(parts));
   return json;
 }
 

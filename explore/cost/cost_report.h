@@ -7,6 +7,7 @@
 
 #include "grtx/explore/cost/checkpoint_storage.h"
 #include "grtx/explore/cost/cost_tree.h"
+#include "grtx/explore/cost/run_energy.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
@@ -34,6 +35,9 @@ MachineCost machine_cost(const GpuConfig& config, const std::string& design,
 std::string cost_text(const MachineCost& cost, unsigned depth, bool items);
 nlohmann::ordered_json cost_json(const MachineCost& cost);
 std::string cost_csv(const MachineCost& cost);
+/// What run_energy() gave, without parts of which no action was counted.
+std::string energy_text(const std::vector<EnergyPart>& parts);
+nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts);
 /// Every coefficient with its source and confidence, in Markdown.
 std::string coefficient_reference();
 

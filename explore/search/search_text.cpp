@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "grtx/base/wrapped.h"
 #include "grtx/explore/search/search.h"
 #include "grtx/explore/sweep/axis.h"
 
@@ -40,15 +41,16 @@ std::string titles(const std::vector<std::string>& objectives) {
 std::string front_text(const ordered_json& result, const std::vector<std::string>& objectives) {
   const ordered_json& front = result.at("front");
   const bool evaluated = result.at("reference").contains("evaluation");
-  std::string text = fmt::format("\nfront, over the reference ({} on the search scenes{})\n{}{}   design\n",
-                                 result.at("confirming").at("mode").get<std::string>(),
-                                 evaluated ? ", then once on the evaluation scenes" : "", titles(objectives),
-                                 evaluated ? "  |" + titles(objectives) : "");
+  std::string text = "\n" +
+                     wrapped(fmt::format("front, over the reference ({} on the search scenes{})",
+                                         result.at("confirming").at("mode").get<std::string>(),
+                                         evaluated ? ", then once on the evaluation scenes" : "")) +
+                     "\n" + titles(objectives) + "\n";
   for (const ordered_json& at : front) {
     const ordered_json& candidate = result.at("candidates")[at.get<std::size_t>()];
     text += figures(candidate.at("confirming"), objectives);
-    if (evaluated) text += "  |" + figures(candidate.at("evaluation"), objectives);
-    text += "   " + words(candidate.at("coordinates")) + "\n";
+    if (evaluated) text += "\n" + figures(candidate.at("evaluation"), objectives) + "   evaluation";
+    text += "\n" + wrapped("    " + words(candidate.at("coordinates")), 4) + "\n";
   }
   if (front.empty()) text += "  none\n";
   return text;
@@ -61,10 +63,10 @@ std::string path_text(const ordered_json& result, const std::vector<std::string>
                                  titles(objectives));
   for (const ordered_json& step : path) {
     const std::string from = step.at("from").is_null() ? "base" : text_of(step.at("from"));
-    text += fmt::format("{}   {}: {} -> {}", figures(step, objectives), step.at("key").get<std::string>(), from,
-                        text_of(step.at("to")));
-    if (step.contains("reason")) text += fmt::format(" ({})", step.at("reason").get<std::string>());
-    text += step.contains("together") ? ", only with the next\n" : "\n";
+    std::string line = fmt::format("{}   {}: {} -> {}", figures(step, objectives), step.at("key").get<std::string>(),
+                                   from, text_of(step.at("to")));
+    if (step.contains("reason")) line += fmt::format(" ({})", step.at("reason").get<std::string>());
+    text += wrapped(line + (step.contains("together") ? ", only with the next" : ""), 6) + "\n";
   }
   return text;
 }
@@ -72,14 +74,22 @@ std::string path_text(const ordered_json& result, const std::vector<std::string>
 std::string effects_text(const ordered_json& result) {
   std::string text;
   for (const ordered_json& of : result.at("effects")) {
-    text += fmt::format("\nwhat each parameter contributes to {} (additive model, explains {:.0f} %)\n",
-                        of.at("objective").get<std::string>(), 100.0 * of.at("explained").get<double>());
+    text += "\n" +
+            wrapped(fmt::format("what each parameter contributes to {} (additive model, explains {:.0f} %)",
+                                of.at("objective").get<std::string>(), 100.0 * of.at("explained").get<double>())) +
+            "\n";
     for (const ordered_json& parameter : of.at("parameters")) {
-      text += fmt::format("  {:<28}", parameter.at("key").get<std::string>());
+      std::string line = fmt::format("  {:<28}", parameter.at("key").get<std::string>());
       for (const ordered_json& value : parameter.at("values")) {
-        text += fmt::format("  {}: {:.3f}", text_of(value.at("value")), value.at("factor").get<double>());
+        const std::string one =
+            fmt::format("  {}: {:.3f}", text_of(value.at("value")), value.at("factor").get<double>());
+        if (line.size() + one.size() > kLineWidth) {
+          text += line + "\n";
+          line = std::string(30, ' ');
+        }
+        line += one;
       }
-      text += "\n";
+      text += line + "\n";
     }
   }
   return text;
@@ -91,17 +101,22 @@ std::string search_text(const ordered_json& result) {
   const auto objectives = result.at("objectives").get<std::vector<std::string>>();
   const ordered_json& counts = result.at("counts");
   const auto count = [&](const char* name) { return counts.at(name).get<std::size_t>(); };
-  std::string text = fmt::format(
-      "{} candidates of {:.0f} in {} generations: {} broken, {} too dear, {} failed, {} screened ({}), {} confirmed "
-      "({}), {} on the front\n",
-      count("candidates"), counts.at("space").get<double>(), count("generations") + 1, count("broken"),
-      count("too_dear"), count("failed"), count("screened"), result.at("screening").at("mode").get<std::string>(),
-      count("confirmed"), result.at("confirming").at("mode").get<std::string>(), count("front"));
+  std::string text =
+      wrapped(fmt::format("{} candidates of {:.0f} in {} generations: {} broken, {} too dear, {} failed, {} screened "
+                          "({}), {} confirmed "
+                          "({}), {} on the front",
+                          count("candidates"), counts.at("space").get<double>(), count("generations") + 1,
+                          count("broken"), count("too_dear"), count("failed"), count("screened"),
+                          result.at("screening").at("mode").get<std::string>(), count("confirmed"),
+                          result.at("confirming").at("mode").get<std::string>(), count("front"))) +
+      "\n";
   text += front_text(result, objectives) + path_text(result, objectives) + effects_text(result);
   if (!result.at("invalid").empty()) text += "\nnot on the front by rule\n";
   for (const ordered_json& group : result.at("invalid")) {
-    text += fmt::format("{:>7}  {}: {}\n", group.at("candidates").get<std::size_t>(),
-                        group.at("outcome").get<std::string>(), group.at("reason").get<std::string>());
+    text += wrapped(fmt::format("{:>7}  {}: {}", group.at("candidates").get<std::size_t>(),
+                                group.at("outcome").get<std::string>(), group.at("reason").get<std::string>()),
+                    9) +
+            "\n";
   }
   return text;
 }

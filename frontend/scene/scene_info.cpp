@@ -90,7 +90,7 @@ void describe_scales(const Scene& scene, SceneInfo& info) {
 
 std::string box_text(const std::optional<FileBox>& box) {
   if (!box) return "none (empty scene)";
-  return fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", box->low.x, box->low.y, box->low.z,
+  return fmt::format("({:.5g}, {:.5g}, {:.5g}) to ({:.5g}, {:.5g}, {:.5g})", box->low.x, box->low.y, box->low.z,
                      box->high.x, box->high.y, box->high.z);
 }
 

@@ -20,11 +20,6 @@ namespace {
 
 const std::string kStressPrefix = "stress-";
 
-std::string cameras_path(const std::string& path) {
-  const bool ply = path.size() > 4 && path.compare(path.size() - 4, 4, ".ply") == 0;
-  return (ply ? path.substr(0, path.size() - 4) : path) + ".cameras.json";
-}
-
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
   if (std::find(known.begin(), known.end(), options.preset) == known.end()) {
@@ -47,6 +42,11 @@ SynthWorld world_of(const std::string& preset) {
 
 }  // namespace
 
+std::string synth_cameras_path(const std::string& path) {
+  const bool ply = path.size() > 4 && path.compare(path.size() - 4, 4, ".ply") == 0;
+  return (ply ? path.substr(0, path.size() - 4) : path) + ".cameras.json";
+}
+
 std::uint64_t synth_default_count(const std::string& preset) { return preset == "dense_indoor" ? 1000000 : 100000; }
 
 std::vector<std::string> synth_presets() {
@@ -62,7 +62,7 @@ void synthesise(const SynthOptions& options, const std::string& path) {
     SynthPly ply(path, scene.rows.size(), options.sh_degree);
     for (const SynthRow& row : scene.rows) ply.add(row);
     ply.commit();
-    write_cameras_json(cameras_path(path), scene.cameras);
+    write_cameras_json(synth_cameras_path(path), scene.cameras);
     return;
   }
   const SynthWorld world = world_of(options.preset);
@@ -70,7 +70,7 @@ void synthesise(const SynthOptions& options, const std::string& path) {
   SynthPly ply(path, options.count, options.sh_degree);
   for (std::uint64_t i = 0; i < options.count; ++i) ply.add(gaussians.row(i));
   ply.commit();
-  write_cameras_json(cameras_path(path), world.cameras);
+  write_cameras_json(synth_cameras_path(path), world.cameras);
 }
 
 Camera synth_camera(const std::string& name, glm::dvec3 eye, glm::dvec3 target, double angle) {

@@ -20,7 +20,10 @@ std::vector<std::string> synth_presets();
 /// Gaussians where nobody says how many.
 std::uint64_t synth_default_count(const std::string& preset);
 
-/// Writes an INRIA .ply to `path` and cameras to "F.cameras.json" (F = path without .ply). Throws Error.
+/// "F.cameras.json", F = path without .ply.
+std::string synth_cameras_path(const std::string& path);
+
+/// Writes an INRIA .ply to `path` and cameras to synth_cameras_path(path). Throws Error.
 void synthesise(const SynthOptions& options, const std::string& path);
 
 }  // namespace grtx::frontend

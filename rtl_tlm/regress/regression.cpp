@@ -103,11 +103,12 @@ void print(const RegressionOutcome& outcome, const RegressionOptions& options) {
     fmt::print(stderr, "grtx: regress: {}: {}\n", name, outcome.message);
     return;
   }
+  if (options.silent) return;
   if (outcome.kind == Kind::equal) {
     if (options.quiet) return;
     fmt::print("{}: equal, {} statistics\n", name, comparison.compared);
   } else {
-    fmt::print("{}: {}: {}\n", name, outcome.kind == Kind::recorded ? "recorded" : "differs", outcome.message);
+    fmt::print("{}: {}: {}\n", name, name_of(outcome.kind), outcome.message);
     fmt::print("{}", text_of(comparison, options.each));
   }
   if (!comparison.unrecorded.empty() && outcome.kind != Kind::recorded) {
@@ -183,13 +184,27 @@ std::vector<RegressionOutcome> run_regression(const RegressionOptions& options) 
     running.pop_front();
     print(outcomes.back(), options);
   }
-  if (!options.quiet) {
+  if (!options.quiet && !options.silent) {
     fmt::print("{} cases: {} equal, {} differ, {} recorded, {} refused\n", outcomes.size(),
                count(outcomes, Kind::equal), count(outcomes, Kind::differs), count(outcomes, Kind::recorded),
                count(outcomes, Kind::refused));
   }
   if (!options.junit.empty()) write_file(options.junit, junit_xml(options.folder, outcomes, options.each));
   return outcomes;
+}
+
+const char* name_of(RegressionOutcome::Kind kind) {
+  switch (kind) {
+    case Kind::equal:
+      return "equal";
+    case Kind::differs:
+      return "differs";
+    case Kind::recorded:
+      return "recorded";
+    case Kind::refused:
+      return "refused";
+  }
+  return "";
 }
 
 int exit_code(const std::vector<RegressionOutcome>& outcomes) {

@@ -27,6 +27,7 @@ struct RegressionOptions {
   std::string junit;             ///< file to write; "" for none
   std::size_t each = 5;          ///< differing statistics of a unit that are printed; 0: all
   bool quiet = false;            ///< prints differences only
+  bool silent = false;           ///< prints nothing to stdout
   std::string program = "grtx";  ///< that records, as an update names it
   MachineLoader machine;         ///< none: configuration files and settings alone
   EnergyPricing price;           ///< none: the runs have no energy statistics
@@ -53,8 +54,11 @@ struct RegressionOutcome {
 };
 
 /// Runs the cases, each in a process of its own: call it while no other thread of this process runs. Prints what it
-/// finds to stdout. Throws Error for a case file that is wrong, before anything is run.
+/// finds to stdout, unless told to be silent. Throws Error for a case file that is wrong, before anything is run.
 std::vector<RegressionOutcome> run_regression(const RegressionOptions& options);
+
+/// "equal", "differs", "recorded" or "refused".
+const char* name_of(RegressionOutcome::Kind kind);
 
 /// 0: all are equal or recorded; 1: some differ; 2: some were refused.
 int exit_code(const std::vector<RegressionOutcome>& outcomes);

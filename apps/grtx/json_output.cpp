@@ -1,0 +1,65 @@
+#include "grtx/apps/grtx/json_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace grtx::sim {
+namespace {
+
+struct JsonForm {
+  std::string_view command;
+  std::string_view schema;  ///< its first member; "": it has none
+  std::string_view what;
+};
+// In the order of grtx --help.
+constexpr std::array<JsonForm, 17> kForms = {{
+    {"synth", "grtx.synth/1", "the files and what is in them"},
+    {"info", "grtx.info/1", "the description"},
+    {"convert", "grtx.convert/1", "the file and what is in it"},
+    {"trace", "grtx.stats/1", "what --stats writes"},
+    {"reference", "grtx.reference/1", "the image and its size"},
+    {"compare", "grtx.compare/1", "the differences"},
+    {"trace-check", "grtx.trace_check/1", "the totals"},
+    {"trace-dump", "", "JSON Lines with every field, the file, then a line a warp"},
+    {"sim", "grtx.stats/1", "what --stats writes"},
+    {"cost", "grtx.cost/1", "the hierarchy with every item; with --stats the energy by part (grtx.energy/1)"},
+    {"run", "grtx.run/1", "results.json"},
+    {"stalls", "", "a list of sections with their bars"},
+    {"report", "grtx.report/1", "the page and its inputs"},
+    {"sweep", "grtx.sweep/1", "points by state; with --list every point, with --compare what differs"},
+    {"search", "grtx.search/1", "the result, as the database holds it"},
+    {"regress", "grtx.regress/1", "every case with what differs"},
+    {"selftest", "grtx.selftest/1", "every step with what differs"},
+}};
+
+const JsonForm& form_of(std::string_view command) {
+  const auto* found = std::ranges::find(kForms, command, &JsonForm::command);
+  if (found == kForms.end()) throw std::out_of_range(fmt::format("{} has no entry in the table of --json", command));
+  return *found;
+}
+
+}  // namespace
+
+std::string json_help(std::string_view command) {
+  return fmt::format("Print JSON in place of text: {} (default: off)", form_of(command).what);
+}
+
+nlohmann::ordered_json json_document(std::string_view command) { return {{"schema", form_of(command).schema}}; }
+
+void print_json(const nlohmann::ordered_json& document) {
+  fmt::print("{}\n", document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+std::string json_reference() {
+  std::string text = "| command | `--json` prints | schema |\n|---|---|---|\n";
+  for (const JsonForm& form : kForms) {
+    text += fmt::format("| `{}` | {} | {} |\n", form.command, form.what,
+                        form.schema.empty() ? "" : fmt::format("`{}`", form.schema));
+  }
+  return text;
+}
+
+}  // namespace grtx::sim
