@@ -71,6 +71,9 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
         for (const std::string& flag : option->get_snames()) known.push_back("-" + flag);
       }
       const std::string flag = word.substr(0, word.find('='));
+      if (std::find(known.begin(), known.end(), flag) != known.end()) {
+        return {name, flag, "options come after the command: grtx " + name + " ... " + word};
+      }
       return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
     }
     if (command == &app && word == "help")

@@ -70,6 +70,7 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
   const std::vector<Case> cases = {
       {"simm x.grtx", {"unknown command simm", "sim"}},
       {"traces", {"unknown command traces", "trace"}},
+      {"--quiet sim x.grtx", {"sim", "options come after the command", "--quiet"}},
       {"sim x.grtx --confg a.toml", {"sim", "unknown option --confg", "--config"}},
       {"sim x.grtx --stat=a.json", {"unknown option --stat", "--stats"}},
       {"sim x.grtx --mode cycles", {"--mode", "unknown value 'cycles'", "'cycle'"}},
