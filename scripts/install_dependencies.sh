@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
-# As root, or with sudo. Debian 12 (bookworm); with --minimal Debian 13 (trixie), too, where tests and checks lack clang-format 14.
+# As root, or with sudo. Debian 12 (bookworm) and 13 (trixie), which has no clang-format 14: the checks of layout skip there.
 # Usage: scripts/install_dependencies.sh [--minimal]   (--minimal: only what the build, grtx and scripts/reproduce.sh need)
 set -euo pipefail
 
@@ -17,11 +17,12 @@ case "${1:-}" in
   "")
     packages+=(
       slurmctld slurmd slurm-client munge
-      clang-format-14 clang-tidy-14 verilator yosys
+      verilator yosys
       python3-numpy python3-pandas python3-matplotlib python3-xxhash python3-zstandard
       python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
       gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
     )
+    [ "$(. /etc/os-release && echo "${VERSION_ID:-}")" = 13 ] || packages+=(clang-format-14 clang-tidy-14)
     # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
     command -v npm >/dev/null || packages+=(nodejs npm)
     ;;

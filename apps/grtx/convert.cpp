@@ -14,13 +14,13 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct ConvertArguments {
   std::string input;
   std::string output;
   frontend::SceneReadOptions read;
 };
 
-int convert(const Options& options, const CommonOptions& common) {
+int convert(const ConvertArguments& options, const CommonOptions& common) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension != ".ply" && extension != ".spz") throw Error(options.output, "", "must end in .ply or .spz");
   const frontend::RawRows rows = frontend::load_rows(options.input, options.read);
@@ -47,7 +47,7 @@ int convert(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 void add_convert(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ConvertArguments>();
   CLI::App* command = make_command(app, common, "convert", "Writes a scene of any format as .ply or .spz",
                                    [options, &common] { return convert(*options, common); });
   command->add_option("INPUT", options->input, "Scene file, or folder of a SOG scene (no default)")

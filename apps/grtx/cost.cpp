@@ -18,7 +18,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct CostArguments {
   std::string machine;
   std::string config;
   std::vector<std::string> settings;
@@ -52,8 +52,8 @@ MachineUse machine_of(const std::string& statistics) {
 }
 
 // The energy of a run of the configured machine.
-void print_energy(const Options& options, const GpuConfig& config, const std::vector<modules::Inventory>& inventories,
-                  bool as_json) {
+void print_energy(const CostArguments& options, const GpuConfig& config,
+                  const std::vector<modules::Inventory>& inventories, bool as_json) {
   const nlohmann::ordered_json document = read_statistics(options.statistics);
   if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
     throw Error(options.statistics, "inputs.config_hash", "is of another configuration than --config and --set give");
@@ -70,7 +70,7 @@ void print_energy(const Options& options, const GpuConfig& config, const std::ve
   }
 }
 
-int cost(const Options& options, bool json) {
+int cost(const CostArguments& options, bool json) {
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
     fmt::print("{}", coefficient_reference());
@@ -100,7 +100,7 @@ int cost(const Options& options, bool json) {
 }  // namespace
 
 void add_cost(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CostArguments>();
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
                                    [options, &common] { return cost(*options, common.json); });
   add_machine_option(command, options->machine);

@@ -13,7 +13,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct ReferenceArguments {
   std::string scene;
   ViewOptions view;
   std::string proxy = "icosahedron20";
@@ -44,7 +44,7 @@ frontend::ReferenceProxy proxy_of(const std::string& proxy, const std::string& a
   return proxy == "icosphere80" ? ReferenceProxy::icosphere80 : ReferenceProxy::icosahedron20;
 }
 
-int render(Options options, const CommonOptions& common) {
+int render(ReferenceArguments options, const CommonOptions& common) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
   render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
@@ -73,7 +73,7 @@ int render(Options options, const CommonOptions& common) {
 }  // namespace
 
 void add_reference(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReferenceArguments>();
   CLI::App* command = make_command(app, common, "reference", "Renders by brute force in double precision",
                                    [options, &common] { return render(*options, common); });
   command->add_option("--scene", options->scene, "Scene file (no default)")->type_name(kInputFile)->required();

@@ -14,7 +14,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct RegressArguments {
   RegressionOptions regression;
   bool update = false;
 };
@@ -31,7 +31,7 @@ nlohmann::ordered_json regression_json(const std::vector<RegressionOutcome>& out
   for (const RegressionOutcome& outcome : outcomes) {
     nlohmann::ordered_json& c = json["cases"].emplace_back();
     c["case"] = outcome.regression_case.name;
-    c["outcome"] = name_of(outcome.kind);
+    c["outcome"] = outcome_name(outcome.kind);
     c["message"] = outcome.message;
     c["compared"] = outcome.comparison.compared;
     c["differences"] = nlohmann::ordered_json::array();
@@ -48,7 +48,7 @@ nlohmann::ordered_json regression_json(const std::vector<RegressionOutcome>& out
   return json;
 }
 
-int regress(Options options, const CommonOptions& common) {
+int regress(RegressArguments options, const CommonOptions& common) {
   RegressionOptions& regression = options.regression;
   if (options.update && regression.reason.empty()) throw Error("--update", "", "needs --reason TEXT");
   if (!options.update && !regression.reason.empty()) throw Error("--reason", "", "needs --update");
@@ -65,7 +65,7 @@ int regress(Options options, const CommonOptions& common) {
 }  // namespace
 
 void add_regress(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RegressArguments>();
   CLI::App* command =
       make_command(app, common, "regress", "Runs a folder of traces and compares their statistics with those on record",
                    [options, &common] { return regress(*options, common); });

@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct ReportArguments {
   ReportOptions report;
   std::string output;
 };
@@ -19,7 +19,7 @@ struct Options {
 }  // namespace
 
 void add_report(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReportArguments>();
   CLI::App* command =
       make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options, &common] {
         write_file(options->output, report_page(options->report));

@@ -73,7 +73,7 @@ class Comparison {
   std::vector<std::string> names_;
 };
 
-struct Options {
+struct RunArguments {
   std::string scene;
   ViewOptions view;
   TracerCli tracer;
@@ -103,7 +103,7 @@ struct TracedDesigns {
 
 /// trace(design, render options, trace file) gives a view; statistics(view) and host(view) what is said of it.
 template <typename Trace, typename Statistics, typename Host>
-TracedDesigns trace_each(const Options& options, const Comparison& comparison, bool quiet, Trace&& trace,
+TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, bool quiet, Trace&& trace,
                          Statistics&& statistics, Host&& host) {
   TracedDesigns all;
   for (const Design& design : comparison.designs()) {
@@ -131,7 +131,7 @@ TracedDesigns trace_each(const Options& options, const Comparison& comparison, b
   return all;
 }
 
-TracedDesigns trace_scene(const Options& options, const Comparison& comparison, bool quiet) {
+TracedDesigns trace_scene(const RunArguments& options, const Comparison& comparison, bool quiet) {
   frontend::ViewTracer view(load_flat_scene(options.scene), select_cameras(options.view),
                             kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
@@ -148,7 +148,7 @@ TracedDesigns trace_scene(const Options& options, const Comparison& comparison, 
       [&](const frontend::TracedView& traced) { return tracer_host_statistics(view.accel(), traced.result); });
 }
 
-TracedDesigns trace_objects(const Options& options, const Comparison& comparison, bool quiet) {
+TracedDesigns trace_objects(const RunArguments& options, const Comparison& comparison, bool quiet) {
   const frontend::AccelKind kind = comparison.designs().front().accel;  // that of all
   const auto view = object_view(options.scene, select_cameras(options.view), options.tracer, kind);
   return trace_each(
@@ -181,7 +181,7 @@ unsigned default_jobs() {
 /// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
                                                      const Comparison& comparison, const GpuConfig& config,
-                                                     const Options& options, const SampledOptions& sampled,
+                                                     const RunArguments& options, const SampledOptions& sampled,
                                                      bool quiet) {
   const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
   std::map<std::string, ordered_json> documents;
@@ -291,7 +291,7 @@ void print_intervals(const ordered_json& results) {
 }
 
 /// What a person wants to see of the results.
-void print_summary(const Options& options, const Comparison& comparison, const ordered_json& results,
+void print_summary(const RunArguments& options, const Comparison& comparison, const ordered_json& results,
                    const TracedDesigns& traced) {
   const bool objects = results.contains("speedup_over");
   fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
@@ -312,7 +312,7 @@ void print_summary(const Options& options, const Comparison& comparison, const o
              traced.identical ? "bit-identical" : "DIFFERENT");
 }
 
-int run(const Options& options, const CommonOptions& common) {
+int run(const RunArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
@@ -390,7 +390,7 @@ int run(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 void add_run(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunArguments>();
   CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
                                    [options, &common] { return run(*options, common); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json: sw and grtx alone (no default)")

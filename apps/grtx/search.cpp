@@ -18,13 +18,13 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct SearchArguments {
   std::string plan;
   SessionOptions session;
   std::string machine;
 };
 
-int search(const Options& options, const CommonOptions& common) {
+int search(const SearchArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
   const CliTracerRules tracer;
@@ -47,7 +47,7 @@ int search(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 void add_search(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SearchArguments>();
   CLI::App* command =
       make_command(app, common, "search", "Finds the front of a design space; results in a sweep's SQLite database",
                    [options, &common] { return search(*options, common); });

@@ -24,7 +24,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct SimArguments {
   std::string trace;
   std::string machine;
   std::string config;
@@ -67,7 +67,7 @@ int report_violations(const SimulationResult& result) {
 }
 
 /// Waveforms, timelines and heat maps are of simulations.
-void check_estimate(const Options& options) {
+void check_estimate(const SimArguments& options) {
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
       !options.heatmaps.empty()) {
     throw Error("sim", "--mode " + std::string(name_of(options.mode)),
@@ -75,7 +75,7 @@ void check_estimate(const Options& options) {
   }
 }
 
-int run_model(const Options& options, const GpuConfig& config, const CommonOptions& common) {
+int run_model(const SimArguments& options, const GpuConfig& config, const CommonOptions& common) {
   check_estimate(options);
   SimulationOptions simulation;
   simulation.price = describe_energy;
@@ -92,7 +92,7 @@ int run_model(const Options& options, const GpuConfig& config, const CommonOptio
   return 0;
 }
 
-int run_sampled(const Options& options, const GpuConfig& config, const SampledOptions& sampled,
+int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
                 const CommonOptions& common) {
   check_estimate(options);
   const SampledResult result = simulate_sampled(options.trace, config, sampled);
@@ -106,7 +106,7 @@ int run_sampled(const Options& options, const GpuConfig& config, const SampledOp
   return report_violations(result.result);
 }
 
-int run_simulation(Options options, const CommonOptions& common) {
+int run_simulation(SimArguments options, const CommonOptions& common) {
   if (common.json && (options.list_config || options.list_statistics)) {
     throw Error("--json", "", "needs a trace: lists are Markdown");
   }
@@ -156,7 +156,7 @@ int run_simulation(Options options, const CommonOptions& common) {
 }  // namespace
 
 void add_sim(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SimArguments>();
   CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
                                    [options, &common] { return run_simulation(*options, common); });
   command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);

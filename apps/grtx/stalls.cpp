@@ -12,7 +12,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct StallsArguments {
   std::string statistics;
   unsigned columns = 38;  ///< lines of 80 columns
 };
@@ -27,7 +27,7 @@ std::string stall_json(const std::vector<StallSection>& sections) {
   return list.dump(1) + "\n";
 }
 
-int print_stalls(const Options& options, bool json) {
+int print_stalls(const StallsArguments& options, bool json) {
   const nlohmann::ordered_json document = read_json(options.statistics);
   if (document.is_object() && document.contains("stats")) {
     check_statistics(document.at("stats"), options.statistics, "");
@@ -40,7 +40,7 @@ int print_stalls(const Options& options, bool json) {
 }  // namespace
 
 void add_stalls(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<StallsArguments>();
   CLI::App* command = make_command(app, common, "stalls", "Shows where the cycles of a simulation went, as text bars",
                                    [options, &common] { return print_stalls(*options, common.json); });
   command->add_option("STATS", options->statistics, "Statistics JSON of grtx sim --stats")

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct SweepArguments {
   std::string plan;
   SessionOptions session;
   std::string machine;
@@ -31,7 +31,7 @@ struct Options {
   std::string task, result, scratch;
 };
 
-int compare(const Options& options, const CommonOptions& common) {
+int compare(const SweepArguments& options, const CommonOptions& common) {
   for (const std::string& path : options.compare) {
     if (!fs::exists(path)) throw Error(path, "", "no such file");
   }
@@ -48,7 +48,7 @@ int compare(const Options& options, const CommonOptions& common) {
 }
 
 /// The plan with what the command line overrides.
-SweepPlan plan_of(const Options& options, const TracerRules& tracer) {
+SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
   SweepPlan plan = load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
@@ -110,7 +110,7 @@ int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database
   return done != counts.end() && done->second == points.size() ? 0 : 1;
 }
 
-int sweep(const Options& options, const CommonOptions& common) {
+int sweep(const SweepArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (!options.task.empty()) {
     run_task(options.task, options.result, options.scratch);
@@ -149,7 +149,7 @@ int sweep(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 void add_sweep(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SweepArguments>();
   CLI::App* command = make_command(app, common, "sweep", "Explores a design space; results in an SQLite database",
                                    [options, &common] { return sweep(*options, common); });
   command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)");

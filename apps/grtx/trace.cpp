@@ -22,7 +22,7 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct TraceArguments {
   std::string scene;
   ViewOptions view;
   std::string accel = "tri20";
@@ -56,7 +56,7 @@ void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend:
   }
 }
 
-int trace_tiles(const Options& options, frontend::AccelKind kind, const CommonOptions& common) {
+int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const CommonOptions& common) {
   const auto refuse = [](const char* why) -> Error { return Error("--tracing", "tiles", why); };
   if (!options.no_trace) throw refuse("visits what it likes, so there is no trace of it: it needs --no-trace");
   if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
@@ -75,9 +75,9 @@ struct Traced {
   std::string remark;  ///< for people; "": none
 };
 
-Traced trace_scene(const Options& options, const std::vector<frontend::Camera>& cameras, frontend::AccelKind kind,
-                   const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
-                   std::map<std::string, std::string> inputs) {
+Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
+                   frontend::AccelKind kind, const frontend::TracerOptions& tracer,
+                   const frontend::RenderOptions& render, std::map<std::string, std::string> inputs) {
   frontend::ViewTracer view(load_flat_scene(options.scene), cameras, tracer.kernel);
   const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
@@ -97,9 +97,9 @@ Traced trace_scene(const Options& options, const std::vector<frontend::Camera>& 
   return traced;
 }
 
-Traced trace_objects(const Options& options, const std::vector<frontend::Camera>& cameras, frontend::AccelKind kind,
-                     const frontend::TracerOptions& tracer, const frontend::RenderOptions& render,
-                     const std::map<std::string, std::string>& inputs) {
+Traced trace_objects(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
+                     frontend::AccelKind kind, const frontend::TracerOptions& tracer,
+                     const frontend::RenderOptions& render, const std::map<std::string, std::string>& inputs) {
   const auto view = object_view(options.scene, cameras, options.tracer, kind);
   const frontend::MultiObjectWorld& world = view->world();
   Traced traced;
@@ -113,7 +113,7 @@ Traced trace_objects(const Options& options, const std::vector<frontend::Camera>
   return traced;
 }
 
-int trace(const Options& options, const CommonOptions& common) {
+int trace(const TraceArguments& options, const CommonOptions& common) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
@@ -167,7 +167,7 @@ int trace(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 void add_trace(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TraceArguments>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common] { return trace(*options, common); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")

@@ -14,13 +14,13 @@
 namespace grtx::sim {
 namespace {
 
-struct Options {
+struct TraceDumpArguments {
   std::string trace;
   std::optional<std::uint64_t> warp;
   std::optional<unsigned> lane;
 };
 
-int dump_trace(const Options& options, bool json) {
+int dump_trace(const TraceDumpArguments& options, bool json) {
   const traces::Reader reader(options.trace);
   if (options.warp && *options.warp >= reader.group_count()) {
     throw Error(options.trace, fmt::format("--warp {}", *options.warp),
@@ -40,7 +40,7 @@ int dump_trace(const Options& options, bool json) {
 }  // namespace
 
 void add_trace_dump(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TraceDumpArguments>();
   CLI::App* command = make_command(app, common, "trace-dump", "Prints a trace file",
                                    [options, &common] { return dump_trace(*options, common.json); });
   command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();

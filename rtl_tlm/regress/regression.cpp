@@ -108,7 +108,7 @@ void print(const RegressionOutcome& outcome, const RegressionOptions& options) {
     if (options.quiet) return;
     fmt::print("{}: equal, {} statistics\n", name, comparison.compared);
   } else {
-    fmt::print("{}: {}: {}\n", name, name_of(outcome.kind), outcome.message);
+    fmt::print("{}: {}: {}\n", name, outcome_name(outcome.kind), outcome.message);
     fmt::print("{}", text_of(comparison, options.each));
   }
   if (!comparison.unrecorded.empty() && outcome.kind != Kind::recorded) {
@@ -193,7 +193,7 @@ std::vector<RegressionOutcome> run_regression(const RegressionOptions& options) 
   return outcomes;
 }
 
-const char* name_of(RegressionOutcome::Kind kind) {
+const char* outcome_name(RegressionOutcome::Kind kind) {
   switch (kind) {
     case Kind::equal:
       return "equal";

@@ -58,7 +58,7 @@ struct RegressionOutcome {
 std::vector<RegressionOutcome> run_regression(const RegressionOptions& options);
 
 /// "equal", "differs", "recorded" or "refused".
-const char* name_of(RegressionOutcome::Kind kind);
+const char* outcome_name(RegressionOutcome::Kind kind);
 
 /// 0: all are equal or recorded; 1: some differ; 2: some were refused.
 int exit_code(const std::vector<RegressionOutcome>& outcomes);
