@@ -64,7 +64,7 @@ def yosys(config, gates):
               "cfg_entry_bytes": (5, config["rt.checkpoint.entry_bytes"])}
     with tempfile.TemporaryDirectory() as folder:
         netlist, stat = os.path.join(folder, "netlist.json"), os.path.join(folder, "stat")
-        script = (f"read_verilog synthesis/fp32.v; read_verilog -sv modules/rtl/checkpoint_unit.sv; "
+        script = (f"read_verilog -sv -Imodules/rtl modules/rtl/checkpoint_unit.sv; "
                   f"hierarchy -top checkpoint_unit -chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}; "
                   f"rename -top top; proc; flatten; delete -input {' '.join('w:' + s for s in straps)}; cd top; "
                   + "".join(f"connect -set {name} {bits}'d{value}; " for name, (bits, value) in straps.items())

@@ -7,6 +7,7 @@
 
 #include "grtx/base/named_enum.h"
 #include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/rt_unit/unit_implementation.h"
 
 namespace grtx::modules {
 
@@ -16,13 +17,6 @@ enum class CheckpointForward : std::uint8_t { rewrite, reference };
 constexpr auto enum_names(CheckpointForward) {
   using enum CheckpointForward;
   return std::to_array<EnumName<CheckpointForward>>({{rewrite, "rewrite"}, {reference, "reference"}});
-}
-
-/// Who does the work: the SystemC unit, or a Verilated block behind the same interface (modules/rtl).
-enum class UnitImplementation : std::uint8_t { tlm, rtl };
-constexpr auto enum_names(UnitImplementation) {
-  using enum UnitImplementation;
-  return std::to_array<EnumName<UnitImplementation>>({{tlm, "tlm"}, {rtl, "rtl"}});
 }
 
 /// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
@@ -70,8 +64,7 @@ struct CheckpointConfig {
              "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs);
     list.add("prefetch_nodes", prefetch_nodes,
              "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
-    list.add("implementation", implementation,
-             "the SystemC unit, or its SystemVerilog by Verilator, with the same statistics (rtl_bridge.md)", kOurs);
+    list.add("implementation", implementation, kUnitImplementations, kOurs);
   }
   static constexpr const char* kStoreRule =
       "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory";

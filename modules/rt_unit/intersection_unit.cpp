@@ -80,23 +80,25 @@ void IntersectionUnit::count(RtUnitCounters& all) const {
   if (Counters* own = all.of_unit(basename())) own->add(counters_);
 }
 
-Inventory IntersectionUnit::inventory() const {
-  Inventory inventory{name(), {}, {}};
+Inventory IntersectionUnit::inventory() const { return intersection_inventory(name(), config_, path_, lanes_); }
+
+Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
+                                 std::uint64_t lanes) {
+  Inventory inventory{name, {}, {}};
   // A pipeline that starts a test every `interval` cycles uses each operator that often for one test.
-  for (Operators o : path_.operators) {
-    o.count = (o.count + config_.interval - 1) / config_.interval * config_.count;
+  for (Operators o : path.operators) {
+    o.count = (o.count + config.interval - 1) / config.interval * config.count;
     inventory.operators.push_back(std::move(o));
   }
-  inventory.storage.push_back({"queue", StorageKind::ram, lanes_ * 8, 1, 1, false, 8});  // lane numbers
-  if (path_.table_bits > 0) {
+  inventory.storage.push_back({"queue", StorageKind::ram, lanes * 8, 1, 1, false, 8});  // lane numbers
+  if (path.table_bits > 0) {
     inventory.storage.push_back(
-        {"rotations", StorageKind::ram, path_.table_bits, config_.count, 0, false, path_.table_word_bits});
+        {"rotations", StorageKind::ram, path.table_bits, config.count, 0, false, path.table_word_bits});
   }
   // Registers between stages: as many bits a stage as the operators work on, one stage a cycle of latency, one test in
   // each `interval` stages.
-  const std::uint64_t stages = (config_.latency + config_.interval - 1) / config_.interval;
-  inventory.storage.push_back(
-      {"pipeline_registers", StorageKind::flip_flop, config_.count * stages * path_.stage_bits});
+  const std::uint64_t stages = (config.latency + config.interval - 1) / config.interval;
+  inventory.storage.push_back({"pipeline_registers", StorageKind::flip_flop, config.count * stages * path.stage_bits});
   return inventory;
 }
 

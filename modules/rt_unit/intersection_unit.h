@@ -26,7 +26,20 @@ struct DataPath {
   unsigned table_word_bits = 0;
 };
 
-class IntersectionUnit final : public IntersectionModule {
+/// What shows of an intersection unit of the project's, in SystemC or RTL, after a cycle.
+class IntersectionState {
+ public:
+  virtual bool idle() const = 0;
+  virtual std::size_t queued() const = 0;     ///< lanes waiting for a pipeline
+  virtual std::size_t in_flight() const = 0;  ///< lanes whose result is not due yet
+  /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
+  virtual unsigned busy_pipelines(Cycle now) const = 0;
+
+ protected:
+  ~IntersectionState() = default;
+};
+
+class IntersectionUnit final : public IntersectionModule, public IntersectionState {
  public:
   struct Config {
     unsigned count = 4;
@@ -62,10 +75,9 @@ class IntersectionUnit final : public IntersectionModule {
   void tick(Cycle now) override;
 
   bool idle() const override { return queue_.empty() && flights_.empty(); }
-  std::size_t queued() const { return queue_.size(); }       ///< lanes waiting for a pipeline
-  std::size_t in_flight() const { return flights_.size(); }  ///< lanes whose result is not due yet
-  /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
-  unsigned busy_pipelines(Cycle now) const {
+  std::size_t queued() const override { return queue_.size(); }
+  std::size_t in_flight() const override { return flights_.size(); }
+  unsigned busy_pipelines(Cycle now) const override {
     return static_cast<unsigned>(
         std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
   }
@@ -98,6 +110,10 @@ class IntersectionUnit final : public IntersectionModule {
   std::size_t lanes_;             ///< of the warp buffer
   Counters counters_;
 };
+
+/// Storage and operators of a unit with this configuration; lanes: of the warp buffer.
+Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
+                                 std::uint64_t lanes);
 
 /// From the counts of published data paths; registers as synthesised with one cut after each operator.
 /// Slab tests of all children and their sort by t. decoded: from their codes, which the unit decodes first. rotated:

@@ -42,6 +42,7 @@ void RtUnitConfig::parameters(ParameterList& list) {
     box.add("rotate_latency", box_rotate_latency, {0, kMaxLatency}, "cycles",
             "of layout obb: the ray is rotated into the node's frame, before latency",
             assumed("as the ray-transform unit, whose operators it has"));
+    box.add("implementation", box_implementation, kUnitImplementations, kOurs);
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
   list.under("sphere", [&](ParameterList& unit) {
@@ -51,6 +52,7 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
+    unit.add("implementation", transform_implementation, kUnitImplementations, kOurs);
   });
 }
 
@@ -108,10 +110,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
     return made(factory, of, context_,
                 [&](const char* name) { return std::make_unique<IntersectionUnit>(name, config, entries, path); });
   };
-  const unsigned boxes = config_.box_op_per_child ? 1 : header.bvh_width;
-  const traces::NodeSizes sizes = header.node_sizes();
-  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header),
-                  ray_box_path(boxes, sizes.decoder_priced(), sizes.oriented()));
+  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header), config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else {

@@ -35,6 +35,8 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_triangle{4, 37, 1};
   IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
   IntersectionUnit::Config ray_transform{4, 6, 1};
+  UnitImplementation box_implementation = UnitImplementation::tlm;
+  UnitImplementation transform_implementation = UnitImplementation::tlm;
   /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit takes the matrix, too.
   bool quadric = false;
   bool box_op_per_child = false;
@@ -49,6 +51,11 @@ struct RtUnitConfig {
     IntersectionUnit::Config unit = ray_box;
     if (header.node_sizes().oriented()) unit.latency += box_rotate_latency;
     return unit;
+  }
+  /// And what a pipeline of it is made of.
+  DataPath box_path(const traces::Header& header) const {
+    const traces::NodeSizes sizes = header.node_sizes();
+    return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced(), sizes.oriented());
   }
   /// Whether anything of a trace with this header is prefetched.
   bool has_prefetcher(const traces::Header& header) const {

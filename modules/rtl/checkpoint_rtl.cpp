@@ -23,19 +23,13 @@
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rtl/clocked_model.h"
+#include "grtx/modules/rtl/intersection_operands.h"
+#include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/modules/rtl/rtl_signals.h"
 #include "grtx/modules/rtl/rtl_units.h"
 
 namespace grtx::modules {
 namespace {
-
-/// Mixes a number's bits (SplitMix64).
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 constexpr unsigned kEntryBytes = 28;                        ///< most
 static_assert(std::endian::native == std::endian::little);  // wide pins are words, the lowest first
@@ -335,8 +329,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   }
 
   [[noreturn]] void refuse(LaneId id, const std::string& rule) const {
-    throw Error(std::string(name()) + " (RTL)",
-                "warp " + std::to_string(entry_of(id)) + " lane " + std::to_string(lane_of(id)), rule);
+    rtl_fault(name(), "warp " + std::to_string(entry_of(id)) + " lane " + std::to_string(lane_of(id)), rule);
   }
 
   void clock() { model_.edge(); }
@@ -444,12 +437,12 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       if ((get_bits(pins.item_before, i, 1) != 0) == before && (get_bits(pins.item_beyond, i, 1) != 0) == beyond) {
         continue;
       }
-      throw Error(std::string(name()) + " (RTL)", "t-value validation " + std::to_string(i),
-                  "t = " + hexadecimal(t) + " with t_min = " + hexadecimal(t_min) +
-                      " and t_max = " + hexadecimal(t_max) + " must be " +
-                      (before   ? "before"
-                       : beyond ? "beyond"
-                                : "between"));
+      rtl_fault(name(), "t-value validation " + std::to_string(i),
+                "t = " + hexadecimal(t) + " with t_min = " + hexadecimal(t_min) + " and t_max = " + hexadecimal(t_max) +
+                    " must be " +
+                    (before   ? "before"
+                     : beyond ? "beyond"
+                              : "between"));
     }
   }
 

@@ -97,6 +97,7 @@ module checkpoint_unit #(
     output logic                     busy,
     output logic                     idle
 );
+`include "fp32.svh"
   // The paper's table: 33 bits a ray, two bases, one size.
   logic [15:0] source_offset [0:RAYS-1] /*verilator public_flat_rd*/;  // entries asked for
   logic [15:0] destination_offset [0:RAYS-1] /*verilator public_flat_rd*/;
@@ -215,8 +216,8 @@ module checkpoint_unit #(
   generate
     for (lane = 0; lane < LANES; lane = lane + 1) begin : validation
       logic beyond;
-      fp_less begins(.a(item_t[lane*32 +: 32]), .b(item_t_min[lane*32 +: 32]), .y(item_before[lane]));
-      fp_less ends(.a(item_t_max[lane*32 +: 32]), .b(item_t[lane*32 +: 32]), .y(beyond));
+      assign item_before[lane] = fp_less(item_t[lane*32 +: 32], item_t_min[lane*32 +: 32]);
+      assign beyond = fp_less(item_t_max[lane*32 +: 32], item_t[lane*32 +: 32]);
       assign item_beyond[lane] = beyond | (wrong_comparison & item_t[lane*32 +: 32] == item_t_max[lane*32 +: 32]);
     end
   endgenerate

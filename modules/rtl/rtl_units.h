@@ -18,23 +18,41 @@ struct CheckpointRtlLimits {
   static constexpr unsigned kLanes = 32, kWriteQueue = 64, kWarps = 32;
   static constexpr std::uint64_t kEntries = 65535;  ///< of a buffer
 };
+/// And the ray-box and the ray-transform unit. A pipeline of fewer cycles than its steps is built with one register.
+struct IntersectionRtlLimits {
+  static constexpr unsigned kCount = 8, kWarps = 32, kInterval = 127, kBoxes = 8;
+  static constexpr unsigned kDelay = 63;  ///< cycles that the straps can add
+  static constexpr unsigned kLatency = 1 + kDelay;
+  static constexpr unsigned kBoxSteps = 13, kTransformSteps = 6;
+};
 
-/// First key under rt. that the RTL of the checkpoint unit does not have, and the rule; an empty key: none.
+/// First key under rt. that the RTL of a unit does not have, and the rule; an empty key: none.
 struct RtlRefusal {
   const char* key = "";
   const char* rule = "";
 };
 RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& config);
+RtlRefusal box_rtl_refusal(const RtUnitConfig& config);
+RtlRefusal transform_rtl_refusal(const RtUnitConfig& config);
+/// Of the units that the configuration wants as RTL.
+RtlRefusal rtl_refusal(const RtUnitConfig& config);
 
 struct RtlBenchOptions {
   /// Other than 0: edges without a transfer in between, and arbitrary values on pins that carry nothing, by this seed.
   std::uint64_t disturbance = 0;
-  bool faulty_block = false;  ///< the one that can be made wrong (CHECKPOINT_FAULTS in checkpoint_unit.sv)
-  unsigned fault = 0;         ///< of that block: 0 none, 1 comparison, 2 lost entry, 3 offset
+  bool faulty_block = false;  ///< the one that can be made wrong (CHECKPOINT_FAULTS and INTERSECTION_FAULTS in the RTL)
+  unsigned fault = 0;         ///< of that block: 0 none, 1 comparison, 2 lost entry, 3 one off
 };
 
-/// The checkpoint unit as RTL. Throws Error without has_rtl(), and for what it does not have.
+/// A unit as RTL. Throw Error without has_rtl(), and for what it does not have.
 std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const RtUnitContext& rt,
                                                       const RtlBenchOptions& options = {});
+std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
+                                                 const RtlBenchOptions& options = {});
+std::unique_ptr<IntersectionModule> make_transform_rtl(const char* name, const RtUnitContext& rt,
+                                                       const RtlBenchOptions& options = {});
+
+/// Units that the configuration wants as RTL, unless somebody else makes them.
+void use_rtl(const RtUnitConfig& config, RtUnitParts& parts);
 
 }  // namespace grtx::modules

@@ -143,10 +143,8 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "names no file, but dram.model needs one");
   require(!by_file || !config.dram.perfect, "dram.perfect",
           "is a limit study of the built-in DRAM, but dram.model is " + config.dram_model);
-  if (config.rt.checkpoint.implementation == modules::UnitImplementation::rtl) {
-    const modules::RtlRefusal refusal = modules::checkpoint_rtl_refusal(config.rt);
-    require(*refusal.key == 0, (std::string("rt.") + refusal.key).c_str(), refusal.rule);
-  }
+  const modules::RtlRefusal refusal = modules::rtl_refusal(config.rt);
+  require(*refusal.key == 0, (std::string("rt.") + refusal.key).c_str(), refusal.rule);
   const unsigned leaf = config.rt.memory.traffic.instance_leaf_bytes;
   require(leaf == 64 || leaf == 128, "rt.memory.instance_leaf_bytes", "must be 64 or 128");
 }
@@ -211,6 +209,8 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.checkpoint.read_ahead",
                                                "rt.checkpoint.prefetch_nodes",
                                                "rt.checkpoint.implementation",
+                                               "rt.box.implementation",
+                                               "rt.transform.implementation",
                                                "rt.private_store.checkpoint_entries",
                                                "rt.private_store.latency",
                                                "rt.private_store.read_ports",

@@ -40,7 +40,11 @@ const std::vector<ModeKey>& mode_keys() {
       {kFast, "rt.cooperation.ahead", "must be 0 with --mode fast, which has no idle lanes"},
       {kSampled, "rt.cooperation.ahead", "must be 0 with --mode sampled, whose estimates count visits"},
       {kFast, "rt.checkpoint.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
+      {kFast, "rt.box.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
+      {kFast, "rt.transform.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
       {kSampled, "rt.checkpoint.implementation", "must be tlm with --mode sampled: RTL is compared on whole traces"},
+      {kSampled, "rt.box.implementation", "must be tlm with --mode sampled: RTL is compared on whole traces"},
+      {kSampled, "rt.transform.implementation", "must be tlm with --mode sampled: RTL is compared on whole traces"},
       {kFast, "gpu.rt_units", "must be 1 with --mode fast"},
       {kFast, "dram.scheduling", "is not modelled by --mode fast, which approximates fr_fcfs"},
       // What only queues have that fast mode does not fill.

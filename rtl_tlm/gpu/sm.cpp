@@ -96,11 +96,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   l1.widths = widths;
   rt_.resize(units);
   modules::RtUnitParts rt_parts = parts.rt_parts;
-  if (config.rt.checkpoint.implementation == modules::UnitImplementation::rtl && !rt_parts.checkpoint_unit) {
-    rt_parts.checkpoint_unit = [](const char* part, const modules::RtUnitContext& rt) {
-      return modules::make_checkpoint_rtl(part, rt);
-    };
-  }
+  modules::use_rtl(config.rt, rt_parts);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     simt_ = parts.simt_core ? parts.simt_core("simt", clock, simt, header, map)

@@ -43,7 +43,7 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem&
       unit_of.buffer = part<modules::WarpBuffer>(*rt, "warp_buffer");
       unit_of.scheduler_track.track = writer_.track(tracks.process, prefix + "rt_scheduler");
       for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
-        const auto* unit = part<modules::IntersectionUnit>(*rt, name);
+        const auto* unit = part<modules::IntersectionState>(*rt, name);
         if (unit == nullptr) continue;
         unit_of.units.push_back(unit);
         unit_of.unit_tracks.push_back({writer_.track(tracks.process, prefix + name), kNothing, ""});

@@ -53,7 +53,7 @@ class Timeline final : private CycleObserver {
     const modules::RtScheduler* scheduler = nullptr;
     const modules::WarpBuffer* buffer = nullptr;
     Unit scheduler_track;
-    std::vector<const modules::IntersectionUnit*> units;
+    std::vector<const modules::IntersectionState*> units;
     std::vector<Unit> unit_tracks;
   };
   struct SmTracks {

@@ -33,7 +33,6 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
       checkpoint_(elaborated_part<modules::CheckpointState>(rt, "checkpoint_unit")),
-      checkpoint_rtl_(elaborated_part<modules::RtlSignals>(rt, "checkpoint_unit")),
       prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")),
       cooperation_(elaborated_part<modules::LaneCooperation>(rt, "lane_cooperation")) {
   const std::size_t before = wires.selected();
@@ -58,7 +57,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   }
   for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
     Unit unit;
-    unit.unit = elaborated_part<modules::IntersectionUnit>(rt, name);
+    unit.unit = elaborated_part<modules::IntersectionState>(rt, name);
     if (unit.unit == nullptr) continue;
     const std::string prefix = std::string(name) + ".";
     unit.state = add((prefix + "state").c_str(), 2, &unit_states());
@@ -87,10 +86,15 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       ckpt_store_read_ = add("checkpoint_unit.private_store.read", kCounterBits);
     }
   }
-  if (checkpoint_rtl_ != nullptr) {
-    for (const modules::RtlSignal& signal : checkpoint_rtl_->rtl_signals()) {
-      ckpt_rtl_.push_back(wires.add(scope + ".checkpoint_unit.rtl." + signal.name, signal.width, WaveLevel::signals));
+  for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
+    Rtl rtl;
+    rtl.block = elaborated_part<modules::RtlSignals>(rt, name);
+    if (rtl.block == nullptr) continue;
+    for (const modules::RtlSignal& signal : rtl.block->rtl_signals()) {
+      const std::string wire = scope + "." + name + ".rtl." + signal.name;
+      rtl.signals.push_back(wires.add(wire, signal.width, WaveLevel::signals));
     }
+    rtl_.push_back(std::move(rtl));
   }
   if (prefetcher_ != nullptr) {
     prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
@@ -148,7 +152,9 @@ void RtUnitProbe::sample(Cycle now) {
     ckpt_store_written_.set(checkpoint_->counters().store_written);
     ckpt_store_read_.set(checkpoint_->counters().store_read);
   }
-  for (std::size_t i = 0; i < ckpt_rtl_.size(); ++i) ckpt_rtl_[i].set(checkpoint_rtl_->rtl_value(i, now));
+  for (Rtl& rtl : rtl_) {
+    for (std::size_t i = 0; i < rtl.signals.size(); ++i) rtl.signals[i].set(rtl.block->rtl_value(i, now));
+  }
   if (prefetcher_ != nullptr) {
     prefetch_queue_.set(prefetcher_->queued());
     prefetch_outstanding_.set(prefetcher_->outstanding());

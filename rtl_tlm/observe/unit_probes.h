@@ -26,8 +26,13 @@ class RtUnitProbe {
   void sample_any_hit(Cycle now);
 
   struct Unit {
-    const modules::IntersectionUnit* unit = nullptr;
+    const modules::IntersectionState* unit = nullptr;
     Wire state, busy, queued, in_flight;
+  };
+  /// Of a unit that is a Verilated block.
+  struct Rtl {
+    const modules::RtlSignals* block = nullptr;
+    std::vector<Wire> signals;
   };
   const modules::RtUnitModule& rt_;
   const modules::WarpBuffer* buffer_;
@@ -35,7 +40,6 @@ class RtUnitProbe {
   const modules::MemoryScheduler* memory_;
   const modules::AnyHitCollector* any_hit_;
   const modules::CheckpointState* checkpoint_;
-  const modules::RtlSignals* checkpoint_rtl_;
   const modules::SiblingPrefetcher* prefetcher_;
   const modules::LaneCooperation* cooperation_;
   const modules::WarpTable* warps_of_ = nullptr;
@@ -44,11 +48,11 @@ class RtUnitProbe {
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
-  std::vector<Wire> ckpt_rtl_;
   Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
   Wire prefetch_queue_, prefetch_outstanding_, prefetch_stack_nodes_;
   Wire helping_, help_held_;
   std::vector<Unit> units_;
+  std::vector<Rtl> rtl_;
   std::vector<WarpProbe> warps_;
 };
 

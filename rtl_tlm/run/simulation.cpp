@@ -14,6 +14,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/base/stopwatch.h"
+#include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/conservation.h"
@@ -138,6 +139,11 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   if (source.failure()) std::rethrow_exception(source.failure());
   if (report.get_msg_type() == std::string_view(modules::AtInitiator::kReport)) {
     throw Error("memory", "", report.get_msg());  // a memory system that does not fit the run is bad input, too
+  }
+  if (report.get_msg_type() == std::string_view(modules::kRtlReport)) {
+    const std::string text = report.get_msg();
+    const std::size_t unit = text.find(": ");
+    throw Error(text.substr(0, unit), "", text.substr(unit + 2));
   }
   traces::check(reader, true);
   throw std::runtime_error(report.get_msg());

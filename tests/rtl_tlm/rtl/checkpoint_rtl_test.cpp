@@ -10,7 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/rtl/rtl_units.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
-#include "rtl_tlm/rtl/random_checkpoints.h"
+#include "rtl_tlm/rtl/rtl_against_tlm.h"
 
 namespace grtx::sim {
 namespace {
@@ -25,12 +25,14 @@ class CheckpointRtl : public modules::SystemCTest {
   }
 };
 
-// GRTX_RTL_CASES: how many (bench/rtl_checkpoint.sh).
+// GRTX_RTL_CASES: how many (bench/rtl_random.sh).
 TEST_F(CheckpointRtl, AgreesToTheCycleOnRandomTracesAndConfigurations) {
   const char* wanted = std::getenv("GRTX_RTL_CASES");
   const unsigned cases = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 48;
   modules::CheckpointCounters sum;
-  for (unsigned seed = 0; seed < cases && !HasFailure(); ++seed) sum.add(expect_rtl_agrees(seed));
+  for (unsigned seed = 0; seed < cases && !HasFailure(); ++seed) {
+    sum.add(expect_rtl_agrees(RtlUnit::checkpoint, seed).checkpoint);
+  }
   EXPECT_GT(sum.entries_written, 300 * cases);
   EXPECT_GT(sum.entries_read, 100 * cases);
   EXPECT_GT(sum.blocked_cycles, 20 * cases);
@@ -62,7 +64,7 @@ TEST_F(CheckpointRtl, AgreesOnOneRayWithEveryEntrySize) {
         options.rt.checkpoint.read_buffer = buffer;
         options.rt.checkpoint.write_queue = 2;
         options.rt.sibling_prefetch = false;
-        expect_rtl_agrees(small_header("tri20", 64), groups, options, bytes);
+        expect_rtl_agrees(RtlUnit::checkpoint, small_header("tri20", 64), groups, options, bytes);
       }
     }
   }
@@ -84,12 +86,10 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
   BenchOptions options;
   options.rt.checkpoint = config;
   options.rt.sibling_prefetch = false;
-  options.parts.checkpoint_unit = [fault](const char* name, const modules::RtUnitContext& rt) {
-    modules::RtlBenchOptions bench;
-    bench.fault = fault;
-    bench.faulty_block = true;
-    return modules::make_checkpoint_rtl(name, rt, bench);
-  };
+  modules::RtlBenchOptions block;
+  block.fault = fault;
+  block.faulty_block = true;
+  use_rtl(RtlUnit::checkpoint, options.parts, block);
   fresh_context();
   RtBench bench(small_header("tri20", 64), options);
   bench.launch(groups[0], 0);
@@ -141,7 +141,7 @@ TEST_F(CheckpointRtl, ABufferThatIsTooSmallIsTheErrorOfTheSystemCUnit) {
     add_round(group.rays[0], {internal_event(0, 0b1, 0b111110), cull_event(10, 60)});
     BenchOptions options;
     options.rt.sibling_prefetch = false;
-    if (rtl) options.parts.checkpoint_unit = rtl_part();
+    if (rtl) use_rtl(RtlUnit::checkpoint, options.parts, {});
     RtBench bench(small_header("tri20", 64), options);
     bench.launch(group, 0);
     try {

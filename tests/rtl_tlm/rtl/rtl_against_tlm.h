@@ -1,5 +1,5 @@
-// One random trace and configuration on two RT units that differ in their checkpoint unit: SystemC, and RTL. The tests
-// run some of them, bench/rtl_checkpoint many.
+// One random trace and configuration on two RT units that differ in one of their units: SystemC, and RTL. The tests run
+// some of them, bench/rtl_random.sh many.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,19 +16,32 @@
 
 namespace grtx::sim::test {
 
-/// disturbance: RtlBenchOptions.
-inline modules::RtUnitParts::Factory<modules::CheckpointModule> rtl_part(std::uint64_t disturbance = 0) {
-  return [disturbance](const char* name, const modules::RtUnitContext& rt) {
-    modules::RtlBenchOptions options;
-    options.disturbance = disturbance;
-    return modules::make_checkpoint_rtl(name, rt, options);
-  };
+enum class RtlUnit { checkpoint, box, transform };
+
+/// Puts the RTL of a unit in the SystemC unit's place.
+inline void use_rtl(RtlUnit unit, modules::RtUnitParts& parts, const modules::RtlBenchOptions& options) {
+  switch (unit) {
+    case RtlUnit::checkpoint:
+      parts.checkpoint_unit = [options](const char* name, const modules::RtUnitContext& rt) {
+        return modules::make_checkpoint_rtl(name, rt, options);
+      };
+      return;
+    case RtlUnit::box:
+      parts.ray_box = [options](const char* name, const modules::RtUnitContext& rt) {
+        return modules::make_box_rtl(name, rt, options);
+      };
+      return;
+    case RtlUnit::transform:
+      parts.ray_transform = [options](const char* name, const modules::RtUnitContext& rt) {
+        return modules::make_transform_rtl(name, rt, options);
+      };
+  }
 }
 
 /// All that a bench has seen of its RT unit, and the statistics.
 struct Seen {
   std::string statistics;
-  modules::CheckpointCounters checkpoint;
+  modules::RtUnitCounters counters;
   std::vector<std::tuple<Cycle, unsigned, unsigned>> dones;                ///< cycle, slot, round
   std::vector<std::tuple<Cycle, unsigned, LaneMask>> batches;              ///< cycle, slot, lanes
   std::vector<std::tuple<unsigned, Cycle, std::uint64_t, bool>> requests;  ///< client, cycle, address, write
@@ -46,7 +59,7 @@ inline Seen seen(const traces::Header& header, const std::vector<traces::RayGrou
   bench.run(50'000'000);
   Seen all;
   all.statistics = bench.statistics();
-  all.checkpoint = bench.counters().checkpoint;
+  all.counters = bench.counters();
   for (const auto& d : bench.dones) all.dones.emplace_back(d.cycle, d.slot, d.round);
   for (const auto& b : bench.batches) all.batches.emplace_back(b.cycle, b.batch.slot, b.batch.lanes);
   for (unsigned c = 0; c < 4; ++c) {
@@ -57,22 +70,24 @@ inline Seen seen(const traces::Header& header, const std::vector<traces::RayGrou
   return all;
 }
 
-/// Returns what the checkpoint units did.
-inline modules::CheckpointCounters expect_rtl_agrees(const traces::Header& header,
-                                                     const std::vector<traces::RayGroup>& groups, BenchOptions options,
-                                                     std::uint64_t disturbance) {
+/// Returns what the RT unit did.
+inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit unit, const traces::Header& header,
+                                                 const std::vector<traces::RayGroup>& groups, BenchOptions options,
+                                                 std::uint64_t disturbance) {
   const Seen tlm = seen(header, groups, options);
-  options.parts.checkpoint_unit = rtl_part(disturbance);
+  modules::RtlBenchOptions bench;
+  bench.disturbance = disturbance;
+  use_rtl(unit, options.parts, bench);
   const Seen rtl = seen(header, groups, options);
   EXPECT_EQ(tlm.statistics, rtl.statistics);
   EXPECT_EQ(tlm.dones, rtl.dones);
   EXPECT_EQ(tlm.batches, rtl.batches);
   EXPECT_TRUE(tlm.requests == rtl.requests) << "memory requests differ";
-  return rtl.checkpoint;
+  return rtl.counters;
 }
 
 /// Number `seed` of the random traces and configurations; every second one with disturbances at the pins.
-inline modules::CheckpointCounters expect_rtl_agrees(unsigned seed) {
+inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   std::mt19937 random(seed * 7919 + 1);
   const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
   const auto one_of = [&](std::initializer_list<unsigned> values) {
@@ -86,13 +101,18 @@ inline modules::CheckpointCounters expect_rtl_agrees(unsigned seed) {
   trace.depth = trace.warp_size == 32 ? 2 : 3;
   trace.k = 1 + pick(3);
   trace.capacity = pick(3) == 0 ? 6 : 1000;
-  trace.two_level = pick(1) != 0;
+  trace.two_level = of == RtlUnit::transform || pick(1) != 0;
   BenchOptions options;
   options.memory_latency = one_of({2, 3, 20, 117});
   modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 8, 32});
   for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_transform}) {
     *unit = {one_of({1, 4, 32}), one_of({1, 4, 13}), one_of({1, 2})};
+  }
+  if (of != RtlUnit::checkpoint) {
+    rt.ray_box = {one_of({1, 2, 4, 8}), one_of({1, 5, 12, 13, 14, 31, 64}), one_of({1, 1, 2, 7, 40})};
+    rt.ray_transform = {one_of({1, 2, 4, 8}), one_of({1, 3, 5, 6, 7, 20, 64}), one_of({1, 1, 2, 7, 40})};
+    rt.box_op_per_child = pick(3) == 0;
   }
   rt.checkpoint.lanes = one_of({1, 2, 3, 4, 8, 32});
   rt.checkpoint.write_queue = one_of({2, 3, 7, 16, 64});
@@ -104,7 +124,7 @@ inline modules::CheckpointCounters expect_rtl_agrees(unsigned seed) {
   rt.warp_buffer.stack_entries = 4;
   SCOPED_TRACE(traces::testing::describe(trace));
   const auto made = traces::testing::random_trace(trace);
-  return expect_rtl_agrees(made.header, made.groups, options, seed % 2 == 0 ? 0 : seed);
+  return expect_rtl_agrees(of, made.header, made.groups, options, seed % 2 == 0 ? 0 : seed);
 }
 
 }  // namespace grtx::sim::test
