@@ -31,10 +31,10 @@ struct Step {
 
 // Written by `grtx selftest --print`. A change that is meant to alter results prints them anew.
 constexpr std::array<Step, 6> kSteps = {{
-    {"synth", R"(scene 0ddfe42bbbbc02ad
+    {"synth", R"(scene 65e4a5d5d42fb0c1
 cameras 05354103d10ab118
 )"},
-    {"trace", R"(image 33c7b71027610312
+    {"trace", R"(image ee86c7a374cb0719
 )"},
     {"check", ""},
     {"cycle", R"(baseline 5145536 4121 1351982 23008 1456673 1082162 29425 0 3576538 950537 6187968 613444

@@ -36,6 +36,7 @@ void check(const SynthOptions& options) {
 SynthWorld world_of(const std::string& preset) {
   if (preset == "indoor") return indoor_world();
   if (preset == "dense_indoor") return dense_indoor_world();
+  if (preset == "room") return room_world();
   if (preset == "outdoor") return outdoor_world();
   return object_world();
 }
@@ -50,7 +51,7 @@ std::string synth_cameras_path(const std::string& path) {
 std::uint64_t synth_default_count(const std::string& preset) { return preset == "dense_indoor" ? 1000000 : 100000; }
 
 std::vector<std::string> synth_presets() {
-  std::vector<std::string> names{"indoor", "dense_indoor", "outdoor", "object"};
+  std::vector<std::string> names{"indoor", "dense_indoor", "room", "outdoor", "object"};
   for (const std::string& name : stress_names()) names.push_back(kStressPrefix + name);
   return names;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <span>
 
 #include "grtx/frontend/synth/synth_ply.h"
 #include "grtx/frontend/synth/synth_random.h"
@@ -16,10 +17,10 @@ struct SynthColourNoise {
   std::array<double, 4> rms{};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
 };
 
-/// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, and f_dc such that
-/// the colour seen along `view` (unit, from the eye) is nearly `colour`: training fits the sum, not the single
-/// coefficients.
-void colour_row(SynthRow& row, const SynthColourNoise& noise, glm::dvec3 colour, const glm::dvec3& view,
-                std::uint64_t object, SynthRandom& random);
+/// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, such that each of
+/// `views` (unit, from the eyes that see it, nearest first; at least one) sees nearly `colour`: training fits what the
+/// cameras see, not single coefficients. A degree has room for as many views as it has coefficients beside f_dc.
+void colour_row(SynthRow& row, const SynthColourNoise& noise, const glm::dvec3& colour,
+                std::span<const glm::dvec3> views, std::uint64_t object, SynthRandom& random);
 
 }  // namespace grtx::frontend

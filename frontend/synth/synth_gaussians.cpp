@@ -220,9 +220,11 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const double footprint = portable_exp(0.5 * (scales[0] + scales[1]));
   glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
-  const double facing = std::max(0.0, glm::dot(point.normal, world_.light));
+  // A floater has no side that is dark: it was trained to look like what lies behind it.
+  const double facing =
+      part.patch.shape == SynthShape::haze ? 0.5 : std::max(0.0, glm::dot(point.normal, world_.light));
   colour *= world_.ambient + (1.0 - world_.ambient) * facing;
-  colour_row(row, noise_, colour, view_of(point), part.patch.object, random);
+  colour_row(row, noise_, colour, views_of(point), part.patch.object, random);
   return row;
 }
 
@@ -239,17 +241,23 @@ float SynthGaussians::opacity_logit(double size_score, double lies_flat, double 
   return static_cast<float>(static_cast<double>(logit(opacity_at(statistics.opacity, normal_share(score)))) + shift);
 }
 
-glm::dvec3 SynthGaussians::view_of(const SynthPoint& point) const {
-  glm::dvec3 view = -point.normal;
-  double nearest = std::numeric_limits<double>::infinity();
+std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const {
+  struct View {
+    bool behind;  // Gaussians are translucent: cameras behind a wall see its colours, too
+    double distance;
+    glm::dvec3 direction;
+  };
+  std::vector<View> views;
   for (const Camera& camera : world_.cameras) {
     const glm::dvec3 from_eye = point.position - camera.position;
-    const double distance = glm::dot(from_eye, from_eye);
-    if (distance >= nearest || glm::dot(from_eye, point.normal) > 0.0) continue;
-    nearest = distance;
-    view = from_eye / std::sqrt(distance);
+    const double distance = glm::length(from_eye);
+    if (distance > 0.0) views.push_back({glm::dot(from_eye, point.normal) > 0.0, distance, from_eye / distance});
   }
-  return view;
+  std::sort(views.begin(), views.end(),
+            [](const View& a, const View& b) { return a.behind != b.behind ? b.behind : a.distance < b.distance; });
+  std::vector<glm::dvec3> directions;
+  for (const View& view : views) directions.push_back(view.direction);
+  return directions;
 }
 
 SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
@@ -273,7 +281,7 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
   const double cloud = std::max(0.0, value_noise(options_.seed + 9, 3.0 * d));
   const glm::dvec3 blue = glm::dvec3(0.78, 0.84, 0.9) * (1.0 - high) + glm::dvec3(0.3, 0.5, 0.85) * high;
   const glm::dvec3 colour = d.y > 0.0 ? glm::dvec3(0.35, 0.38, 0.3) : blue * (1.0 - cloud) + glm::dvec3(0.95) * cloud;
-  colour_row(row, noise_, colour, d, 0, random);
+  colour_row(row, noise_, colour, std::array{d}, 0, random);
   return row;
 }
 
@@ -291,7 +299,7 @@ SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
   shape_row(row, along, d, {large, middle, small}, random);
   std::sort(row.log_scale.begin(), row.log_scale.end());  // any axis may be the smallest one out there
   row.opacity_logit = logit(random.uniform(0.05, 0.9));
-  colour_row(row, noise_, glm::dvec3(0.6, 0.65, 0.7), d, 0, random);
+  colour_row(row, noise_, glm::dvec3(0.6, 0.65, 0.7), std::array{d}, 0, random);
   return row;
 }
 

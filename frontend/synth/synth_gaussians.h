@@ -31,8 +31,8 @@ class SynthGaussians {
   SynthRow surface_row(std::uint64_t generation) const;
   SynthRow shell_row(std::uint64_t generation) const;
   SynthRow far_row(std::uint64_t generation) const;
-  /// Direction from the nearest camera that sees the surface, or against the normal.
-  glm::dvec3 view_of(const SynthPoint& point) const;
+  /// Directions from the cameras, those before the surface first, the nearest of them first.
+  std::vector<glm::dvec3> views_of(const SynthPoint& point) const;
   float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
 
   SynthWorld world_;

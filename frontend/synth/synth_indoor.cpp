@@ -57,54 +57,6 @@ void shell(SynthLayout& layout) {
   wall(layout, {-0.3, 0, 7.3}, x, 9.1, {}, false);
 }
 
-void living_room(SynthLayout& layout) {
-  layout.style({P::mottled, {0.62, 0.20, 0.18}, {0.80, 0.66, 0.42}, 0.18}, -0.35);  // rug
-  layout.quad({1.3, -0.02, 1.2}, {2.6, 0, 0}, {0, 0, 1.9}, 0.7);
-  layout.style({P::mottled, {0.20, 0.33, 0.48}, {0.28, 0.43, 0.58}, 0.08}, -0.3);  // sofa against the brick wall
-  layout.box({0.55, -0.12, 2.1}, {0.9, 0.32, 2.2});
-  layout.box({0.2, -0.12, 2.1}, {0.26, 0.78, 2.2});
-  layout.box({0.55, -0.12, 0.93}, {0.9, 0.55, 0.2});
-  layout.box({0.55, -0.12, 3.27}, {0.9, 0.55, 0.2});
-  for (const double at : {1.4, 2.1, 2.8}) layout.ellipsoid({0.6, -0.48, at}, {0.4, 0.1, 0.33});
-  layout.style({P::stripes, {0.88, 0.62, 0.15}, {0.80, 0.48, 0.10}, 0.06}, -0.4);
-  layout.ellipsoid({0.48, -0.68, 1.25}, {0.12, 0.2, 0.2});
-  layout.ellipsoid({0.48, -0.68, 2.95}, {0.12, 0.2, 0.2});
-  layout.style({P::planks, {0.36, 0.22, 0.12}, {0.26, 0.15, 0.08}, 0.1}, -0.3);  // table
-  layout.box({2.5, -0.38, 2.15}, {1.2, 0.05, 0.7}, true);
-  for (const double px : {2.0, 3.0}) {
-    for (const double pz : {1.87, 2.43}) layout.cylinder({px, 0, pz}, {px, -0.38, pz}, 0.03);
-  }
-  layout.style({P::plain, {0.85, 0.85, 0.82}, {0.75, 0.78, 0.8}, 0.1}, -0.5);  // vase, bowl
-  layout.ellipsoid({2.3, -0.55, 2.1}, {0.09, 0.13, 0.09});
-  layout.style({P::mottled, {0.9, 0.45, 0.1}, {0.8, 0.25, 0.08}, 0.05}, -0.5);
-  layout.ellipsoid({2.75, -0.47, 2.2}, {0.14, 0.06, 0.14});
-  layout.style({P::books, {0.30, 0.19, 0.11}, {1, 1, 1}, 0.05}, -0.55);  // bookcase
-  layout.box({4.82, 0, 3.3}, {0.32, 2.1, 1.5});
-  layout.style({P::plain, {0.9, 0.9, 0.88}, {0.8, 0.8, 0.78}, 0.3}, -0.1);  // television bench
-  layout.box({4.78, 0, 0.65}, {0.4, 0.45, 1.0});
-  layout.style({P::picture, {0.05, 0.06, 0.09}, {0.15, 0.25, 0.4}, 0.1}, -0.2);
-  layout.box({4.86, -0.5, 0.65}, {0.06, 0.55, 0.95});
-  layout.style({P::plain, {0.15, 0.15, 0.16}, {0.1, 0.1, 0.1}, 0.1}, -0.2);  // lamp
-  layout.cylinder({0.35, 0, 3.75}, {0.35, -1.5, 3.75}, 0.02);
-  layout.style({P::plain, {1.0, 0.93, 0.75}, {0.95, 0.85, 0.6}, 0.2}, -0.2);
-  layout.cylinder({0.35, -1.45, 3.75}, {0.35, -1.8, 3.75}, 0.2);
-  layout.style({P::mottled, {0.65, 0.35, 0.22}, {0.5, 0.26, 0.17}, 0.1}, -0.2);  // plant
-  layout.cylinder({0.5, 0, 0.45}, {0.5, -0.4, 0.45}, 0.19);
-  layout.style({P::mottled, {0.16, 0.40, 0.14}, {0.35, 0.58, 0.2}, 0.15}, -0.35);
-  layout.leaves({0.55, -1.0, 0.5}, {0.42, 0.5, 0.38}, 0.07);
-  layout.leaves({0.5, -1.45, 0.45}, {0.3, 0.3, 0.3}, 0.07);
-  layout.style({P::stripes, {0.75, 0.30, 0.25}, {0.58, 0.2, 0.18}, 0.16}, -0.15);  // curtains beside the window
-  layout.quad({0.95, -2.5, 0.08}, {0.5, 0, 0}, {0, 2.3, 0});
-  layout.quad({3.35, -2.5, 0.08}, {0.5, 0, 0}, {0, 2.3, 0});
-  const V places[] = {{0.03, -2.1, 1.2}, {0.03, -1.95, 2.3}, {0.03, -2.1, 3.1}};
-  int number = 0;
-  for (const V& place : places) {  // pictures on the brick wall
-    layout.style({P::picture, {0.12, 0.25, 0.45}, number == 1 ? V(0.95, 0.75, 0.3) : V(0.9, 0.85, 0.8), 0.06}, -0.5);
-    layout.quad(place, {0, 0.6, 0}, {0, 0, number == 1 ? 0.5 : 0.75});
-    ++number;
-  }
-}
-
 void other_rooms(SynthLayout& layout) {
   layout.style({P::planks, {0.78, 0.74, 0.66}, {0.66, 0.61, 0.52}, 0.3});  // kitchen cupboards and worktop
   layout.box({8.17, 0, 2.1}, {0.62, 0.85, 4.1});
@@ -164,7 +116,7 @@ void garden(SynthLayout& layout) {
 SynthWorld indoor_world() {
   SynthWorld world;
   shell(world.layout);
-  living_room(world.layout);
+  furnish_living_room(world.layout);
   other_rooms(world.layout);
   garden(world.layout);
   world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -2.0;

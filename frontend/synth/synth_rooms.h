@@ -1,4 +1,4 @@
-// What the worlds of rooms share: wall faces with openings, and the statistics of trained indoor scenes.
+// What the worlds of rooms share: wall faces with openings, furniture, and the statistics of trained indoor scenes.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -23,6 +23,9 @@ struct SynthWall {
 
 /// One face of a wall, seen from the side that `along` x down points to; flip: from the other one.
 void wall_face(SynthLayout& layout, const SynthWall& wall, bool flip);
+
+/// What stands in a living room of 5 m by 4.2 m whose corner is the origin.
+void furnish_living_room(SynthLayout& layout);
 
 /// Of an indoor walk-through capture of 12.0 M Gaussians, whose shapes and opacities these are
 /// (docs/model/synthetic-scenes.md).

@@ -10,6 +10,9 @@ namespace grtx::frontend {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
+// Contrast that a Gaussian loses where its footprint is as large as the pattern. Less than a box filter takes:
+// neighbours blur once more, and a fit makes up for it.
+constexpr double kBlur = 0.25;
 
 /// Two unit vectors that complete `normal` to a right-handed frame.
 void frame_of(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& v) {
@@ -181,7 +184,7 @@ glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double
     }
   }
   const double mean = texture.pattern == SynthPattern::tiles || texture.pattern == SynthPattern::bricks ? 0.25 : 0.5;
-  const double blur = std::min(1.0, 0.5 * footprint / texture.size);
+  const double blur = std::min(1.0, kBlur * footprint / texture.size);
   mix = std::clamp(mix * (1.0 - blur) + mean * blur, 0.0, 1.0);
   return texture.first * (1.0 - mix) + texture.second * mix;
 }
@@ -198,6 +201,10 @@ SynthPatch& SynthLayout::style(SynthTexture texture, double detail) {
 void SynthLayout::add(SynthPatch patch, double area) {
   patch.area = area;
   patches_.push_back(patch);
+}
+
+void SynthLayout::refine(std::size_t first, double by) {
+  for (std::size_t i = first; i < patches_.size(); ++i) patches_[i].detail -= by;
 }
 
 void SynthLayout::quad(glm::dvec3 origin, glm::dvec3 a, glm::dvec3 b, double cell) {

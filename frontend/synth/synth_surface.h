@@ -64,6 +64,9 @@ class SynthLayout {
   void leaves(glm::dvec3 centre, glm::dvec3 radii, double leaf_radius);
   void haze(glm::dvec3 centre, glm::dvec3 radii);
 
+  /// Makes ln(d8) of the patches from number `first` on smaller by `by`.
+  void refine(std::size_t first, double by);
+
   const std::vector<SynthPatch>& patches() const { return patches_; }
 
  private:

@@ -51,6 +51,7 @@ struct SynthWorld {
 
 SynthWorld indoor_world();
 SynthWorld dense_indoor_world();
+SynthWorld room_world();
 SynthWorld outdoor_world();
 SynthWorld object_world();
 

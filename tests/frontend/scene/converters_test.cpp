@@ -160,17 +160,14 @@ void expect_same_but_zero_opacity(const Scene& source, const Scene& read, const 
 
 constexpr SceneReadOptions kRawAxes{true};
 
+std::string fixture(const std::string& name) { return grtx::paths::source_dir() + "/tests/data/converters/" + name; }
+
 class IndependentWriter : public testing::TestWithParam<const char*> {};
 
 TEST_P(IndependentWriter, BytesDecodeToTheSource) {
   const std::string file = GetParam();
-  const auto degree = static_cast<unsigned>(file[1] - '0');
-  const std::string stem = testing::TempDir() + "grtx_converter_source_" + std::to_string(::getpid());
-  synthesise({"object", 120, 7, degree}, stem + ".ply");
-  const Scene source = load_scene(stem + ".ply");
-  std::filesystem::remove(stem + ".ply");
-  std::filesystem::remove(stem + ".cameras.json");
-  const Scene read = load_scene(grtx::paths::source_dir() + "/tests/data/converters/" + file, kRawAxes);
+  const Scene source = load_scene(fixture("src" + file.substr(1, 1) + ".ply"));
+  const Scene read = load_scene(fixture(file), kRawAxes);
   const std::string format = file.substr(3);
   expect_same_gaussians(source, read,
                         format == "splat"            ? splat()
@@ -195,8 +192,6 @@ Tolerance decoded() {
   t.largest_harmonic = 1e9;
   return t;
 }
-
-std::string fixture(const std::string& name) { return grtx::paths::source_dir() + "/tests/data/converters/" + name; }
 
 // splat-transform's own reading of its .sog, as .ply: its quantisation is in both.
 TEST(IndependentReader, SogDecodesToTheSame) {
@@ -231,13 +226,9 @@ TEST(IndependentReader, StreamedSogGivesTheLevelAskedFor) {
 }
 
 TEST(IndependentWriterOfGltf, GivesTheSourceItself) {
-  for (const unsigned degree : {0U, 3U}) {
-    const std::string stem = testing::TempDir() + "grtx_glb_source_" + std::to_string(::getpid());
-    synthesise({"object", 120, 7, degree}, stem + ".ply");
-    const Scene source = load_scene(stem + ".ply");
-    std::filesystem::remove(stem + ".ply");
-    std::filesystem::remove(stem + ".cameras.json");
-    expect_same_gaussians(source, load_scene(fixture("d" + std::to_string(degree) + ".glb")), decoded());
+  for (const std::string degree : {"0", "3"}) {
+    expect_same_gaussians(load_scene(fixture("src" + degree + ".ply")), load_scene(fixture("d" + degree + ".glb")),
+                          decoded());
   }
 }
 
