@@ -4,7 +4,7 @@
     rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--set KEY=VALUE ...] [GRTX]      default build/release/grtx
 
 Yosys 0.23 reads the RTL with the straps tied to the configuration. Storage: its memories must have the bits that the inventory names
-(queues, sector buffers, the paper's 1,074 B), its other flip-flops those of the list in control_bits(). Gates: what is left
+(queues, sector buffers, the paper's 1,074 B), its other flip-flops too (control). Gates: what is left
 beside memories, mapped to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018), in gate equivalents (area over that
 of the library's NAND2X1). --storage: without the gates, in seconds. --set: keys of rt.checkpoint and rt.warp_buffer.entries.
 Exit code 1: the storage is not the inventory's.
@@ -45,13 +45,6 @@ def model(grtx, settings):
     bits.update({item["name"]: item["bits"] for item in buffer["items"] if item.get("added_by_grtx")})
     gates = {item["name"]: item["gate_equivalents"]["central"] for item in unit["items"] if not item.get("bits")}
     return document["config"], bits, gates
-
-
-def control_bits(rays, places):
-    """Flip-flops beside the paper's: heads and levels of the queues of rays, head, level and full bits of the write queue, the
-    count of outstanding requests, whether a first sector has been sent, and a bit a ray: two responses are missing."""
-    ray, place, level = (rays - 1).bit_length(), (places - 1).bit_length(), places.bit_length()
-    return 2 * (ray + ray + 1) + place + level + places + 16 + 1 + rays
 
 
 def yosys(config, gates):
@@ -97,7 +90,7 @@ def check_storage(config, bits, memories, flip_flops):
     faults = []
     expected = {}
     for item, amount in bits.items():
-        if item in REGISTERS:
+        if item in REGISTERS or item == "control":  # flip-flops
             continue
         parts = MEMORIES.get(item)
         if parts is None:
@@ -108,7 +101,7 @@ def check_storage(config, bits, memories, flip_flops):
         if have != amount:
             faults.append(f"{item}: {have} bits in the RTL, {amount} in the inventory")
     faults += [f"{name}: {memories[name][0]} bits in the RTL, none in the inventory" for name in memories if name not in expected]
-    control = control_bits(32 * config["rt.warp_buffer.entries"], config["rt.checkpoint.write_queue"])
+    control = bits["control"]
     paper = sum(bits[name] for name in REGISTERS)
     if flip_flops != paper + control:
         faults.append(f"flip-flops: {flip_flops} in the RTL, {paper} + {control} expected")

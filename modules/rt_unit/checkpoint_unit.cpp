@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <numeric>
 #include <ostream>
 
 #include "grtx/base/error.h"
@@ -321,10 +322,19 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
     storage.push_back({"ahead", StorageKind::ram, lanes * (8 + 16 + 16), 1, 1, false, 40});
   }
   if (config.prefetch_nodes) storage.push_back({"named", StorageKind::ram, lanes * 16, 1, 1, false, 16});
+  // Heads and levels of the queues of rays, head, level and full bits of the write queue, requests that are out,
+  // whether the first of two sectors has been sent, and a bit a ray: two responses are missing (checkpoint_unit.sv).
+  const unsigned ray_bits = static_cast<unsigned>(std::bit_width(lanes - 1));
+  const auto places = config.write_queue;
+  const std::uint64_t control = 2ull * (2 * ray_bits + 1) + static_cast<unsigned>(std::bit_width(places - 1)) +
+                                static_cast<unsigned>(std::bit_width(places)) + places + 16 + 1 + lanes;
+  storage.push_back({"control", StorageKind::flip_flop, control});
   auto& operators = inventory.operators;
   operators.push_back({"fp_compare", 32, 2ull * config.lanes});  // t-value validation: t_hit against t_min, t_max
   // offset x 20 = x 16 + x 4; powers of two are wires.
-  if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes});
+  // Of a lane its source and destination entry; the RTL has it also for a read, for what comes of it and for the end of
+  // a submission.
+  if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes + 3});
   operators.push_back({"int_add", 64, 2ull * config.lanes});  // base + slot offset + entry offset
   // BLAS header to number and back.
   if (config.entry_bytes == 8 && two_level) operators.push_back({"int_add", 64, 2ull * config.lanes});
@@ -332,6 +342,16 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   if (config.prefetch_nodes) operators.push_back({"fp_compare", 32, kSectorBytes / config.entry_bytes});
   operators.push_back({"increment", 16, 2ull * config.lanes});    // source and destination offset
   operators.push_back({"int_compare", 16, 2ull * config.lanes});  // against the maximum size
+  // What the RTL has beside (docs/results/rtl.md). An entry begins at any multiple of what divides both its size and a
+  // sector's: it is shifted to its place with its byte mask, an entry that is read is shifted back.
+  const unsigned positions =
+      static_cast<unsigned>(kSectorBytes) / std::gcd(config.entry_bytes, static_cast<unsigned>(kSectorBytes));
+  const unsigned shifts = static_cast<unsigned>(std::bit_width(positions - 1));
+  operators.push_back({"mux", entry_bits + config.entry_bytes, shifts * (config.lanes + 1ull)});
+  operators.push_back({"match", 48, places});  // a read waits for a write of its sector
+  operators.push_back({"mux", 48, 2});         // a request is a read or a write
+  operators.push_back({"mux", 1, 5 * lanes});  // the bit a ray is set, cleared and read
+  operators.push_back({"increment", static_cast<unsigned>(control - lanes - places), 1});
   return inventory;
 }
 
