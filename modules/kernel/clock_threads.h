@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/kernel/clock_domain.h"
@@ -59,6 +60,7 @@ class ClockThreads {
 
  private:
   struct Follower {
+    Follower(ClockDomain& of, Reach up_to) : domain(of), reach(std::move(up_to)) {}
     ClockDomain& domain;
     Reach reach;
     std::vector<Inbox*> inboxes;
