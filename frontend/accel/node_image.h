@@ -51,7 +51,7 @@ constexpr std::uint64_t unpacked_codes(std::uint64_t packed) {
 }
 /// 1 in byte i where bit i is set.
 constexpr std::uint64_t bits_as_bytes(std::uint8_t bits) {
-  const std::uint64_t spread = bits * 0x0101010101010101 & 0x8040201008040201;
+  const std::uint64_t spread = std::uint64_t{bits} * 0x0101010101010101 & 0x8040201008040201;
   return (spread + 0x7F7F7F7F7F7F7F7F) >> 7 & 0x0101010101010101;
 }
 /// The child bytes of a node's slots: bits 0-1 size in units, 2-5 kind; 0: not used.
@@ -185,7 +185,7 @@ class NodeImage {
     std::uint8_t bytes[64];
   };
 
-  std::uint8_t* at(std::uint64_t address) { return lines_[0].bytes + address; }
+  std::uint8_t* at(std::uint64_t address) { return reinterpret_cast<std::uint8_t*>(&lines_[0]) + address; }
 
   bool compact() const { return unit_ == traces::kCompactUnit; }
   std::uint32_t patch_code(std::uint32_t units) const { return read_u32(units * unit_ + 76); }
