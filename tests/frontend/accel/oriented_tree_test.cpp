@@ -53,8 +53,8 @@ TEST(Orientations, CoverAllRotations) {
   std::normal_distribution<double> normal;
   double worst = 1.0;
   for (int trial = 0; trial < 2000; ++trial) {
-    const glm::dvec3 a = glm::normalize(glm::dvec3(normal(engine), normal(engine), normal(engine)));
-    const glm::dvec3 b = glm::normalize(glm::cross(a, glm::dvec3(normal(engine), normal(engine), normal(engine))));
+    const glm::dvec3 a = glm::normalize(glm::dvec3{normal(engine), normal(engine), normal(engine)});
+    const glm::dvec3 b = glm::normalize(glm::cross(a, glm::dvec3{normal(engine), normal(engine), normal(engine)}));
     const glm::dvec3 axes[3] = {a, b, glm::cross(a, b)};
     double nearest = 0.0;
     for (const Orientation& rows : orientations()) {

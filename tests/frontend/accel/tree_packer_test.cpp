@@ -50,7 +50,7 @@ std::vector<Box> random_boxes(std::size_t count, unsigned seed) {
   for (Box& box : boxes) {
     const glm::vec3 at(uniform() * 100 - 50, uniform() * uniform() * 10, engine() % 4 == 0 ? 0.0f : uniform());
     box.extend(at);
-    box.extend(at + glm::vec3(uniform(), uniform(), uniform()) * (engine() % 8 == 0 ? 5.0f : 0.1f));
+    box.extend(at + glm::vec3{uniform(), uniform(), uniform()} * (engine() % 8 == 0 ? 5.0f : 0.1f));
   }
   return boxes;
 }

@@ -179,11 +179,16 @@ Scene random_scene(unsigned seed, std::size_t count, unsigned degree, float smal
   scene.sh_degree = degree;
   scene.offset = glm::dvec3(1000.5, -3.25, 7.0);
   for (std::size_t i = 0; i < count; ++i) {
-    scene.mean.push_back(glm::vec3(normal(random), normal(random), normal(random)) * 2.0f);
+    // One statement a number: in which order the arguments of a call are drawn is the compiler's choice.
+    glm::vec3 mean;
+    for (int k = 2; k >= 0; --k) mean[k] = normal(random);
+    scene.mean.push_back(mean * 2.0f);
     glm::vec3 scale;
     for (int k = 0; k < 3; ++k) scale[k] = smallest_scale * std::pow(largest_scale / smallest_scale, unit(random));
     scene.scale.push_back(scale);
-    scene.rotation.push_back(glm::normalize(glm::quat(normal(random), normal(random), normal(random), normal(random))));
+    float wxyz[4];
+    for (int k = 3; k >= 0; --k) wxyz[k] = normal(random);
+    scene.rotation.push_back(glm::normalize(glm::quat(wxyz[0], wxyz[1], wxyz[2], wxyz[3])));
     scene.opacity.push_back(unit(random) < 0.2f ? 1.0f : unit(random));
     for (unsigned k = 0; k < 3 * scene.sh_coefficients(); ++k) scene.sh.push_back(0.5f * normal(random));
   }
