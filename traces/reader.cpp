@@ -184,7 +184,8 @@ void Reader::read(std::uint64_t index, RayGroup& group) const {
 
 void Reader::verify_content() const {
   const Impl& impl = *impl_;
-  Bytes block(std::size_t{1} << 20);
+  constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
+  Bytes block(static_cast<std::size_t>(std::min(kBlock, impl.content_end)));
   StreamHash hash;
   for (std::uint64_t offset = 0; offset < impl.content_end;) {
     const std::uint64_t count = std::min<std::uint64_t>(block.size(), impl.content_end - offset);

@@ -63,11 +63,15 @@ std::map<std::string, SchemaObject> schema_of(Sqlite& database) {
   return objects;
 }
 
-/// strict: nothing besides a sweep's tables.
-void check_schema(Sqlite& database, bool strict) {
+std::map<std::string, SchemaObject> expected_schema() {
   Sqlite made(":memory:", Sqlite::Open::create);
   made.execute(kSchema);
-  const std::map<std::string, SchemaObject> expected = schema_of(made);
+  return schema_of(made);
+}
+
+/// strict: nothing besides a sweep's tables.
+void check_schema(Sqlite& database, bool strict) {
+  static const std::map<std::string, SchemaObject> expected = expected_schema();
   for (const auto& [name, object] : schema_of(database)) {
     const auto known = expected.find(name);
     if (known == expected.end() && !strict) continue;

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <new>
 
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image_formats.h"
@@ -191,6 +192,8 @@ std::string encode_exr(const std::string& path, const Image& image) {
     return std::move(stream.file());
   } catch (const Error&) {
     throw;
+  } catch (const std::bad_alloc&) {  // says nothing of the file
+    throw;
   } catch (const std::exception& problem) {
     throw Error(path, "", fmt::format("cannot be encoded as OpenEXR: {}", problem.what()));
   }
@@ -200,6 +203,8 @@ Image decode_exr(const std::string& path, const std::string& bytes) {
   try {
     return decode(path, bytes);
   } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {  // says nothing of the file
     throw;
   } catch (const std::exception& problem) {
     throw Error(path, "", fmt::format("must be a complete OpenEXR file: {}", problem.what()));

@@ -9,3 +9,13 @@ TEST(NearestName, PicksTheSmallestEditDistance) {
   EXPECT_EQ(grtx::nearest_name("tls-tri20", known), "tlas-tri20");
   EXPECT_EQ(grtx::nearest_name("x", {}), "");
 }
+
+TEST(NearestName, OfEquallyNearOnesIsTheFirst) {
+  EXPECT_EQ(grtx::nearest_name("b", {"abc", "ab", "bc", "b1"}), "ab");
+  EXPECT_EQ(grtx::nearest_name("l1.latncy", {"l2.latency", "l1.ways", "l1.latency", "l1.lat"}), "l1.latency");
+}
+
+TEST(NearestName, OfAVeryLongNameIsThatOfItsBeginning) {
+  const std::vector<std::string> known = {"scene", "l1.latency", "set"};
+  EXPECT_EQ(grtx::nearest_name("l1.latency" + std::string(1000000, 'x'), known), "l1.latency");
+}
