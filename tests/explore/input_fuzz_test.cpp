@@ -1,42 +1,8 @@
-// Damaged inputs of every reader (fuzz/readers.cpp): each is read, or refused with an Error. Nothing else.
-#include <gtest/gtest.h>
-
-#include <filesystem>
-
-#include "fuzz/readers.h"
-#include "grtx/base/atomic_file.h"
-#include "mutations.h"
+#include "fuzz/input_fuzz.h"
 
 namespace grtx::fuzzing {
-namespace {
 
-class InputFuzz : public ::testing::TestWithParam<InputReader> {};
-
-TEST_P(InputFuzz, WhatIsDamagedIsReadOrRefused) {
-  const InputReader& reader = GetParam();
-  std::mt19937_64 random(testing_fuzz::seed());
-  std::uint64_t refused = 0;
-  const std::vector<std::string> seeds = reader.seeds();
-  ASSERT_FALSE(seeds.empty());
-  for (const std::string& seed : seeds) {
-    EXPECT_TRUE(read_bytes(reader, seed)) << reader.name << ": a sound file is refused";
-    for (std::uint64_t i = 0; i < testing_fuzz::count(500); ++i) {
-      const std::string bytes = testing_fuzz::mutated(seed, random);
-      try {
-        refused += read_bytes(reader, bytes) ? 0 : 1;
-      } catch (const std::exception& error) {
-        ADD_FAILURE() << reader.name << ", mutation " << i << " of seed " << testing_fuzz::seed() << ": "
-                      << error.what();
-        const std::string find = "grtx_find_" + std::to_string(i) + "_" + reader.file;
-        write_file((std::filesystem::temp_directory_path() / find).string(), bytes);
-      }
-    }
-  }
-  EXPECT_GT(refused, 0U) << reader.name << ": no mutation was noticed";
-}
-
-INSTANTIATE_TEST_SUITE_P(, InputFuzz, testing::ValuesIn(input_readers()),
+INSTANTIATE_TEST_SUITE_P(, InputFuzz, testing::ValuesIn(explore_readers()),
                          [](const auto& reader) { return reader.param.name; });
 
-}  // namespace
 }  // namespace grtx::fuzzing

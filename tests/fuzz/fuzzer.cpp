@@ -1,4 +1,4 @@
-// libFuzzer's entry. GRTX_FUZZ_READER names the reader (fuzz/readers.cpp); without it all names are printed.
+// libFuzzer's entry. GRTX_FUZZ_READER names the reader (*_readers.cpp); without it all names are printed.
 // GRTX_FUZZ_SEEDS: writes the reader's sound files into that folder, then ends.
 #include <cstdint>
 #include <cstdio>
@@ -18,9 +18,11 @@ const grtx::fuzzing::InputReader* chosen = nullptr;
 
 extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
   const char* const name = std::getenv("GRTX_FUZZ_READER");
-  for (const auto& reader : grtx::fuzzing::input_readers()) {
-    if (name == nullptr) std::puts(reader.name.c_str());
-    if (name != nullptr && reader.name == name) chosen = &reader;
+  for (const auto* readers : {&grtx::fuzzing::frontend_readers(), &grtx::fuzzing::explore_readers()}) {
+    for (const auto& reader : *readers) {
+      if (name == nullptr) std::puts(reader.name.c_str());
+      if (name != nullptr && reader.name == name) chosen = &reader;
+    }
   }
   if (chosen == nullptr) std::exit(name == nullptr ? 0 : 2);
   if (const char* const seeds = std::getenv("GRTX_FUZZ_SEEDS")) {

@@ -1,4 +1,4 @@
-// Every reader of the project as a function of bytes, for libFuzzer and for the finds that are kept.
+// Every reader of the project as a function of bytes, for libFuzzer, for seeded mutations and for what fuzzers left.
 #pragma once
 
 #include <string>
@@ -17,10 +17,20 @@ struct InputReader {
   std::vector<std::string> (*seeds)() = nullptr;
 };
 
-const std::vector<InputReader>& input_readers();
+/// Scenes, cameras, object lists, images, traces.
+const std::vector<InputReader>& frontend_readers();
+/// Configurations, plans, regressions, statistics, results, databases.
+const std::vector<InputReader>& explore_readers();
+
+/// A folder in memory, of this process.
+const std::string& folder();
 
 /// Reads `bytes`: it is read, or refused with an Error that has a rule; any other exception leaves. Returns whether it
 /// was read.
 bool read_bytes(const InputReader& reader, std::string bytes);
+
+/// What libFuzzer kept as one input for each way that it found through a reader: tests/fuzz/corpus/NAME.tar.zst, packed
+/// by scripts/fuzz_corpus.py.
+std::vector<std::string> corpus(const InputReader& reader);
 
 }  // namespace grtx::fuzzing

@@ -1,34 +1,19 @@
-#include "fuzz/readers.h"
-
-#include <fcntl.h>
-#include <unistd.h>
-
+// Readers of scenes, cameras, object lists, images and traces.
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <stdexcept>
 
-#include "explore/sweep/fake_tracer_rules.h"
 #include "frontend/scene/scene_bytes.h"
+#include "fuzz/readers.h"
 #include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/explore/report/run_results.h"
-#include "grtx/explore/report/sweep_results.h"
-#include "grtx/explore/search/search_plan.h"
-#include "grtx/explore/sweep/database.h"
-#include "grtx/explore/sweep/plan.h"
-#include "grtx/explore/sweep/task.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/rtl_tlm/regress/regression_case.h"
-#include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "paths.h"
-#include "sweep_database.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
@@ -41,29 +26,16 @@ using frontend::test::Bytes;
 using Seeds = std::vector<std::string>;
 Seeds one(const std::string& text) { return {text}; }
 
-/// A folder in memory, of this process.
-const std::string& folder() {
-  static const struct Folder {
-    Folder() {
-      const fs::path memory = fs::exists("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
-      path = (memory / ("grtx_readers_" + std::to_string(::getpid()))).string();
-      fs::create_directories(path);
-    }
-    ~Folder() { fs::remove_all(path); }
-    std::string path;
-  } made;
-  return made.path;
-}
-
-std::string source_file(const std::string& name) { return read_file(grtx::paths::source_dir() + "/" + name); }
-
 /// The converters' files of tests/data with an extension.
 Seeds converted(const std::string& end) {
-  Seeds files;
+  std::vector<std::string> paths;
   for (const auto& entry : fs::directory_iterator(grtx::paths::source_dir() + "/tests/data/converters")) {
     const std::string path = entry.path().string();
-    if (path.ends_with(end)) files.push_back(read_file(path));
+    if (path.ends_with(end)) paths.push_back(path);
   }
+  std::sort(paths.begin(), paths.end());  // a folder has no order of its own
+  Seeds files;
+  for (const std::string& path : paths) files.push_back(read_file(path));
   return files;
 }
 
@@ -107,6 +79,27 @@ void repair_trace(std::string& bytes) {
   put_hash(bytes, end - 8, footer, end - 8 - footer);
 }
 
+std::uint32_t big_endian_at(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+/// A chunk of a PNG is a length, four letters, the data, and a CRC of the letters and the data.
+void repair_png(std::string& bytes) {
+  for (std::size_t at = 8; at + 12 <= bytes.size();) {
+    const std::size_t length = big_endian_at(bytes, at);
+    if (length > bytes.size() - at - 12) return;
+    std::uint32_t crc = 0xffffffff;
+    for (std::size_t i = at + 4; i < at + 8 + length; ++i) {
+      crc ^= static_cast<unsigned char>(bytes[i]);
+      for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (0xedb88320 & (0U - (crc & 1)));
+    }
+    for (unsigned i = 0; i < 4; ++i) bytes[at + 8 + length + i] = static_cast<char>(~crc >> (24 - 8 * i));
+    at += 12 + length;
+  }
+}
+
 std::string trace_of(bool two_level) {
   traces::testing::RandomOptions options;
   options.seed = 3;
@@ -141,18 +134,6 @@ std::string colmap_images() {
   return images.str();
 }
 
-std::string database() {
-  const std::string path = folder() + "/seed.sqlite";
-  fs::remove(path);
-  testing_sweep::make_points(path, {{{"id", 1}, {"values", {{"gpu.time_us", 2.0}, {"cost.mm2", 3.0}}}}});
-  return read_file(path);
-}
-
-constexpr const char* kStatistics =
-    R"({"schema": "grtx.stats/1", "config": {"gpu.sms": 2}, "inputs": {"accel": "tri20", "checkpoint": "off"}, )"
-    R"("stats": {"gpu.cycles": {"value": 12, "unit": "cycles", "description": "d"}, )"
-    R"("gpu.rt.stall.memory": {"value": 1.5, "unit": "cycles", "description": ""}}})";
-
 void scene(const std::string& path) { (void)frontend::load_scene(path); }
 void cameras(const std::string& path) { (void)frontend::load_cameras(path); }
 void image(const std::string& path) { (void)frontend::read_image(path); }
@@ -165,7 +146,7 @@ void colmap(const std::string& path) {
 
 }  // namespace
 
-const std::vector<InputReader>& input_readers() {
+const std::vector<InputReader>& frontend_readers() {
   static const std::vector<InputReader> all = {
       {"ply", "s.ply", scene, nullptr, plain_ply},
       {"compressed_ply", "p.ply", scene, nullptr, [] { return converted(".compressed.ply"); }},
@@ -190,82 +171,15 @@ const std::vector<InputReader>& input_readers() {
          return one(R"([{"file": "a.ply", "translate": [0, 1, 2.5], "rotate": [1, 0, 0, 0], "scale": 2}, )"
                     R"({"file": "b.ply"}])");
        }},
-      {"png", "i.png", image, nullptr, [] { return Seeds{image_of("png")}; }},
+      {"png", "i.png", image, repair_png, [] { return Seeds{image_of("png")}; }},
       {"exr", "i.exr", image, nullptr, [] { return Seeds{image_of("exr")}; }},
       {"pfm", "i.pfm", image, nullptr, [] { return Seeds{image_of("pfm")}; }},
-      {"configuration", "c.toml", [](const std::string& path) { (void)sim::load_config(path, {}); }, nullptr,
-       [] { return Seeds{source_file("configs/paper.toml")}; }},
-      {"plan", "p.toml",
-       [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
-         (void)sim::load_plan(path, tracer);
-       },
-       nullptr,
-       [] {
-         return one(
-             "designs = ['baseline', 'grtx']\nmode = 'fast'\nconfirm = 'cycle'\n[[scene]]\npreset = 'object'\ncount = "
-             "100\nviews = [0, 1]\nwidth = 8\n[set]\ngpu.sms = 2\n[tracer]\nk = 8\n[limits]\nseconds = 5\n[grid]\n"
-             "l1.latency = {from = 10, to = 40, steps = 3, integer = true}\n[random]\ncount = 5\nseed = 3\n"
-             "[random.axes]\nl2.latency = [100, 200]\n");
-       }},
-      {"search_plan", "q.toml",
-       [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
-         (void)sim::load_search_plan(path, tracer);
-       },
-       nullptr,
-       [] {
-         return one(
-             "[[scene]]\npreset = 'object'\ncount = 100\n[[parameter]]\nkey = 'l1.latency'\nvalues = [10, 20]\n"
-             "[[objective]]\nvalue = 'gpu.time_us'\n[[constraint]]\nrule = 'cost.mm2 <= 1.5 * reference'\n"
-             "[reference]\nl1.latency = 20\n[search]\ngenerations = 2\npopulation = 8\nseed = 1\n");
-       }},
-      {"case", "a.case.toml",
-       [](const std::string& path) { (void)sim::load_regression(fs::path(path).parent_path().string()); }, nullptr,
-       [] {
-         return one(
-             "trace = 'a.grtx'\nmachine = 'paper'\nset = ['gpu.sms=2']\nmode = 'sampled'\nshare = 0.5\n"
-             "seed = 2\nstatistics = ['gpu.*']\n[tolerance]\n'gpu.l1.*' = 0.1\n[[update]]\n"
-             "date = 2026-11-23\nreason = 'x'\n");
-       }},
-      {"statistics", "s.json", [](const std::string& path) { (void)sim::read_statistics(path); }, nullptr,
-       [] { return Seeds{kStatistics}; }},
-      {"run_results", "r.json", [](const std::string& path) { (void)sim::read_run_results(path); }, nullptr,
-       [] { return Seeds{kStatistics}; }},
-      {"task_result", "k.json", [](const std::string& path) { (void)sim::read_outcome(path); }, nullptr,
-       [] {
-         return one(R"({"key": "k", "kind": "point", "status": "failed", "reason": "r", "seconds": 1.5, )"
-                    R"("bytes": 3})");
-       }},
-      {"database", "d.sqlite", [](const std::string& path) { (void)sim::read_sweep_results(path); }, nullptr,
-       [] { return Seeds{database()}; }},
-      {"database_filled", "w.sqlite", [](const std::string& path) { (void)sim::SweepDatabase(path).meta("plan"); },
-       nullptr, [] { return Seeds{database()}; }},
       {"trace", "t.grtx", [](const std::string& path) { traces::check(traces::Reader(path), true); }, repair_trace,
        [] { return Seeds{trace_of(true)}; }},
       {"trace_monolithic", "m.grtx", [](const std::string& path) { traces::check(traces::Reader(path), true); },
        repair_trace, [] { return Seeds{trace_of(false)}; }},
   };
   return all;
-}
-
-bool read_bytes(const InputReader& reader, std::string bytes) {
-  if (reader.repair != nullptr) reader.repair(bytes);
-  const std::string own = folder() + "/" + reader.name;
-  static std::string made;  // creating the folder for each input would take longer than reading it
-  if (made != own) fs::create_directories(made = own);
-  const std::string path = own + "/" + reader.file;
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  const bool written = file >= 0 && ::write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
-  if (file >= 0) ::close(file);
-  if (!written) throw std::runtime_error(path + " cannot be written");
-  try {
-    reader.read(path);
-    return true;
-  } catch (const Error& error) {
-    if (error.rule().empty()) throw std::runtime_error(reader.name + ": refused without a rule");
-    return false;
-  }
 }
 
 }  // namespace grtx::fuzzing
