@@ -3,6 +3,7 @@
 #   asan       everything under AddressSanitizer and UndefinedBehaviorSanitizer (preset asan)
 #   tsan       the tracer and the trace reader's threads under ThreadSanitizer (preset tsan)
 #   readers    every reader under libFuzzer, a million inputs or an hour each (preset fuzz, clang)
+#   coverage   all tests in that build, then the lines that none of them ran
 #   mutations  seeded mutations of all inputs, an hour
 #   faults     each call fails once; a hundred kills a command; power loss at each moment
 #   model      two hundred changes of the model
@@ -27,13 +28,20 @@ tsan() {
     TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" ctest --preset tsan -j "$jobs" -L '^(base|traces|frontend)$'
 }
 readers() { scripts/fuzz.sh --guided 1000000 3600; }
-mutations() { scripts/build.sh release explore_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
+coverage() {
+  sanitized fuzz || return 1
+  local tests=0
+  ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 LLVM_PROFILE_FILE="$PWD/build/fuzz/profile/%m_%p.profraw" \
+    ctest --preset fuzz -j "$jobs" || tests=1
+  scripts/coverage.py --lines && return $tests
+}
+mutations() { scripts/build.sh release reader_tests explore_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
 faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }
 model() { scripts/mutate_model.py --jobs "$jobs"; }
 compilers() { scripts/compare_builds.sh; }
 
 code=0
-for job in "${@:-asan tsan readers mutations faults model compilers}"; do
+for job in "${@:-asan tsan readers coverage mutations faults model compilers}"; do
   for one in $job; do
     start=$(date +%s)
     if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi
