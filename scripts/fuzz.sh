@@ -30,7 +30,7 @@ if [ "${1:-}" = --guided ]; then
     longest=$(find "$corpus" -type f -printf '%s\n' | sort -n | tail -1)
     longest=$((longest * 5 / 4 > 8192 ? longest * 5 / 4 : 8192))
     # A reader that asks for more than 1 GB for an input of some KB has believed what the input claims.
-    if GRTX_FUZZ_READER=$reader $fuzzer "$corpus" -runs="$runs" -max_total_time="$seconds" -max_len="$longest" -timeout=20 \
+    if GRTX_FUZZ_READER=$reader $fuzzer "$corpus" -runs="$runs" -max_total_time="$seconds" -max_len="$longest" -timeout=${GRTX_FUZZ_TIMEOUT:-20} \
       -rss_limit_mb=2048 -malloc_limit_mb=1024 -artifact_prefix="build/fuzz/finds/$reader-" >"$log" 2>&1; then
       echo "| $reader | $(sed -n 's/^Done \([0-9]*\) runs in \([0-9]*\) second.*/\1 | \2/p' "$log") | none |"
     else

@@ -172,7 +172,8 @@ class SceneStatistics {
       const std::size_t i = random() % scene_.size();
       if (scene_.opacity[i] < 0.1f) continue;
       ++n;
-      const glm::dvec3 local(normal(random), normal(random), normal(random));
+      glm::dvec3 local;
+      for (int k = 2; k >= 0; --k) local[k] = normal(random);  // a call's arguments have no order
       const glm::dvec3 point = glm::dvec3(scene_.mean[i]) + axes_[i] * (local * glm::dvec3(scene_.scale[i]));
       for (std::size_t j = 0; j < scene_.size(); ++j) {
         const glm::dvec3 d = glm::abs(point - glm::dvec3(scene_.mean[j]));

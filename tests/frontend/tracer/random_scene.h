@@ -25,19 +25,23 @@ inline frontend::Scene random_scene(unsigned seed, const RandomSceneOptions& o =
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(engine()) / 4294967296.0);
   };
+  // A statement a draw, the last component first: in which order a call's arguments are drawn is the compiler's choice.
   const auto normal = [&] {
-    return std::sqrt(-2.0 * std::log(uniform(1e-12, 1.0))) * std::cos(uniform(0.0, 6.283185307179586));
+    const double length = std::sqrt(-2.0 * std::log(uniform(1e-12, 1.0)));
+    return length * std::cos(uniform(0.0, 6.283185307179586));
   };
   frontend::Scene scene;
   scene.sh_degree = o.sh_degree;
   scene.name = "random";
   for (std::size_t i = 0; i < o.count; ++i) {
-    scene.mean.emplace_back(uniform(-o.extent, o.extent), uniform(-o.extent, o.extent), uniform(-o.extent, o.extent));
-    scene.scale.emplace_back(std::exp(o.log_scale_mean + o.log_scale_sd * normal()),
-                             std::exp(o.log_scale_mean + o.log_scale_sd * normal()),
-                             std::exp(o.log_scale_mean + o.log_scale_sd * normal()));
-    scene.rotation.push_back(glm::normalize(glm::quat(static_cast<float>(normal()), static_cast<float>(normal()),
-                                                      static_cast<float>(normal()), static_cast<float>(normal()))));
+    glm::vec3 mean, scale;
+    float wxyz[4];
+    for (int k = 2; k >= 0; --k) mean[k] = static_cast<float>(uniform(-o.extent, o.extent));
+    for (int k = 2; k >= 0; --k) scale[k] = static_cast<float>(std::exp(o.log_scale_mean + o.log_scale_sd * normal()));
+    for (int k = 3; k >= 0; --k) wxyz[k] = static_cast<float>(normal());
+    scene.mean.push_back(mean);
+    scene.scale.push_back(scale);
+    scene.rotation.push_back(glm::normalize(glm::quat(wxyz[0], wxyz[1], wxyz[2], wxyz[3])));
     scene.opacity.push_back(static_cast<float>(uniform(o.opacity_low, o.opacity_high)));
     for (unsigned j = 0; j < 3 * scene.sh_coefficients(); ++j) {
       scene.sh.push_back(static_cast<float>(normal() * (j < 3 ? 0.8 : 0.15)));
