@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "grtx/base/error.h"
 #include "modules/simt/simt_bench.h"
@@ -237,6 +238,46 @@ TEST_F(SimtPrivateStore, IsPricedByItsBitsAndBanks) {
   EXPECT_EQ(found->bits, std::uint64_t{8} * 64 * 32 * bench.options.config.resident_warps);
   EXPECT_EQ(found->banks, 32u);
   EXPECT_EQ(found->word_bits, 64u);
+}
+
+TEST_F(SimtPrivateStore, InsertionByTheBanksIsPricedByItsRegistersFillsAndComparators) {
+  // Storage: bits, read and write ports, bits of an access, banks; operators: how many.
+  using Parts = std::map<std::string, std::vector<std::uint64_t>>;
+  const auto parts = [](const PrivateStore::Config& store) {
+    SimtBench::Options options = fresh(store);
+    options.config.resident_warps = 8;
+    options.config.schedulers = 4;
+    options.config.registers = 65536;
+    SimtBench bench(options);
+    Parts all;
+    const Inventory inventory = bench.core->inventory();
+    for (const Storage& s : inventory.storage) {
+      EXPECT_TRUE(all.insert({s.name, {s.bits, s.read_ports, s.write_ports, s.word_bits, s.banks}}).second) << s.name;
+    }
+    for (const Operators& o : inventory.operators) {
+      std::vector<std::uint64_t>& count = all[o.name + std::to_string(o.width)];
+      count.resize(1);
+      count[0] += o.count;
+    }
+    return all;
+  };
+  Parts expected = {{"register_file", {65536 * 32, 3, 1, 32 * 32, 1}},
+                    {"warp_control", {8 * (32 + 32 + 64), 1, 1, 32, 1}},  // program counter, lane mask, scoreboard
+                    {"int_add32", {4 * 32}},
+                    {"fp_fma32", {4 * 32}},
+                    {"fp_compare32", {4 * 32}}};
+  EXPECT_EQ(parts({}), expected);
+  PrivateStore::Config store = store_of(4);
+  expected["private_store"] = {4 * 8 * 32 * 64, 1, 0, store.lane_bytes * 8, 32};  // one port of a bank reads and writes
+  expected["int_add16"] = {32};                                                   // a bank's place: slot and index
+  EXPECT_EQ(parts(store), expected);
+  store.insertion = true;
+  expected["insertion_registers"] = {32 * 2 * 64, 1, 1, 32, 1};  // a bank's hit, and the entry that moves
+  expected["insertion_fill"] = {32 * 8 * 3, 1, 1, 32, 1};        // 0 to 4 entries, a lane and slot
+  expected["fp_compare32"][0] += 32;
+  expected["int_compare32"] = {32};
+  expected["int_add16"][0] += 32;
+  EXPECT_EQ(parts(store), expected);
 }
 
 }  // namespace

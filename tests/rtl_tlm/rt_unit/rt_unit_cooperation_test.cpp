@@ -1,6 +1,9 @@
 // Cooperative lanes: idle lanes fetch and test what lies on a busy lane's stack; the busy ray keeps its order.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <map>
+
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
@@ -133,11 +136,26 @@ TEST_F(RtUnitCooperationTest, WithoutItThereIsNoUnitAndNoSilicon) {
   EXPECT_THAT(names(off), ::testing::Not(::testing::Contains(::testing::HasSubstr("lane_cooperation"))));
   fresh_context();
   RtBench on(small_header(), with(2));
-  std::uint64_t results = 0;
-  for (const modules::Inventory& inventory : on.rt().inventory()) {
-    for (const modules::Storage& s : inventory.storage) results += s.name == "results" ? s.bits : 0;
+  const auto inventories = on.rt().inventory();
+  const auto unit = std::find_if(inventories.begin(), inventories.end(), [](const modules::Inventory& inventory) {
+    return inventory.module.find("lane_cooperation") != std::string::npos;
+  });
+  ASSERT_NE(unit, inventories.end());
+  std::map<std::string, std::uint64_t> parts;
+  for (const modules::Storage& s : unit->storage) parts[s.name] += s.bits;
+  for (const modules::Operators& o : unit->operators) parts[o.name + std::to_string(o.width)] += o.count;
+  const std::map<std::string, std::uint64_t> expected = {
+      {"results", 8 * 32 * 2 * (6 * 36 + 10)},  // warps, lanes, results of six children
+      {"jobs", 8 * 32 * (5 + 2 + 1)},           // whom, which of its results (0 to 2), whether
+      {"taken", 8 * 32 * 2},
+      {"arbiter32", 2},
+      {"match8", 2 * 32}};
+  EXPECT_EQ(parts, expected);
+  for (const modules::Storage& s : unit->storage) {
+    EXPECT_EQ(s.word_bits, s.name == "results" ? 6u * 36 + 10 : 32u) << s.name;
+    EXPECT_EQ(s.read_ports, 1u) << s.name;
+    EXPECT_EQ(s.write_ports, 1u) << s.name;
   }
-  EXPECT_EQ(results, 8u * 32 * 2 * (6 * 36 + 10));  // warps, lanes, results of six children
 }
 
 TEST(CooperationConfig, IsNoPartOfAMachinesHashWhileItIsOffAndRefusedOutsideCycleMode) {
