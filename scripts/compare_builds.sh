@@ -3,6 +3,7 @@
 # traces, images and statistics byte for byte (host.* aside: wall time, memory). Exit code 1 at the first difference.
 #   scripts/compare_builds.sh [FOLDER]      builds in FOLDER (default build/compare) and keeps it for the next time
 # REFERENCE=PROGRAM uses a grtx that g++ -O3 has built already (build/release/grtx) in place of the first build.
+# OTHERS="NAME=PROGRAM ..." compares those with it, and builds nothing else.
 # Needs what scripts/install_dependencies.sh installs, and clang++ (Debian: apt-get install clang). CLANGXX names another.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -27,8 +28,16 @@ if [[ -n "${REFERENCE:-}" ]]; then
 else
   build gcc_O3 g++ -O3
 fi
-build gcc_O0 g++ -O0
-build clang_O2 "$clang" -O2
+if [[ -n "${OTHERS:-}" ]]; then
+  builds=(gcc_O3)
+  for other in $OTHERS; do
+    builds+=("${other%%=*}")
+    mkdir -p "$folder/${other%%=*}" && cp "${other#*=}" "$folder/${other%%=*}/grtx"
+  done
+else
+  build gcc_O0 g++ -O0
+  build clang_O2 "$clang" -O2
+fi
 
 # Everything of a statistics file but host.* (the last statistics) and the comma before it.
 portable() { grep -v '"host\.' "$1" | sed 's/,$//'; }
