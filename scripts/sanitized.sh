@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # AddressSanitizer and UndefinedBehaviorSanitizer over what reads files and knows no SystemC, with the tests that damage them:
-# scripts/sanitized.sh [BUILD_FOLDER]. A minute or two on two cores; everything else under sanitizers: scripts/nightly.sh.
+# scripts/sanitized.sh [BUILD_FOLDER]. Three minutes on two cores without ccache; everything else under sanitizers: scripts/nightly.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:-build/sanitized}
