@@ -419,7 +419,8 @@ void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Re
     if (const std::uint32_t filling = filling_.find(line / kSectorBytes); filling != AddressIndex::kNone) {
       Fill& fill = fills_[filling];
       const auto on_the_way = static_cast<std::uint8_t>(missing & fill.sectors);
-      if (client != kPrefetch) demand(fill, on_the_way, on_the_way);
+      // In time: while a fill is under way others do `stride` times as much here, and would mostly come after it.
+      if (client != kPrefetch) demand(fill, on_the_way, 0);
       missing ^= on_the_way;
       if (missing == 0) return;
     }

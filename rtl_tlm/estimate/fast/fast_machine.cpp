@@ -48,6 +48,8 @@ void Machine::handle(const Due& due) {
       return sm.l1.fill(now, due.index);
     case What::source:
       return sm.rt.source_arrives(now, static_cast<LaneId>(due.index));
+    case What::touch:
+      return sm.rt.touch(now, static_cast<LaneId>(due.index));
     case What::count:
       break;
   }

@@ -96,6 +96,8 @@ void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& messa
     lane.shaded = lane.stacking = lane.settling = false;
     lane.begins = true;
     lane.owed = 0;
+    lane.touched = lane.touch_end = events.data();
+    lane.started = kNever;
     if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay, *call.group, events);
     if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes(events);
     if (stacks_) stacks_->begin(id, message.slot);
@@ -223,6 +225,7 @@ void RtUnit::select(Cycle now) {
   }
   for_each_bit(timed, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
+    if (shared_.stride > 1) start_touches(now, id, lanes_[id], call);
     handle(now, id, lanes_[id], call);
   });
   if ((occupied_ & bit(entry)) != 0) count_wait(now, call);
@@ -254,7 +257,9 @@ void RtUnit::handle(Cycle now, LaneId id, Lane& lane, Call& call) {
 void RtUnit::replay(Cycle now, LaneId id, Lane& lane, Call& call) {
   const Event event = *lane.next;
   RtScheduler::Counters& counters = counters_.scheduler;
-  if (prefetcher_ && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
+  if (prefetcher_ && event.kind() == EventKind::replay_take && shared_.stride == 1) {
+    prefetcher_->note_replayed(id, event.node);
+  }
   ++(event.kind() == EventKind::replay_take ? counters.replay_takes : counters.replay_forwards);
   complete(now, id, lane, EventEffect(event), call);
 }
@@ -298,7 +303,7 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
     if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, entry_of(id));
     return;
   }
-  if (event.kind() == EventKind::visit_internal && prefetcher_) {
+  if (event.kind() == EventKind::visit_internal && prefetcher_ && shared_.stride == 1) {
     prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
   }
   if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);

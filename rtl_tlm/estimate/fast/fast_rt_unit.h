@@ -39,6 +39,8 @@ class RtUnit {
   void any_hit_due(Cycle now, unsigned entry);
   /// Sectors of the lane's source buffer have come.
   void source_arrives(Cycle now, modules::LaneId id);
+  /// One more of the lane's events that take no time is seen by the caches.
+  void touch(Cycle now, modules::LaneId id);
   void advance(Cycle now);
 
   // ---- The L1
@@ -68,6 +70,12 @@ class RtUnit {
     bool settling = false;         ///< hands checkpoint entries over
     std::uint16_t owed = 0;        ///< events that take no time, before those of its next step
     bool begins = false;           ///< its first event that takes time is next
+    bool touching = false;         ///< on the agenda to touch
+    // Events that take no time meet the caches one after the other while the one before them takes time.
+    const traces::Event* touched = nullptr;    ///< the first that the caches have not seen
+    const traces::Event* touch_end = nullptr;  ///< the next that takes time, as far as is known
+    Cycle started = 0;                         ///< its last event that took time
+    Cycle pace = 1;                            ///< between two touches
   };
   /// A traceRay call of a warp, in an entry of the warp buffer.
   struct Call {
@@ -137,6 +145,10 @@ class RtUnit {
   /// see them.
   void warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count);
   void warm_visit(LaneId id, Lane& lane, Call& call, const traces::Event& event);
+  /// What the caches and the prefetcher see of the lane's first event that they have not seen.
+  void touch_next(LaneId id, Lane& lane, const Call& call);
+  /// The lane's event begins to take time: those behind it will be touched meanwhile.
+  void start_touches(Cycle now, LaneId id, Lane& lane, const Call& call);
   /// The lane's events up to the next that takes time. Returns whether there is one. apart: cycles since the warp was
   /// selected last.
   bool warm_up_to_next(Cycle now, LaneId id, Lane& lane, Call& call, Cycle apart);
@@ -167,6 +179,7 @@ class RtUnit {
   modules::RingQueue<Cycle> leaving_;  ///< when those that have been, ahead of time, leave the memory scheduler's queue
   IntersectionPipelines box_, leaf_, transform_;
   bool transforms_leaves_;
+  Cycle usual_step_ = 0;  ///< from one of a lane's events that take time to the next, a running mean, in 16ths
   Cycle accounted_ = 0;  ///< cycles before it are counted as selections or stalls
   modules::Stall last_stall_{};
   modules::RtUnitCounters counters_;

@@ -17,6 +17,10 @@ using traces::EventKind;
 
 void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) {
   for (; count > 0 && lane.next != lane.end; --count) {
+    if (lane.next >= lane.touched) {
+      lane.touched = lane.next;
+      touch_next(id, lane, call);
+    }
     const Event event = *lane.next++;
     const EventEffect effect(event);
     switch (event.kind()) {
@@ -32,7 +36,6 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
       default:
         if (!shared_.header.checkpoint) refuse(id, kRuleReplayNeedsCheckpoints);
         checkpoints_.warm_read(now, id);
-        if (prefetcher_ && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
         ++(event.kind() == EventKind::replay_take ? counters_.scheduler.replay_takes
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
@@ -53,18 +56,8 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
 void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
   const NodeSectors sectors(visit(id, event, call), shared_.traffic);
   ++counters_.memory.visits[static_cast<std::size_t>(sectors.region())];
-  sectors.for_each_run([&](const SectorRun& run, bool /*last*/) {
-    if (!run.again) l1_.warm(kNode, run);
-  });
   const EventEffect effect(event);
   move_stack(id, lane, effect);
-  if (prefetcher_) {
-    if (event.kind() == EventKind::visit_internal) {
-      prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
-    } else {
-      prefetcher_->warm_leaf(id, *call.group, event.node);
-    }
-  }
   if (!effect.calls_any_hit()) return;
   ++counters_.scheduler.any_hit_calls;
   AnyHitBatch batch;
@@ -72,6 +65,64 @@ void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
   batch.round = call.round;
   add_lane(batch, lane_of(id), event);
   simt_.warm_any_hit(batch);
+}
+
+void RtUnit::touch_next(LaneId id, Lane& lane, const Call& call) {
+  const Event event = *lane.touched++;
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+    case EventKind::visit_instance:
+    case EventKind::visit_leaf: {
+      const std::optional<NodeVisit> node = node_visit(event, *call.group, shared_.traffic);
+      if (!node) return;  // refused when it happens
+      NodeSectors(*node, shared_.traffic).for_each_run([&](const SectorRun& run, bool /*last*/) {
+        if (!run.again) l1_.warm(kNode, run);
+      });
+      if (!prefetcher_) return;
+      if (event.kind() == EventKind::visit_internal) {
+        prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
+      } else {
+        prefetcher_->warm_leaf(id, *call.group, event.node);
+      }
+      return;
+    }
+    case EventKind::replay_take:
+      if (prefetcher_) prefetcher_->note_replayed(id, event.node);
+      return;
+    default:
+      return;
+  }
+}
+
+void RtUnit::start_touches(Cycle now, LaneId id, Lane& lane, const Call& call) {
+  if (lane.started != kNever) usual_step_ += now - lane.started - usual_step_ / 16;
+  lane.started = now;
+  if (lane.touched <= lane.next) {
+    // What the prefetcher is to know before the events behind this one: these may be touched before it has ended.
+    const Event event = *lane.next;
+    if (prefetcher_ && event.kind() == EventKind::visit_internal) {
+      prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
+    }
+    if (prefetcher_ && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
+    lane.touched = lane.next + 1;
+  }
+  const std::ptrdiff_t behind =
+      std::min<std::ptrdiff_t>(lane.end - lane.next - 1, lane.owed + static_cast<std::ptrdiff_t>(shared_.stride) - 1);
+  lane.touch_end = lane.next + 1 + behind;
+  if (lane.touched >= lane.touch_end) return;
+  lane.pace = std::max<Cycle>(1, usual_step_ / 16 / static_cast<Cycle>(behind + 1));
+  if (std::exchange(lane.touching, true)) return;
+  shared_.agenda.add(now + lane.pace, {What::touch, sm_, id});
+}
+
+void RtUnit::touch(Cycle now, LaneId id) {
+  Lane& lane = lanes_[id];
+  lane.touching = false;
+  if (lane.next == lane.end || lane.touched >= lane.touch_end) return;
+  touch_next(id, lane, call_of(id));
+  if (lane.touched >= lane.touch_end) return;
+  lane.touching = true;
+  shared_.agenda.add(now + lane.pace, {What::touch, sm_, id});
 }
 
 // Of each `stride` events of a lane one takes time. It is the last, unless an earlier one visits a node that its warp
