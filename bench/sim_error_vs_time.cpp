@@ -1,7 +1,7 @@
-// Simulation time against error: cycle, fast and sampled mode at several shares, over scenes and the four designs, with
-// the coverage of sampled mode's intervals over many seeds. Every result is a file in the output folder and is not
-// simulated again, so the program can be interrupted, and rerun with more seeds or after a change to one mode (delete
-// its files, or its folder).
+// Simulation time against error: cycle mode on one thread and on several, fast mode at several strides, sampled mode at
+// several shares, model mode, over scenes and the four designs, with the coverage of sampled mode's intervals over many
+// seeds; a picture a scene. Every result is a file in the output folder and is not simulated again, so the program can
+// be interrupted, and rerun with more seeds or after a change to one mode (delete its files, or its folder).
 //
 //   bench/sim_error_vs_time -o out --room 3000                  a generated room, traced here
 //   bench/sim_error_vs_time -o out --traces playbot=FOLDER      FOLDER has baseline.grtx, sw.grtx, hw.grtx, grtx.grtx
@@ -41,7 +41,10 @@ struct Options {
   std::string output;
   std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
   std::vector<std::string> shares = {"0.0625"};
+  std::string machine;                     ///< in place of a configuration; "": none
   std::vector<unsigned> strides = {1, 4};  ///< of fast mode
+  std::vector<unsigned> threads;           ///< of cycle mode, beside one
+  bool model_mode = false;
   std::vector<std::string> models = {"visits"};
   std::vector<std::string> engines = {"cycle"};
   unsigned seeds = 10;
@@ -53,11 +56,14 @@ struct Setting {
   std::string name, arguments;
   std::string seed;  ///< the argument before a seed; none: runs do not depend on one
   bool sampled = false;
+  bool wall = false;   ///< its time is wall time: it has several threads
+  bool keeps = false;  ///< a first run leaves files beside the trace, which later ones read: that is what is measured
+  std::string mode() const { return name.substr(0, name.find(' ')); }
 };
 
 /// One run, as its statistics file says.
 struct Outcome {
-  double cycles = 0.0, cpu = 0.0;
+  double cycles = 0.0, cpu = 0.0, wall = 0.0;
   SampledEstimate estimate;
 };
 
@@ -72,6 +78,7 @@ Outcome outcome_of(const std::string& path, bool sampled) {
   Outcome outcome;
   outcome.cycles = stats.at("gpu.cycles").at("value").get<double>();
   outcome.cpu = stats.at("host.cpu_seconds").at("value").get<double>();
+  outcome.wall = stats.at("host.wall_seconds").at("value").get<double>();
   if (sampled) outcome.estimate = grtx::sim::estimate_from_json(document.at("sampled"));
   return outcome;
 }
@@ -88,8 +95,12 @@ Outcome simulate(const Options& options, const std::string& scene, const std::st
   const std::string path = path_of(options, scene, setting, design, seed);
   if (!fs::exists(path)) {
     fs::create_directories(fs::path(path).parent_path());
-    run_program(fmt::format("sim '{}' --config '{}' {} {} --stats '{}'", trace, options.config, setting.arguments,
-                            setting.seed.empty() ? "" : fmt::format("{}{}", setting.seed, seed), path));
+    const std::string machine = options.machine.empty() ? fmt::format("--config '{}'", options.config)
+                                                        : fmt::format("--machine '{}'", options.machine);
+    const std::string command = fmt::format("sim '{}' {} {} {} --stats '{}'", trace, machine, setting.arguments,
+                                            setting.seed.empty() ? "" : fmt::format("{}{}", setting.seed, seed), path);
+    if (setting.keeps) run_program(command);
+    run_program(command);
   }
   return outcome_of(path, setting.sampled);
 }
@@ -115,8 +126,8 @@ std::string make_room(const Options& options) {
 
 /// Errors of one setting on one scene.
 struct Summary {
-  std::string scene, setting;
-  double speed = 0.0;                    ///< processor time of cycle mode over its own, four designs together
+  std::string scene, setting, mode;
+  double speed = 0.0;                    ///< time of cycle mode over its own, four designs together
   std::array<double, 4> cycles_bias{};   ///< mean of estimate / truth - 1, by design
   std::array<double, 4> cycles_error{};  ///< mean of its absolute value
   std::array<double, 4> ratio_bias{};    ///< of speed-ups; [0] is unused
@@ -140,13 +151,14 @@ Summary summarise(const std::string& scene, const Setting& setting, const std::a
   Summary s;
   s.scene = scene;
   s.setting = setting.name;
+  s.mode = setting.mode();
   s.seeds = static_cast<unsigned>(runs.size());
   const double n = static_cast<double>(runs.size());
   double own = 0.0, reference = 0.0;
   for (const std::array<Outcome, 4>& run : runs) {
     for (std::size_t d = 0; d < 4; ++d) {
-      own += run[d].cpu;
-      reference += truth[d].cpu;
+      own += setting.wall ? run[d].wall : run[d].cpu;
+      reference += setting.wall ? truth[d].wall : truth[d].cpu;
       const double error = run[d].cycles / truth[d].cycles - 1.0;
       s.cycles_bias[d] += error / n;
       s.cycles_error[d] += std::abs(error) / n;
@@ -178,8 +190,6 @@ void write_results(const Options& options, const std::vector<Summary>& all) {
   std::string csv =
       "scene,setting,seeds,speed,baseline_bias,sw_bias,hw_bias,grtx_bias,cycles_error,sw_speedup_bias,hw_speedup_bias,"
       "grtx_speedup_bias,speedup_error,cycles_half_width,speedup_half_width,cycles_coverage,speedup_coverage\n";
-  std::vector<grtx::bench::ScatterPoint> points;
-  std::vector<std::string> scenes;
   fmt::print(
       "\n| scene | mode | seeds | speed | error of cycles: baseline, sw, hw, grtx | mean size | of speed-ups: sw, hw, "
       "grtx "
@@ -200,24 +210,41 @@ void write_results(const Options& options, const std::vector<Summary>& all) {
         100 * s.cycles_bias[3], 100 * s.mean_cycles_error(), 100 * s.ratio_bias[1], 100 * s.ratio_bias[2],
         100 * s.ratio_bias[3], 100 * s.mean_ratio_error(), 100 * s.half_width, 100 * s.ratio_half_width,
         percent(s.cycles_covered, s.cycles_all), percent(s.ratio_covered, s.ratio_all));
-    if (scenes.empty() || scenes.back() != s.scene) scenes.push_back(s.scene);
-    const bool beaten = std::any_of(all.begin(), all.end(), [&s](const Summary& o) {
-      return o.scene == s.scene && o.speed >= s.speed && o.mean_ratio_error() <= s.mean_ratio_error() &&
-             (o.speed > s.speed || o.mean_ratio_error() < s.mean_ratio_error());
-    });
-    points.push_back({1.0 / s.speed, 100 * s.mean_ratio_error(), static_cast<unsigned>(scenes.size() - 1),
-                      !beaten && scenes.size() == 1, s.scene + ", " + s.setting});
   }
   grtx::write_file(options.output + "/sim_error_vs_time.csv", csv);
-  grtx::bench::ScatterText text{"Simulation time against error (line: front of the first scene)",
-                                "processor time, cycle mode = 1", "mean error of the speed-ups, %", scenes};
-  grtx::write_file(options.output + "/sim_error_vs_time.svg", grtx::bench::scatter_svg(text, points));
+}
+
+/// One picture a scene: the settings, coloured by mode, and the front of those that no other beats in time and error.
+void draw_scenes(const Options& options, const std::vector<Summary>& all) {
+  std::map<std::string, std::vector<Summary>> by_scene;
+  for (const Summary& s : all) by_scene[s.scene].push_back(s);
+  const std::vector<std::string> modes = {"cycle", "fast", "sampled", "model"};
+  for (const auto& [scene, settings] : by_scene) {
+    std::vector<grtx::bench::ScatterPoint> points;
+    for (const Summary& s : settings) {
+      const bool beaten = std::any_of(settings.begin(), settings.end(), [&s](const Summary& o) {
+        return o.speed >= s.speed && o.mean_ratio_error() <= s.mean_ratio_error() &&
+               (o.speed > s.speed || o.mean_ratio_error() < s.mean_ratio_error());
+      });
+      const auto mode = static_cast<unsigned>(std::find(modes.begin(), modes.end(), s.mode) - modes.begin());
+      points.push_back({1.0 / s.speed, 100 * s.mean_ratio_error(), mode, !beaten, s.setting});
+    }
+    const grtx::bench::ScatterText text{"Simulation time against error: " + scene, "time, cycle mode on one thread = 1",
+                                        "mean error of the speed-ups, %", modes};
+    grtx::write_file(fmt::format("{}/sim_error_vs_time_{}.svg", options.output, scene),
+                     grtx::bench::scatter_svg(text, points));
+  }
 }
 
 int run(Options options) {
   if (options.room > 0) options.traces.push_back(make_room(options));
   if (options.traces.empty()) throw grtx::Error("sim_error_vs_time", "--traces", "or --room is needed");
   std::vector<Setting> settings = {{"cycle", "--mode cycle", ""}};
+  for (const unsigned threads : options.threads) {
+    Setting setting{fmt::format("cycle {} threads", threads), fmt::format("--mode cycle --threads {}", threads), ""};
+    setting.wall = true;
+    settings.push_back(setting);
+  }
   for (const unsigned stride : options.strides) {
     settings.push_back({fmt::format("fast stride {}", stride), fmt::format("--mode fast --set fast.stride={}", stride),
                         stride == 1 ? "" : "--set fast.seed="});
@@ -231,6 +258,11 @@ int run(Options options) {
              "--seed ", true});
       }
     }
+  }
+  if (options.model_mode) {
+    Setting setting{"model", "--mode model", ""};
+    setting.keeps = true;
+    settings.push_back(setting);
   }
   std::vector<Summary> all;
   for (const std::string& scene : options.traces) {
@@ -259,6 +291,7 @@ int run(Options options) {
     }
   }
   write_results(options, all);
+  draw_scenes(options, all);
   return 0;
 }
 
@@ -271,11 +304,14 @@ int main(int argc, char** argv) {
 
 int sc_main(int argc, char* argv[]) {
   Options options;
-  CLI::App app("Simulation time against error for cycle, fast and sampled mode");
+  CLI::App app("Simulation time against error for cycle, fast, sampled and model mode");
   app.add_option("--traces", options.traces, "NAME=FOLDER with the traces of the four designs; repeatable");
   app.add_option("--room", options.room, "Gaussians of a generated room to trace and simulate too; 0: none");
   app.add_option("-o,--output", options.output, "Folder for results")->required();
   app.add_option("--config", options.config, "Configuration file")->capture_default_str();
+  app.add_option("--machine", options.machine, "Machine, in place of a configuration file");
+  app.add_option("--threads", options.threads, "Thread counts of cycle mode, by wall time; repeatable");
+  app.add_flag("--model-mode", options.model_mode, "Model mode too, with the files that it keeps");
   app.add_option("--share", options.shares, "Shares of sampled mode; repeatable")->capture_default_str();
   app.add_option("--stride", options.strides, "Strides of fast mode; repeatable")->capture_default_str();
   app.add_option("--model", options.models, "Models of sampled mode; repeatable")->capture_default_str();
