@@ -17,8 +17,9 @@ import subprocess
 import sys
 import tempfile
 
-TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-LIBRARY = os.environ.get("OSU018", "/usr/share/qflow/tech/osu018/osu018_stdcells.lib")
+import rtl_gates
+
+TOP, LIBRARY = rtl_gates.TOP, rtl_gates.LIBRARY
 # What the model's item is called in the RTL.
 MEMORIES = {"write_queue": ["write_address", "write_mask", "write_data"], "submitted": ["submitted"], "reads": ["reads"],
             "open_sectors": ["open_sectors"], "read_sectors": ["read_sectors"], "replay_flag": ["replay_flag"],
@@ -48,7 +49,7 @@ def model(grtx, settings):
 
 
 def yosys(config, gates):
-    """Memories of the RTL by name: bits, words, read and write ports; other flip-flop bits; area of the rest."""
+    """Memories of the RTL by name: bits, words, read and write ports; other flip-flop bits; area of the rest and its longest path."""
     lanes, places = config["rt.checkpoint.lanes"], config["rt.checkpoint.write_queue"]
     rays = 32 * config["rt.warp_buffer.entries"]
     straps = {"cfg_lanes": (7, lanes), "cfg_write_queue": (places.bit_length(), places),
@@ -56,7 +57,7 @@ def yosys(config, gates):
               "cfg_read_buffer": (1, int(config["rt.checkpoint.read_buffer"])),
               "cfg_entry_bytes": (5, config["rt.checkpoint.entry_bytes"])}
     with tempfile.TemporaryDirectory() as folder:
-        netlist, stat = os.path.join(folder, "netlist.json"), os.path.join(folder, "stat")
+        netlist, stat, log = (os.path.join(folder, name) for name in ("netlist.json", "stat", "log"))
         script = (f"read_verilog -sv -Imodules/rtl modules/rtl/checkpoint_unit.sv; "
                   f"hierarchy -top checkpoint_unit -chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}; "
                   f"rename -top top; proc; flatten; delete -input {' '.join('w:' + s for s in straps)}; cd top; "
@@ -64,7 +65,8 @@ def yosys(config, gates):
                   + f"cd ..; opt -full; opt_clean -purge; memory_collect; opt_clean; write_json {netlist}; ")
         if gates:
             script += (f"wreduce; peepopt; opt_clean; alumacc; opt; techmap; opt -fast; dfflibmap -liberty {LIBRARY}; "
-                       f"abc -liberty {LIBRARY}; opt_clean; tee -q -o {stat} stat -liberty {LIBRARY}; ")
+                       f"tee -q -o {log} abc -liberty {LIBRARY} -script {rtl_gates.ABC}; opt_clean; "
+                       f"tee -q -o {stat} stat -liberty {LIBRARY}; ")
         run = subprocess.run(["yosys", "-q", "-p", script], cwd=TOP, capture_output=True, text=True)
         if run.returncode != 0:
             sys.exit(f"rtl_synthesis.py: yosys: {run.stderr.strip() or run.stdout[-500:]}")
@@ -78,11 +80,13 @@ def yosys(config, gates):
                 memories[of["MEMID"].lstrip("\\")] = (size * width, size, reads, writes)
             elif "dff" in cell["type"]:
                 flip_flops += int(of["WIDTH"], 2)
-        area = None
+        area = path = None
         if gates:
             with open(stat, encoding="utf-8") as stream:
                 area = float(re.search(r"Chip area.*: +([\d.]+)", stream.read()).group(1))
-        return memories, flip_flops, area
+            with open(log, encoding="utf-8") as stream:
+                path = rtl_gates.longest_path(stream.read())
+        return memories, flip_flops, area and (area, path)
 
 
 def check_storage(config, bits, memories, flip_flops):
@@ -108,12 +112,6 @@ def check_storage(config, bits, memories, flip_flops):
     return faults
 
 
-def nand_area():
-    with open(LIBRARY, encoding="utf-8") as stream:
-        text = stream.read()
-    return float(re.search(r"cell *\(NAND2X1\).*?area *: *([\d.]+)", text, re.S).group(1))
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("grtx", nargs="?", default=os.path.join(TOP, "build/release/grtx"))
@@ -124,6 +122,7 @@ def main():
     if not options.storage and not os.path.exists(LIBRARY):
         sys.exit(f"rtl_synthesis.py: {LIBRARY} is missing (apt-get install qflow-tech-osu018), or give --storage")
     failed = False
+    flip_flop = rtl_gates.coefficients(options.grtx)["flip-flop bit"][1]
     for lanes in options.lanes.split(","):
         config, bits, operators = model(options.grtx, options.settings + [f"rt.checkpoint.lanes={lanes}"])
         memories, flip_flops, area = yosys(config, not options.storage)
@@ -137,7 +136,8 @@ def main():
               f"paper's {paper // 8} B; control {flip_flops - sum(REGISTERS.values())}")
         print("  ports (read, write): " + ", ".join(f"{name} {m[2]}, {m[3]}" for name, m in sorted(memories.items())))
         if area is not None:
-            print(f"  gates: {area / nand_area():.0f} GE in the RTL, {sum(operators.values()):.0f} GE of operators in the model "
+            print(f"  gates: {area[0] / rtl_gates.nand_area():.0f} GE in the RTL, longest path {area[1]:.1f} ns; {sum(operators.values()):.0f} GE of operators in the model, "
+                  f"{sum(operators.values()) + flip_flops * flip_flop:.0f} with its flip-flops "
                   f"({', '.join(f'{name} {ge:.0f}' for name, ge in operators.items())})", flush=True)
     sys.exit(1 if failed else 0)
 

@@ -12,13 +12,17 @@
 #include <random>
 #include <string>
 
+#include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/tracer/node_intersection.h"
 #include "grtx/modules/rtl/intersection_operands.h"
 #include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/run/simulation.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "rtl_tlm/rtl/rtl_against_tlm.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::sim {
 namespace {
@@ -113,6 +117,38 @@ TEST_F(IntersectionRtl, SeededFaultsOfTheTransformUnitAreCaughtWithTheirMessage)
       run_with_fault(RtlUnit::transform, 3),
       ::testing::ContainsRegex("rt.ray_transform \\(RTL\\): warp [0-9]+ lane [0-9]+: transform 0 of visit [0-9]+: "
                                "origin [xyz] is 0x[0-9a-f]+ in place of 0x[0-9a-f]+"));
+}
+
+// The program prints an Error as one line and ends with exit code 2; all else is an internal error, 3.
+TEST(IntersectionRtlRun, AFaultInARunOfTheWholeGpuIsAnErrorThatNamesTheUnit) {
+  if (!modules::has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
+  traces::testing::TemporaryFile file("faulty_rtl");
+  traces::testing::RandomOptions random;
+  random.groups = 4;
+  random.warp_size = 32;
+  random.bvh_width = 2;
+  const auto trace = traces::testing::random_trace(random);
+  traces::testing::write_trace(file.path(), trace.header, trace.groups);
+  ChildProcess child("simulation", [&]() -> std::string {
+    // Tests before this one may have set the time resolution.
+    sc_core::sc_curr_simcontext = sc_core::sc_default_global_context = new sc_core::sc_simcontext;
+    SimulationOptions options;
+    modules::RtlBenchOptions block;
+    block.fault = 3;
+    block.faulty_block = true;
+    use_rtl(RtlUnit::box, options.build.parts.sm.rt_parts, block);
+    try {
+      simulate(file.path(), load_config("", {"gpu.sms=2", "l2.slices=2", "rt.box.count=1", "rt.box.latency=3"}),
+               options);
+    } catch (const Error& error) {
+      return error.what();
+    } catch (const std::exception& error) {
+      return std::string("internal error: ") + error.what();
+    }
+    return "";
+  });
+  EXPECT_THAT(child.result(),
+              ::testing::ContainsRegex("^gpu.sm[01].rt.ray_box \\(RTL\\): warp [0-9]+ lane [0-9]+: test 0"));
 }
 
 TEST_F(IntersectionRtl, RefusesWhatItDoesNotHave) {
