@@ -1,8 +1,22 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds everything and runs all tests, those of the readers with sanitizers, too.
+# Installs what is missing, builds everything, runs all tests, those of the readers with sanitizers, too, and says at the end
+# what ran and what was skipped and why.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/install_dependencies.sh
+built=$SECONDS
 scripts/build.sh release
-ctest --preset release -j "$(nproc)"
-scripts/sanitized.sh
+tested=$SECONDS
+rm -f build/release/tests.xml
+# ctest's own code is not needed: the summary's is 1 when a test failed or none ran.
+ctest --preset release --show-only=json-v1 >build/release/tests.json
+ctest --preset release -j "$(nproc)" --output-junit tests.xml || true
+sanitized=$SECONDS
+code=0
+scripts/sanitized.sh || code=$?
+echo
+echo "== $(. /etc/os-release && echo "$PRETTY_NAME"), $(c++ --version | head -n 1), $(nproc) cores"
+echo "dependencies $built s, build $((tested - built)) s, tests $((sanitized - tested)) s, with sanitizers $((SECONDS - sanitized)) s"
+scripts/test_summary.py build/release/tests.xml build/release/tests.json || code=$?
+[ "$code" -eq 0 ] || echo "FAILED (code $code; the readers with sanitizers report above)"
+exit "$code"
