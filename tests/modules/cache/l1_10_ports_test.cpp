@@ -66,7 +66,7 @@ TEST_F(L1Ports, AWidePortAnswersSoManyHitsACycle) {
 TEST_F(L1Ports, ABankServesOneSectorACycleHoweverWideThePort) {
   L1Cache::Config config;
   config.clients = 1;
-  config.widths.assign(1, 4);  // GCC 14 warns of an assigned list (-Warray-bounds)
+  config.widths = {4};
   config.perfect = true;
   L1Bench bench(config);
   Burst burst(bench);

@@ -214,7 +214,7 @@ struct TwoClocks {
     b.other_side = &a;
     a.alarm.request(1);
     struct Outsider : sc_core::sc_module {
-      using SC_CURRENT_USER_MODULE = Outsider;  // SC_HAS_PROCESS, which SystemC 3 deprecates
+      using SC_CURRENT_USER_MODULE [[maybe_unused]] = Outsider;  // SC_HAS_PROCESS, which SystemC 3 deprecates
       Outsider(const sc_core::sc_module_name& name, TwoClocks& owner, Side& side)
           : sc_module(name), owner_(owner), side_(side) {
         SC_METHOD(wake);

@@ -168,7 +168,7 @@ TEST_F(WorkDistributorTest, FiresDoneOnceWhenTheLastGroupEnded) {
   unsigned fired = 0;
   class Listener final : public sc_core::sc_module {
    public:
-    using SC_CURRENT_USER_MODULE = Listener;  // SC_HAS_PROCESS, which SystemC 3 deprecates
+    using SC_CURRENT_USER_MODULE [[maybe_unused]] = Listener;  // SC_HAS_PROCESS, which SystemC 3 deprecates
     Listener(const sc_core::sc_module_name& name, const sc_core::sc_event& event, unsigned& count)
         : sc_module(name), count_(count) {
       SC_METHOD(on_done);
