@@ -43,6 +43,9 @@ def prepare(folder):
     write("notes.txt", b"hello\n")
     write("photos/readme.txt", b"hello\n")
     write("own.toml", b"[l1]\nbyte = 65536\n")
+    write("scene.gltf", b'{"asset": {"version": "2.0"}, "scenes": []}')
+    write("photos/sparse/cameras.bin", bytes(100))
+    write("empty.json", b"[]")
 
 
 def run(folder, command):
