@@ -180,7 +180,7 @@ class RtUnit {
   IntersectionPipelines box_, leaf_, transform_;
   bool transforms_leaves_;
   Cycle usual_step_ = 0;  ///< from one of a lane's events that take time to the next, a running mean, in 16ths
-  Cycle accounted_ = 0;  ///< cycles before it are counted as selections or stalls
+  Cycle accounted_ = 0;   ///< cycles before it are counted as selections or stalls
   modules::Stall last_stall_{};
   modules::RtUnitCounters counters_;
 };
