@@ -21,9 +21,4 @@ void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint6
 /// primary, glass, mirror.
 const char* name_of(RayKind kind);
 
-/// The same as JSON Lines, with every decoded field: a line for the file, then one a group. Addresses are bytes.
-/// docs/model/trace-format.md ("As JSON") names the fields.
-void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
-               std::optional<unsigned> lane);
-
 }  // namespace grtx::traces

@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
 #include "grtx/traces/reader.h"
+#include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
 namespace grtx::traces {
@@ -77,6 +80,107 @@ TEST(Dump, RestrictsToGroupAndLane) {
   EXPECT_THAT(out.str(), Not(HasSubstr("lane 1")));
   EXPECT_THROW(dump(reader, out, 1, std::nullopt), Error);
   EXPECT_THROW(dump(reader, out, std::nullopt, 32), Error);
+}
+
+std::size_t occurrences(const std::string& text, const std::string& word) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++count;
+  return count;
+}
+
+/// Traces in which every kind of event and every outcome occurs.
+std::vector<testing::RandomTrace> traces_of_all_kinds() {
+  std::vector<testing::RandomTrace> all;
+  for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::closest, Tracing::stochastic}) {
+    for (const unsigned objects : {0U, 3U}) {
+      testing::RandomOptions options;
+      options.seed = 5 + objects;
+      options.tracing = tracing;
+      options.two_level = true;
+      options.objects = objects;
+      options.depth = objects == 0 ? 3 : 2;
+      options.checkpoint = tracing == Tracing::multi;
+      if (options.checkpoint) options.k = 2;
+      options.capacity = options.checkpoint ? (objects == 0 ? 6 : 1000) : 0;  // 6 overflow
+      if (tracing == Tracing::closest || tracing == Tracing::stochastic) options.k = 1;
+      all.push_back(testing::random_trace(options));
+    }
+  }
+  return all;
+}
+
+TEST(Dump, TextNamesEveryEventAndOutcome) {
+  const std::map<EventKind, std::string> kinds = {
+      {EventKind::visit_internal, " internal  0x"}, {EventKind::visit_instance, " instance  0x"},
+      {EventKind::visit_leaf, " leaf      0x"},     {EventKind::cull, " cull      0x"},
+      {EventKind::replay_take, " take      0x"},    {EventKind::replay_forward, " forward   0x"}};
+  const std::map<LeafOutcome, std::string> outcomes = {
+      {LeafOutcome::miss, " miss"},           {LeafOutcome::behind, " behind"},     {LeafOutcome::beyond, " beyond"},
+      {LeafOutcome::inserted, " inserted"},   {LeafOutcome::displaced, " displaced"}, {LeafOutcome::rejected, " rejected"},
+      {LeafOutcome::ignored, " ignored"},     {LeafOutcome::nearest, " nearest"}};
+  std::map<std::string, std::size_t> seen;
+  for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
+    const testing::TemporaryFile file;
+    testing::write_trace(file.path(), trace.header, trace.groups);
+    std::ostringstream out;
+    dump(Reader(file.path()), out, std::nullopt, std::nullopt);
+    std::map<std::string, std::size_t> expected;
+    for (const RayGroup& group : trace.groups) {
+      for (const Ray& ray : group.rays) {
+        for (const Event& event : ray.events) {
+          ++expected[kinds.at(event.kind())];
+          if (event.kind() == EventKind::visit_leaf) ++expected[outcomes.at(event.outcome())];
+        }
+        for (const Round& round : ray.rounds) {
+          if (round.overflow) ++expected[", overflowed, "];
+          if (round.replay) ++expected[" replays its source buffer"];
+        }
+      }
+    }
+    for (const auto& [word, count] : expected) {
+      EXPECT_EQ(occurrences(out.str(), word), count) << word;
+      seen[word] += count;
+    }
+  }
+  EXPECT_EQ(seen.size(), kinds.size() + outcomes.size() + 2) << "each occurs in one of the traces";
+}
+
+TEST(Dump, JsonHoldsEveryEvent) {
+  for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
+    const testing::TemporaryFile file;
+    testing::write_trace(file.path(), trace.header, trace.groups);
+    const Reader reader(file.path());
+    std::ostringstream out;
+    dump_json(reader, out, std::nullopt, std::nullopt);
+    std::istringstream lines(out.str());
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(nlohmann::json::parse(line).at("content_hash"), reader.content_hash());
+    RayGroup group;
+    for (std::uint64_t index = 0; index < reader.group_count(); ++index) {
+      ASSERT_TRUE(std::getline(lines, line));
+      reader.read(index, group);
+      const nlohmann::json json = nlohmann::json::parse(line);
+      EXPECT_EQ(json.at("nodes").size(), group.nodes.size());
+      ASSERT_EQ(json.at("rays").size(), group.rays.size());
+      for (std::size_t lane = 0; lane < group.rays.size(); ++lane) {
+        const Ray& ray = group.rays[lane];
+        const nlohmann::json& found = json.at("rays")[lane];
+        EXPECT_EQ(found.at("pixel"), ray.pixel);
+        EXPECT_EQ(found.at("rounds").size(), ray.rounds.size());
+        EXPECT_EQ(found.at("processed").size(), ray.processed.size());
+        nlohmann::json events = nlohmann::json::array();
+        for (const Event& e : ray.events) {
+          const std::uint64_t units =
+              e.kind() == EventKind::visit_internal ? group.nodes[e.node].address : std::uint64_t{e.node};
+          events.push_back({static_cast<unsigned>(e.kind()), units * reader.header().node_sizes().unit(), e.detail,
+                            e.checkpoints, e.shifts()});
+        }
+        EXPECT_EQ(found.at("events"), events);
+      }
+    }
+    EXPECT_FALSE(std::getline(lines, line));
+  }
 }
 
 }  // namespace

@@ -483,10 +483,10 @@ inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
          (o.objects != 0 ? " of " + std::to_string(o.objects) + " objects" : "") +
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
-         std::to_string(o.bvh_width) + " " + std::string(name_of(o.layout)) + " k " + std::to_string(o.k) +
-         (o.checkpoint ? " checkpoint " : " restart ") + std::string(name_of(o.checkpoint_order)) + " capacity " +
-         std::to_string(o.capacity) + " " + std::string(name_of(o.child_order)) + " " +
-         (o.pop_test == PopTest::on ? "" : "no pop test ") + std::string(name_of(o.tracing));
+         std::to_string(o.bvh_width) + " " + std::string(grtx::name_of(o.layout)) + " k " + std::to_string(o.k) +
+         (o.checkpoint ? " checkpoint " : " restart ") + std::string(grtx::name_of(o.checkpoint_order)) + " capacity " +
+         std::to_string(o.capacity) + " " + std::string(grtx::name_of(o.child_order)) + " " +
+         (o.pop_test == PopTest::on ? "" : "no pop test ") + std::string(grtx::name_of(o.tracing));
 }
 
 /// Every combination that changes how a group is coded.

@@ -179,6 +179,13 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
             "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
   EXPECT_EQ(refusal([](Header& h) { h.gaussian_record_bytes = 1ULL << 32; }),
             "gaussian_record_bytes must be a multiple of 16 and at most 256");
+  EXPECT_EQ(refusal([](Header& h) {
+              h.two_level = true;
+              h.accel = AccelKind::tlas_tri20;
+              h.node_image_bytes = 4096;
+              h.blas_base = 0;
+            }),
+            "blas_root must lie behind blas_base, which must not be 0, when two_level");
   EXPECT_EQ(refusal([](Header& h) { h.width = h.height = 1U << 16; }), "width and height must be at most 2^28 pixels");
   EXPECT_EQ(refusal([](Header& h) {
               h.checkpoint = true;
@@ -190,6 +197,42 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
               h.checkpoint_capacity = 0;
             }),
             "checkpoint_capacity must be above 0 when checkpoint is true");
+}
+
+/// A chain of nodes, each with a leaf that stays on the stack while the next node is visited.
+TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
+  constexpr std::uint32_t kNodes = 500;
+  Header header;
+  header.k = 1;
+  header.width = header.height = 8;
+  header.groups = 1;
+  header.root = kNodeUnit;
+  header.node_image_bytes = (2 * kNodes + 2) * kNodeUnit;
+  header.gaussians = 10;
+  RayGroup group;
+  group.rays.resize(1);
+  Ray& ray = group.rays[0];
+  for (std::uint32_t i = 0; i < kNodes; ++i) {
+    const NodeKind second = i + 1 < kNodes ? NodeKind::internal : NodeKind::triangle;
+    group.nodes.push_back({i == 0 ? 1 : 2 * i + 1, 2 * i + 2, {NodeKind::triangle, second}, 2});
+    ray.events.push_back({i, 0b11, 0, Event::pack(EventKind::visit_internal)});
+  }
+  const auto miss = static_cast<std::uint8_t>(LeafOutcome::miss);
+  ray.events.push_back({2 * kNodes + 1, miss, 0, Event::pack(EventKind::visit_leaf)});
+  for (std::uint32_t i = kNodes; i-- > 0;) {
+    ray.events.push_back({2 * i + 2, miss, 0, Event::pack(EventKind::visit_leaf)});
+  }
+  Round round;
+  round.event_count = static_cast<std::uint32_t>(ray.events.size());
+  ray.rounds = {round};
+  const testing::TemporaryFile file;
+  testing::write_trace(file.path(), header, {group});
+  const Reader reader(file.path());
+  EXPECT_NO_THROW(check(reader, true));
+  RayGroup found;
+  reader.read(0, found);
+  EXPECT_EQ(found.rays[0].events, ray.events);
+  EXPECT_EQ(found.nodes, group.nodes);
 }
 
 }  // namespace
