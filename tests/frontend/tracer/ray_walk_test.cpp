@@ -194,12 +194,16 @@ TEST_P(RayWalkOf, VisitsWhatAPlainWalkVisits) {
   const auto uniform = [&](float low, float high) {
     return low + (high - low) * (static_cast<float>(engine() >> 8) / 16777216.0f);
   };
+  const auto within = [&](float most) {
+    glm::vec3 v;
+    for (int k = 2; k >= 0; --k) v[k] = uniform(-most, most);  // a statement each: a call's arguments have no order
+    return v;
+  };
   const std::vector<SimdPath>& paths = available_simd_paths();
   std::uint64_t sticking_out = 0;                     // of one plain walk a ray, however many paths the host has
   std::vector<std::uint64_t> repeated(paths.size());  // by path
   for (int trial = 0; trial < 60; ++trial) {
-    const glm::vec3 origin(uniform(-3.0f, 3.0f), uniform(-3.0f, 3.0f), uniform(-3.0f, 3.0f));
-    const glm::vec3 to(uniform(-0.6f, 0.6f), uniform(-0.6f, 0.6f), uniform(-0.6f, 0.6f));
+    const glm::vec3 origin = within(3.0f), to = within(0.6f);
     glm::vec3 direction = glm::normalize(to - origin);
     if (trial % 10 == 0) direction = glm::vec3(0.0f, 0.0f, origin.z > 0.0f ? -1.0f : 1.0f);
     const SlabRay ray(origin, direction);
