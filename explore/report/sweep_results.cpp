@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <new>
 #include <string_view>
 
 #include "grtx/base/atomic_file.h"
@@ -60,6 +61,7 @@ class Database {
 
  private:
   [[noreturn]] void fail(const std::string& query) const {
+    if (handle_ == nullptr || sqlite3_errcode(handle_.get()) == SQLITE_NOMEM) throw std::bad_alloc();
     throw Error(path_, query, std::string("must be a sweep database: ") + sqlite3_errmsg(handle_.get()));
   }
   std::string path_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csetjmp>
 #include <cstring>
+#include <new>
 #include <vector>
 
 #include "grtx/base/error.h"
@@ -43,13 +44,14 @@ class Writer {
  public:
   Writer() : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &error_, keep_error, ignore_warning)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    if (info_ == nullptr) throw std::bad_alloc();
   }
   ~Writer() { png_destroy_write_struct(&png_, &info_); }
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
   bool write(unsigned width, unsigned height, const png_byte* rgb) {
-    if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_write_fn(png_, &file_, append, no_flush);
     png_set_IHDR(png_, info_, width, height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
@@ -88,6 +90,7 @@ class Reader {
       : source_{bytes.data(), bytes.size(), 0},
         png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &error_, keep_error, ignore_warning)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    if (info_ == nullptr) throw std::bad_alloc();
   }
   ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
   Reader(const Reader&) = delete;
@@ -95,7 +98,7 @@ class Reader {
 
   /// Every kind of PNG becomes 8-bit RGB; colour-space chunks are ignored on purpose: values are taken as they are.
   bool read_header() {
-    if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_read_fn(png_, &source_, take);
     png_read_info(png_, info_);
     png_set_expand(png_);

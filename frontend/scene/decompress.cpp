@@ -2,10 +2,12 @@
 
 #include <zlib.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <new>
 
 #include "grtx/base/error.h"
 
@@ -25,7 +27,7 @@ struct InflateEnd {
 std::string inflate_gzip(std::string_view bytes, const std::string& file) {
   z_stream stream{};
   constexpr int kGzipOnly = 16 + MAX_WBITS;
-  if (inflateInit2(&stream, kGzipOnly) != Z_OK) throw Error(file, "", "cannot start to inflate it: no memory");
+  if (inflateInit2(&stream, kGzipOnly) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, InflateEnd> end(&stream);
   std::string plain;
   std::size_t fed = 0;
@@ -44,6 +46,7 @@ std::string inflate_gzip(std::string_view bytes, const std::string& file) {
     status = inflate(&stream, Z_NO_FLUSH);
     plain.resize(done + kStep - stream.avail_out);
     const std::size_t at = fed - stream.avail_in;
+    if (status == Z_MEM_ERROR) throw std::bad_alloc();
     if (status == Z_BUF_ERROR) throw Error(file, byte_text(at), "the file ends within its gzip stream");
     if (status != Z_OK && status != Z_STREAM_END) {
       throw Error(file, byte_text(at),
@@ -58,7 +61,7 @@ std::string inflate_gzip(std::string_view bytes, const std::string& file) {
 
 std::string inflate_zstd(std::string_view bytes, std::size_t plain_size, std::size_t begin, const std::string& file) {
   const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
-  if (context == nullptr) throw Error(file, "", "cannot start to inflate it: no memory");
+  if (context == nullptr) throw std::bad_alloc();
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
   std::string plain;
   std::size_t status = 1;  // 0: a frame is complete
@@ -71,6 +74,7 @@ std::string inflate_zstd(std::string_view bytes, std::size_t plain_size, std::si
     status = ZSTD_decompressStream(context.get(), &out, &in);
     plain.resize(done + out.pos);
     full = out.pos == step && status != 0;
+    if (ZSTD_getErrorCode(status) == ZSTD_error_memory_allocation) throw std::bad_alloc();
     if (ZSTD_isError(status) != 0) {
       throw Error(file, byte_text(begin + in.pos),
                   std::string("its zstd stream is damaged (") + ZSTD_getErrorName(status) + ")");

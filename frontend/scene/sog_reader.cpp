@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
@@ -253,6 +254,7 @@ class Archive {
     zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
     if (source != nullptr) archive_.reset(zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, &error));
     if (archive_ == nullptr) {
+      if (zip_error_code_zip(&error) == ZIP_ER_MEMORY) throw std::bad_alloc();
       const std::string reason = zip_error_strerror(&error);
       zip_source_free(source);
       zip_error_fini(&error);

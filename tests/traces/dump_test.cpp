@@ -115,8 +115,9 @@ TEST(Dump, TextNamesEveryEventAndOutcome) {
       {EventKind::visit_leaf, " leaf      0x"},     {EventKind::cull, " cull      0x"},
       {EventKind::replay_take, " take      0x"},    {EventKind::replay_forward, " forward   0x"}};
   const std::map<LeafOutcome, std::string> outcomes = {
-      {LeafOutcome::miss, " miss"},           {LeafOutcome::behind, " behind"},     {LeafOutcome::beyond, " beyond"},
-      {LeafOutcome::inserted, " inserted"},   {LeafOutcome::displaced, " displaced"}, {LeafOutcome::rejected, " rejected"},
+      {LeafOutcome::miss, " miss"},           {LeafOutcome::behind, " behind"},
+      {LeafOutcome::beyond, " beyond"},       {LeafOutcome::inserted, " inserted"},
+      {LeafOutcome::displaced, " displaced"}, {LeafOutcome::rejected, " rejected"},
       {LeafOutcome::ignored, " ignored"},     {LeafOutcome::nearest, " nearest"}};
   std::map<std::string, std::size_t> seen;
   for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
