@@ -237,7 +237,7 @@ class Results:
 
     def set_arguments(self, keys):
         """Of a command: configuration keys of a frame and those of the command line."""
-        arguments = [a for name, value in keys for a in ("--set", f"{name}={value}")]
+        arguments = [a for name, value in keys for a in ("--set", f"{name}={toml(value)}")]
         for setting in self.settings:
             name, value = setting.split("=", 1)
             arguments += ["--" + name[7:].replace("_", "-"), value] if name.startswith("tracer.") else ["--set", setting]

@@ -35,11 +35,16 @@ struct FastModel {
   static constexpr unsigned kLargestStride = 64;
   unsigned stride = 0;
   std::uint64_t seed = 1;
+  bool spread = true;
   void parameters(modules::ParameterList& list) {
     list.add("stride", stride, {0, kLargestStride}, "events",
              "fast mode: one in so many of a lane's events takes time, a power of two; 0: by the trace's size",
              modules::kOurs);
     list.add("seed", seed, {0, 4294967295.0}, "", "fast mode: which of a lane's events take time", modules::kOurs);
+    list.add("spread", spread,
+             "fast mode: events that take no time meet the caches one after the other; false: all at once, as results "
+             "before 2026-11-24",
+             modules::kOurs);
   }
 };
 

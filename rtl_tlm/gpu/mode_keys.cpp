@@ -59,6 +59,7 @@ const std::vector<ModeKey>& mode_keys() {
       {kModel, "rt.checkpoint.lanes"},
       {kCycle, "fast.stride"},
       {kCycle, "fast.seed"},
+      {kCycle, "fast.spread"},
   };
   return keys;
 }

@@ -34,7 +34,8 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle
                                                              : config_.sphere_unit(shared.header)),
       transform_(config_.ray_transform),
-      transforms_leaves_(config_.transforms_leaves(shared.header)) {
+      transforms_leaves_(config_.transforms_leaves(shared.header)),
+      spreads_(shared.stride > 1 && shared.config.fast.spread) {
   counters_.units = 1;
   if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
   if (config_.warp_buffer.spill) stacks_.emplace(shared, sm, l1);
@@ -225,7 +226,7 @@ void RtUnit::select(Cycle now) {
   }
   for_each_bit(timed, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
-    if (shared_.stride > 1) start_touches(now, id, lanes_[id], call);
+    if (spreads_) start_touches(now, id, lanes_[id], call);
     handle(now, id, lanes_[id], call);
   });
   if ((occupied_ & bit(entry)) != 0) count_wait(now, call);
@@ -257,7 +258,7 @@ void RtUnit::handle(Cycle now, LaneId id, Lane& lane, Call& call) {
 void RtUnit::replay(Cycle now, LaneId id, Lane& lane, Call& call) {
   const Event event = *lane.next;
   RtScheduler::Counters& counters = counters_.scheduler;
-  if (prefetcher_ && event.kind() == EventKind::replay_take && shared_.stride == 1) {
+  if (prefetcher_ && event.kind() == EventKind::replay_take && !spreads_) {
     prefetcher_->note_replayed(id, event.node);
   }
   ++(event.kind() == EventKind::replay_take ? counters.replay_takes : counters.replay_forwards);
@@ -303,7 +304,7 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
     if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, entry_of(id));
     return;
   }
-  if (event.kind() == EventKind::visit_internal && prefetcher_ && shared_.stride == 1) {
+  if (event.kind() == EventKind::visit_internal && prefetcher_ && !spreads_) {
     prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
   }
   if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);

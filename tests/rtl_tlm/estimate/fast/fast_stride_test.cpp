@@ -149,6 +149,12 @@ TEST_P(FastStrideTrace, EstimatesCyclesAndTraffic) {
   }
 }
 
+// fast.spread=false is how results before 2026-11-24 were made; with every event there is nothing to spread.
+TEST_P(FastStrideTrace, SpreadingIsOfEventsWithoutTime) {
+  EXPECT_EQ(run({stride(1), "fast.spread=false"}).cycles, run({stride(1)}).cycles);
+  EXPECT_NE(run({stride(8), "fast.spread=false"}).cycles, run({stride(8)}).cycles);
+}
+
 // What is written ends in the L2, whoever takes time: with room for all, as many sectors are dirty at the end.
 TEST_P(FastStrideTrace, CachesSeeEveryWrite) {
   const auto one_warp = [this](unsigned events) {
