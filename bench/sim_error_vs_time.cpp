@@ -77,8 +77,10 @@ Outcome outcome_of(const std::string& path, bool sampled) {
   const ordered_json& stats = document.at("stats");
   Outcome outcome;
   outcome.cycles = stats.at("gpu.cycles").at("value").get<double>();
-  outcome.cpu = stats.at("host.cpu_seconds").at("value").get<double>();
   outcome.wall = stats.at("host.wall_seconds").at("value").get<double>();
+  // Model mode gives its wall time alone.
+  outcome.cpu =
+      stats.contains("host.cpu_seconds") ? stats.at("host.cpu_seconds").at("value").get<double>() : outcome.wall;
   if (sampled) outcome.estimate = grtx::sim::estimate_from_json(document.at("sampled"));
   return outcome;
 }
