@@ -22,7 +22,8 @@ struct ConvertArguments {
 
 int convert(const ConvertArguments& options, const CommonOptions& common) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
-  if (extension != ".ply" && extension != ".spz") throw Error(options.output, "", "must end in .ply or .spz");
+  if (extension != ".ply" && extension != ".spz")
+    throw Error(options.output, "", "must end in .ply or .spz: these are written");
   const frontend::RawRows rows = frontend::load_rows(options.input, options.read);
   std::uint64_t left_out = 0;
   if (extension == ".ply") {

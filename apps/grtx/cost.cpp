@@ -117,16 +117,16 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
-      ->check(CLI::Range(0.1, 1.0));
+      ->check(in_range(0.1, 1.0));
   command->add_option("--control", options->cost.control, "Factor on logic for control and interconnect")
-      ->check(CLI::Range(1.0, 10.0));
+      ->check(in_range(1.0, 10.0));
   command->add_option("--checkpoint-entries", options->buffers.checkpoint_entries,
                       "Entries of a ray's checkpoint buffer in global memory");
   command->add_option("--eviction-entries", options->buffers.eviction_entries, "Entries of a ray's eviction buffer");
   command
       ->add_option("--checkpoint-copies", options->buffers.checkpoint_copies,
                    "Checkpoint buffers a ray: source and destination")
-      ->check(CLI::Range(1u, 2u));
+      ->check(in_range(1u, 2u));
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
   command->add_flag("--items", options->items, "Also what each module is made of (default: off)");
   command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)")->type_name(kOutputFile);

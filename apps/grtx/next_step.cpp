@@ -51,7 +51,7 @@ Kind kind_of_json(const std::string& start) {
   const auto has = [&start](const char* word) { return start.find(word) != std::string::npos; };
   if (has("grtx.run/")) return Kind::results;
   if (has("grtx.stats/")) return Kind::statistics;
-  if (has("\"lodLevels\"") || has("\"means\"")) return Kind::scene;
+  if (has("\"lodLevels\"") || has("\"means\"") || has("\"asset\"")) return Kind::scene;
   if (has("\"frames\"") || (has("\"rotation\"") && has("\"fx\""))) return Kind::cameras;
   return has("\"file\"") ? Kind::scene : Kind::unknown;  // a list of objects
 }
@@ -123,10 +123,19 @@ std::string scene_below(const std::string& folder) {
   return "";
 }
 
+/// Points of COLMAP (input.ply beside a trained model), meshes: the format is read, but this is no scene.
+bool has_no_gaussians(const Error& error) {
+  for (const char* words : {"needs the property \"f_dc_0\"", "holds no Gaussians"}) {
+    if (error.rule().find(words) != std::string::npos) return true;
+  }
+  return false;
+}
+
 std::string of_file(const Error& error, const std::vector<std::string>& arguments, std::size_t at) {
   const std::string& path = arguments[at];
   const std::vector<Kind> kinds = wanted(arguments, at);
   std::error_code failed;
+  if (error.rule().starts_with("must end in")) return "";  // an output's name
   if (!fs::exists(path, failed)) {
     const fs::path parent = fs::path(path).parent_path();
     if (!parent.empty() && !fs::exists(parent, failed)) {
@@ -146,6 +155,9 @@ std::string of_file(const Error& error, const std::vector<std::string>& argument
     if (is == Kind::folder && kinds.front() == Kind::cameras) return text_of(Kind::cameras)->make;
     const KindText* text = text_of(is);
     return fmt::format("it is {}: {}", text->is, text->goes);
+  }
+  if (is == Kind::scene && has_no_gaussians(error)) {
+    return "points and meshes alone are no scene: docs/guide/scenes.md says which file of a trained model is";
   }
   const bool in_its_bytes = error.place().starts_with("byte") || error.place().starts_with("line");
   if (is == Kind::trace) return in_its_bytes ? "trace the view again with 'grtx trace'" : "";

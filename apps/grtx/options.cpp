@@ -98,11 +98,11 @@ void add_view_options(CLI::App* command, ViewOptions& view) {
       ->required();
   command->add_option("--view", view.view, "Index of the view in the camera file");
   command->add_option("--width", view.width, "Image width in pixels; 0 takes the camera's")
-      ->check(CLI::Range(0U, 65536U));
+      ->check(in_range(0U, 65536U));
   command->add_option("--height", view.height, "Image height in pixels; 0 takes the camera's")
-      ->check(CLI::Range(0U, 65536U));
+      ->check(in_range(0U, 65536U));
   command->add_option("--fov-scale", view.fov_scale, "Factor on the tangent of half the field of view")
-      ->check(CLI::Range(1e-3, 1e3));
+      ->check(in_range(1e-3, 1e3));
 }
 
 void add_views_option(CLI::App* command, ViewOptions& view) {

@@ -35,6 +35,19 @@ void say(fmt::format_string<Values...> form, Values&&... values) {
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
 
+/// Accepts numbers from low to high; NaN is none of them. CLI11's own check says it in other words in each version.
+template <typename Number>
+CLI::Validator in_range(Number low, Number high) {
+  const std::string range = fmt::format("{:.10g} to {:.10g}", static_cast<double>(low), static_cast<double>(high));
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        Number value{};
+        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        return fmt::format("must be {}, not {}", range, text);
+      },
+      range);
+}
+
 /// An option that takes the name of one of an enumeration's values; allowed: if not empty, only of these.
 template <NamedEnum Enum>
 CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value, const std::string& description,

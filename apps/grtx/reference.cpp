@@ -86,8 +86,7 @@ void add_reference(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--sort-key", options->sort_key, "Distance that orders a ray's hits");
   add_choice(command, "--kernel-radius", options->kernel_radius, "Where a Gaussian ends");
   add_kernel_degree(command, options->kernel_degree);
-  command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")
-      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")->check(in_range(0.0, 1.0));
   add_choice(command, "--inside", options->inside, "Gaussians whose proxy holds the ray origin");
   add_choice(command, "--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated");
   add_secondary_options(command, options->secondary);

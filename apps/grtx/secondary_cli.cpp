@@ -20,11 +20,10 @@ void add_secondary_options(CLI::App* command, SecondaryCli& cli) {
                    "Mirror cx,cy,cz,nx,ny,nz,w,h: centre, normal, width, height (default: placed by the seed)")
       ->delimiter(',')
       ->expected(8);
-  command->add_option("--glass-index", cli.glass_index, "Index of refraction of the glass")
-      ->check(CLI::Range(1.0, 4.0));
+  command->add_option("--glass-index", cli.glass_index, "Index of refraction of the glass")->check(in_range(1.0, 4.0));
   command->add_option("--secondary-seed", cli.seed, "Seed of objects without a place of their own");
   command->add_option("--secondary-bounces", cli.bounces, "Surfaces that the light of a pixel may meet")
-      ->check(CLI::Range(1U, 64U));
+      ->check(in_range(1U, 64U));
 }
 
 OpticalObjects optical_objects(const SecondaryCli& cli, const Scene& scene, const Camera& camera) {

@@ -177,7 +177,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("--threads", options->simulation.build.threads,
                    "Cycle mode: threads of the host for one simulation; results do not depend on it")
-      ->check(CLI::Range(1U, 256U));
+      ->check(in_range(1U, 256U));
   command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
       ->check(CLI::PositiveNumber);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")

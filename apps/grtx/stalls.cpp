@@ -46,7 +46,7 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
   command->add_option("STATS", options->statistics, "Statistics JSON of grtx sim --stats")
       ->type_name(kInputFile)
       ->required();
-  command->add_option("--columns", options->columns, "Characters of a full bar")->check(CLI::Range(1, 500));
+  command->add_option("--columns", options->columns, "Characters of a full bar")->check(in_range(1, 500));
 }
 
 }  // namespace grtx::sim

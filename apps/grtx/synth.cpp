@@ -37,10 +37,10 @@ void add_synth(CLI::App& app, CommonOptions& common) {
   command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
   // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
   command->add_option("--count", options->count, "Number of Gaussians; of dense_indoor by default 1000000")
-      ->check(CLI::Range(1.0, 4294967294.0))
+      ->check(in_range(1.0, 4294967294.0))
       ->default_str(std::to_string(options->synth.count));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
-  command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(CLI::Range(0U, 3U));
+  command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(in_range(0U, 3U));
   command
       ->add_option("-o,--output", options->output, "Scene to write, F.ply; cameras go to F.cameras.json (no default)")
       ->type_name(kOutputFile)

@@ -39,10 +39,10 @@ void add_kernel_degree(CLI::App* command, unsigned& degree) {
 Kernel kernel_of(KernelRadius radius, unsigned degree) { return {radius == KernelRadius::adaptive, degree}; }
 
 void add_tracer_options(CLI::App* command, TracerCli& cli) {
-  command->add_option("--k", cli.k, "k-buffer entries a ray")->check(CLI::Range(1U, kMaxK));
+  command->add_option("--k", cli.k, "k-buffer entries a ray")->check(in_range(1U, kMaxK));
   command->add_option("--checkpoint-capacity", cli.checkpoint_capacity, "Entries of one checkpoint buffer of a ray")
-      ->check(CLI::Range(1U, 65535U));
-  command->add_option("--ert", cli.ert, "Transmittance below which a ray ends")->check(CLI::Range(0.0, 1.0));
+      ->check(in_range(1U, 65535U));
+  command->add_option("--ert", cli.ert, "Transmittance below which a ray ends")->check(in_range(0.0, 1.0));
   add_choice(command, "--sort-key", cli.sort_key, "Distance that orders a ray's hits");
   add_choice(command, "--resume", cli.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   add_choice(command, "--kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
@@ -58,7 +58,7 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_choice(command, "--instance-bounds", cli.instance_bounds, "World boxes of instances");
   add_choice(command, "--layout", cli.layout, "How nodes lie in memory (docs/model/node-image.md)");
   command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node; with --layout compact 8 by default")
-      ->check(CLI::Range(2U, 8U))
+      ->check(in_range(2U, 8U))
       ->default_str("6");
   add_choice(command, "--mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
   command->add_option("--warp-size", cli.warp_size, "Rays of a warp")->check(one_of({"4", "8", "16", "32"}));
@@ -69,12 +69,12 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
                    "rounds, by tiles of rays (trace --no-trace), or a noisy image of random samples")
       ->check(one_of(tracing_names()));
   command->add_option("--samples", cli.samples, "Of a ray, with --tracing stochastic")
-      ->check(CLI::Range(1U, kMaxSamples));
+      ->check(in_range(1U, kMaxSamples));
   command->add_option("--sample-seed", cli.sample_seed, "Of the coins of --tracing stochastic");
   add_choice(command, "--triangle-test", cli.triangle_test,
              "Hit test of triangles: canonical, or their stored vertices");
   command->add_option("--box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)")
-      ->check(CLI::Range(2U, 8U));
+      ->check(in_range(2U, 8U));
   add_choice(command, "--response-precision", cli.response_precision,
              "Format to which every step of a Gaussian's response is rounded");
   command->add_option(

@@ -1,15 +1,20 @@
 #include "grtx/frontend/scene/gltf_reader.h"
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/frontend/scene/file_beside.h"
 #include "grtx/frontend/scene/raw_encoding.h"
 
 namespace grtx::frontend {
@@ -37,30 +42,92 @@ T load(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-class Glb {
- public:
-  Glb(std::string_view bytes, std::string file) : file_(std::move(file)) {
-    if (bytes.size() < 20) throw Error(file_, at(bytes.size()), "ends inside the header");
-    if (load<std::uint32_t>(bytes, 4) != 2) throw Error(file_, at(4), "must be version 2 of glTF");
-    if (load<std::uint32_t>(bytes, 8) != bytes.size())
-      throw Error(file_, at(8), "must be the file's size, " + std::to_string(bytes.size()));
-    std::size_t begin = 12;
-    bool first = true;
-    while (begin < bytes.size()) {
-      if (bytes.size() - begin < 8) throw Error(file_, at(begin), "ends inside the header of a chunk");
-      const std::size_t size = load<std::uint32_t>(bytes, begin);
-      const auto type = load<std::uint32_t>(bytes, begin + 4);
-      begin += 8;
-      if (size > bytes.size() - begin) throw Error(file_, at(begin), "the chunk goes beyond the file's end");
-      const std::string_view chunk = bytes.substr(begin, size);
-      if (first && type != kJsonChunk) throw Error(file_, at(begin), "the first chunk must be JSON");
-      if (first) document_ = json::parse(chunk, nullptr, false);
-      if (!first && type == kBinChunk && binary_.empty()) binary_ = chunk;
-      first = false;
-      begin += size;
-    }
-    if (!document_.is_object()) throw Error(file_, "JSON chunk", "must be a JSON object");
+/// The bytes that RFC 4648's base64 stands for; nothing when it is none.
+std::optional<std::string> decode_base64(std::string_view text) {
+  if (text.size() % 4 != 0) return std::nullopt;
+  const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with("=") ? 1 : 0;
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::array<int, 256> value;
+  value.fill(-1);
+  for (std::size_t digit = 0; digit < kDigits.size(); ++digit)
+    value[static_cast<unsigned char>(kDigits[digit])] = static_cast<int>(digit);
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  unsigned bits = 0, word = 0;
+  for (const char c : text.substr(0, text.size() - padding)) {
+    const int digit = value[static_cast<unsigned char>(c)];
+    if (digit < 0) return std::nullopt;
+    word = word << 6 | static_cast<unsigned>(digit);
+    bits += 6;
+    if (bits >= 8) bytes += static_cast<char>(word >> (bits -= 8) & 0xffU);
   }
+  return bytes;
+}
+
+/// A URI's path with %XX as the byte that it stands for; what is no such number stays.
+std::string percent_decoded(const std::string& uri) {
+  std::string path;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned byte = 0;
+    if (uri[i] == '%' && i + 2 < uri.size() &&
+        std::from_chars(uri.data() + i + 1, uri.data() + i + 3, byte, 16).ptr == uri.data() + i + 3) {
+      path += static_cast<char>(byte);
+      i += 2;
+    } else {
+      path += uri[i];
+    }
+  }
+  return path;
+}
+
+/// What a .glb's chunks or a .gltf's text hold.
+struct Container {
+  json document;
+  std::string_view binary;
+};
+
+std::string at(std::size_t byte) { return "byte " + std::to_string(byte); }
+
+Container read_container(std::string_view bytes, const std::string& file) {
+  Container container;
+  if (!is_glb(bytes)) {
+    container.document = json::parse(bytes, nullptr, false);
+    if (!container.document.is_object()) throw Error(file, "", "must be a JSON object");
+    return container;
+  }
+  if (bytes.size() < 20) throw Error(file, at(bytes.size()), "ends inside the header");
+  if (load<std::uint32_t>(bytes, 4) != 2) throw Error(file, at(4), "must be version 2 of glTF");
+  if (load<std::uint32_t>(bytes, 8) != bytes.size())
+    throw Error(file, at(8), "must be the file's size, " + std::to_string(bytes.size()));
+  std::size_t begin = 12;
+  bool first = true;
+  while (begin < bytes.size()) {
+    if (bytes.size() - begin < 8) throw Error(file, at(begin), "ends inside the header of a chunk");
+    const std::size_t size = load<std::uint32_t>(bytes, begin);
+    const auto type = load<std::uint32_t>(bytes, begin + 4);
+    begin += 8;
+    if (size > bytes.size() - begin) throw Error(file, at(begin), "the chunk goes beyond the file's end");
+    const std::string_view chunk = bytes.substr(begin, size);
+    if (first && type != kJsonChunk) throw Error(file, at(begin), "the first chunk must be JSON");
+    if (first) container.document = json::parse(chunk, nullptr, false);
+    if (!first && type == kBinChunk && container.binary.empty()) container.binary = chunk;
+    first = false;
+    begin += size;
+  }
+  if (!container.document.is_object()) throw Error(file, "JSON chunk", "must be a JSON object");
+  return container;
+}
+
+class Gltf {
+ public:
+  Gltf(std::string_view bytes, std::string file) : file_(std::move(file)) {
+    Container container = read_container(bytes, file_);
+    document_ = std::move(container.document);
+    binary_ = container.binary;
+  }
+
+  /// Bytes of the buffers that lay in other files, in the order of their first use.
+  std::string take_beside() { return std::move(beside_); }
 
   const json& document() const { return document_; }
   const std::string& file() const { return file_; }
@@ -86,8 +153,7 @@ class Glb {
   }
 
   /// Values of an attribute's accessor, `width` a Gaussian; count of the first attribute fixes that of the others.
-  std::vector<float> attribute(const json& attributes, const std::string& name, std::size_t width,
-                               std::size_t& count) const {
+  std::vector<float> attribute(const json& attributes, const std::string& name, std::size_t width, std::size_t& count) {
     if (!attributes.contains(name)) throw Error(file_, "attributes." + name, "is missing");
     const json& accessor = entry("accessors", attributes.at(name));
     const char* type = width == 1 ? "SCALAR" : width == 3 ? "VEC3" : "VEC4";
@@ -107,13 +173,10 @@ class Glb {
     const bool normalised = accessor.value("normalized", json()) == true;
 
     const json& view = entry("bufferViews", accessor.at("bufferView"));
-    if (whole(view, "buffer", 0, name) != 0 || !entry("buffers", 0U).is_object() ||
-        entry("buffers", 0U).contains("uri")) {
-      throw Error(file_, name, "must lie in the file's own binary chunk");
-    }
+    const std::string_view buffer = buffer_of(whole(view, "buffer", 0, name));
     const std::size_t view_begin = whole(view, "byteOffset", 0, name), view_size = whole(view, "byteLength", 0, name);
-    if (view_begin > binary_.size() || view_size > binary_.size() - view_begin) {
-      throw Error(file_, name, "its bufferView goes beyond the binary chunk");
+    if (view_begin > buffer.size() || view_size > buffer.size() - view_begin) {
+      throw Error(file_, name, "its bufferView goes beyond its buffer");
     }
     const std::size_t stride = whole(view, "byteStride", bytes * width, name);
     const std::size_t begin = whole(accessor, "byteOffset", 0, name);
@@ -126,40 +189,65 @@ class Glb {
     values.reserve(count * width);
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t c = 0; c < width; ++c)
-        values.push_back(number(view_begin + begin + i * stride + c * bytes, component, normalised));
+        values.push_back(number(buffer, view_begin + begin + i * stride + c * bytes, component, normalised));
     }
     return values;
   }
 
  private:
-  static std::string at(std::size_t byte) { return "byte " + std::to_string(byte); }
+  /// A buffer's bytes: the binary chunk, a data URI, or a file beside this one.
+  std::string_view buffer_of(std::size_t index) {
+    const json& buffer = entry("buffers", index);
+    const std::string place = "buffers[" + std::to_string(index) + "]";
+    if (!buffer.contains("uri")) {
+      if (index != 0 || binary_.empty()) throw Error(file_, place, "has no uri, and no binary chunk holds it");
+      return binary_;
+    }
+    if (const auto found = loaded_.find(index); found != loaded_.end()) return found->second;
+    if (!buffer.at("uri").is_string()) throw Error(file_, place + ".uri", "must be a text");
+    const std::string uri = buffer.at("uri").get<std::string>();
+    std::string bytes;
+    if (uri.starts_with("data:")) {
+      const std::size_t comma = uri.find(";base64,");
+      const std::optional<std::string> decoded =
+          comma == std::string::npos ? std::nullopt : decode_base64(std::string_view(uri).substr(comma + 8));
+      if (!decoded) throw Error(file_, place + ".uri", "must be data in base64");
+      bytes = *decoded;
+    } else {
+      bytes = read_beside(file_, percent_decoded(uri));
+      beside_ += bytes;
+    }
+    return loaded_.emplace(index, std::move(bytes)).first->second;
+  }
 
-  float number(std::size_t at, unsigned component, bool normalised) const {
+  static float number(std::string_view buffer, std::size_t at, unsigned component, bool normalised) {
     switch (component) {
       case i8: {
-        const float value = load<std::int8_t>(binary_, at);
+        const float value = load<std::int8_t>(buffer, at);
         return normalised ? std::max(value / 127.0f, -1.0f) : value;
       }
       case u8: {
-        const float value = load<std::uint8_t>(binary_, at);
+        const float value = load<std::uint8_t>(buffer, at);
         return normalised ? value / 255.0f : value;
       }
       case i16: {
-        const float value = load<std::int16_t>(binary_, at);
+        const float value = load<std::int16_t>(buffer, at);
         return normalised ? std::max(value / 32767.0f, -1.0f) : value;
       }
       case u16: {
-        const float value = load<std::uint16_t>(binary_, at);
+        const float value = load<std::uint16_t>(buffer, at);
         return normalised ? value / 65535.0f : value;
       }
       default:
-        return load<float>(binary_, at);
+        return load<float>(buffer, at);
     }
   }
 
   std::string file_;
   json document_;
   std::string_view binary_;
+  std::map<std::size_t, std::string> loaded_;  ///< buffers with a uri
+  std::string beside_;
 };
 
 /// Where a node's points go: scaled, then moved.
@@ -221,8 +309,8 @@ unsigned degree_of(const json& attributes) {
 }
 
 /// Appends a primitive's Gaussians, turned into the axes of a .ply.
-void read_primitive(const Glb& glb, const json& primitive, const Placement& placement, bool first, RawRows& rows) {
-  const std::string& file = glb.file();
+void read_primitive(Gltf& gltf, const json& primitive, const Placement& placement, bool first, RawRows& rows) {
+  const std::string& file = gltf.file();
   if (primitive.value("mode", json(4U)) != 0U) throw Error(file, "primitives.mode", "must be 0: splats are points");
   if (primitive.at("extensions").at(kExtension).value("extensions", json()).is_object()) {
     throw Error(file, kExtension, "has extensions of its own: compressed splats are not supported");
@@ -230,10 +318,10 @@ void read_primitive(const Glb& glb, const json& primitive, const Placement& plac
   const json attributes = primitive.value("attributes", json::object());
   std::size_t count = std::numeric_limits<std::size_t>::max();
   const auto own = [](const char* name) { return std::string(kExtension) + ":" + name; };
-  const std::vector<float> position = glb.attribute(attributes, "POSITION", 3, count);
-  const std::vector<float> rotation = glb.attribute(attributes, own("ROTATION"), 4, count);  // x y z w
-  const std::vector<float> scale = glb.attribute(attributes, own("SCALE"), 3, count);
-  const std::vector<float> opacity = glb.attribute(attributes, own("OPACITY"), 1, count);
+  const std::vector<float> position = gltf.attribute(attributes, "POSITION", 3, count);
+  const std::vector<float> rotation = gltf.attribute(attributes, own("ROTATION"), 4, count);  // x y z w
+  const std::vector<float> scale = gltf.attribute(attributes, own("SCALE"), 3, count);
+  const std::vector<float> opacity = gltf.attribute(attributes, own("OPACITY"), 1, count);
   const unsigned degree = degree_of(attributes);
   if (first) rows.sh_degree = degree;
   if (degree != rows.sh_degree) throw Error(file, "attributes", "all splats must have harmonics of one degree");
@@ -241,7 +329,7 @@ void read_primitive(const Glb& glb, const json& primitive, const Placement& plac
   for (unsigned l = 0; l <= degree; ++l) {
     for (unsigned n = 0; n <= 2 * l; ++n) {
       harmonics.push_back(
-          glb.attribute(attributes, own("SH_DEGREE_") + std::to_string(l) + "_COEF_" + std::to_string(n), 3, count));
+          gltf.attribute(attributes, own("SH_DEGREE_") + std::to_string(l) + "_COEF_" + std::to_string(n), 3, count));
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
@@ -267,45 +355,54 @@ void read_primitive(const Glb& glb, const json& primitive, const Placement& plac
   }
 }
 
-void read_node(const Glb& glb, const json& index, const Placement& above, int depth, std::size_t& primitives,
+void read_node(Gltf& gltf, const json& index, const Placement& above, int depth, std::size_t& primitives,
                RawRows& rows) {
-  const json& node = glb.entry("nodes", index);
+  const json& node = gltf.entry("nodes", index);
   const std::string place = "nodes[" + index.dump() + "]";
-  if (depth > kMostDepth) throw Error(glb.file(), place, "nodes must be at most 64 deep");
+  if (depth > kMostDepth) throw Error(gltf.file(), place, "nodes must be at most 64 deep");
   const json children = node.value("children", json::array());
   // Meshes without splats may be placed as they like.
   const auto below = [&] {
-    const Placement own = placement_of(node, place, glb.file());
+    const Placement own = placement_of(node, place, gltf.file());
     return Placement{above.scale * own.scale, above.move + above.scale * own.move};
   };
   if (node.contains("mesh")) {
-    const json list = glb.entry("meshes", node.at("mesh")).value("primitives", json::array());
+    const json list = gltf.entry("meshes", node.at("mesh")).value("primitives", json::array());
     for (const json& primitive : list) {
       const json extensions = primitive.is_object() ? primitive.value("extensions", json()) : json();
       if (!extensions.is_object() || !extensions.contains(kExtension) || !extensions.at(kExtension).is_object())
         continue;
-      read_primitive(glb, primitive, below(), primitives == 0, rows);
+      read_primitive(gltf, primitive, below(), primitives == 0, rows);
       ++primitives;
     }
   }
-  if (!children.is_array()) throw Error(glb.file(), place + ".children", "must be a list of nodes");
-  for (const json& child : children) read_node(glb, child, below(), depth + 1, primitives, rows);
+  if (!children.is_array()) throw Error(gltf.file(), place + ".children", "must be a list of nodes");
+  for (const json& child : children) read_node(gltf, child, below(), depth + 1, primitives, rows);
 }
 
 }  // namespace
 
 bool is_glb(std::string_view bytes) { return bytes.starts_with("glTF"); }
 
-RawRows read_glb(std::string_view bytes, const std::string& file) {
-  const Glb glb(bytes, file);
-  const json scene = glb.document().value("scene", json(0U));
-  const json nodes = glb.entry("scenes", scene).value("nodes", json::array());
+bool is_gltf(std::string_view bytes) {
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && bytes[first] == '{' && bytes.find("\"asset\"") != std::string_view::npos;
+}
+
+GltfRows read_gltf(std::string_view bytes, const std::string& file) {
+  Gltf gltf(bytes, file);
+  json nodes = json::array();
+  if (gltf.document().contains("scenes")) {
+    const json scene = gltf.document().value("scene", json(0U));
+    nodes = gltf.entry("scenes", scene).value("nodes", json::array());
+  }
   if (!nodes.is_array()) throw Error(file, "scenes.nodes", "must be a list of nodes");
-  RawRows rows;
+  GltfRows read;
   std::size_t primitives = 0;
-  for (const json& node : nodes) read_node(glb, node, Placement{}, 0, primitives, rows);
+  for (const json& node : nodes) read_node(gltf, node, Placement{}, 0, primitives, read.rows);
   if (primitives == 0) throw Error(file, "meshes", "no points with KHR_gaussian_splatting: it holds no Gaussians");
-  return rows;
+  read.beside = gltf.take_beside();
+  return read;
 }
 
 }  // namespace grtx::frontend

@@ -26,8 +26,7 @@ RawRows read_rows(const std::string& path, std::string_view bytes, const SceneRe
   }
   if (is_spz(bytes)) return read_spz(bytes, options.spz_raw_axes, path);
   if (is_splat(bytes)) return read_splat(bytes);
-  if (is_glb(bytes)) return read_glb(bytes, path);
-  throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb or .splat scene; its content is none of them");
+  throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb, .gltf or .splat scene; its content is none of them");
 }
 
 /// A folder stands for the SOG scene in it.
@@ -58,6 +57,10 @@ Input read_input(const std::string& path, const SceneReadOptions& options) {
   if (is_sog_archive(bytes) || is_sog_meta(bytes)) {
     SogRows sog = is_sog_archive(bytes) ? read_sog_archive(bytes, file) : read_sog_meta(bytes, options.sog_lod, file);
     return {std::move(sog.rows), hex(xxh3(sog.content))};
+  }
+  if (is_glb(bytes) || is_gltf(bytes)) {
+    GltfRows gltf = read_gltf(bytes, file);
+    return {std::move(gltf.rows), hex(xxh3(gltf.beside.empty() ? bytes : bytes + gltf.beside))};
   }
   std::string hash = hex(xxh3(bytes));
   // The same file read with other axes is another input.

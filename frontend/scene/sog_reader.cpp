@@ -16,8 +16,8 @@
 #include <numbers>
 #include <vector>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/scene/file_beside.h"
 #include "grtx/frontend/scene/raw_encoding.h"
 
 namespace grtx::frontend {
@@ -226,14 +226,9 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   }
 }
 
-/// A file beside `file` or in folders below. Names come from inside a file of strangers: they must not lead elsewhere.
 Load beside(const std::string& file, std::string& content) {
-  return [folder = std::filesystem::path(file).parent_path(), file, &content](const std::string& name) {
-    const std::filesystem::path path(name);
-    bool stays = !name.empty() && path.is_relative();
-    for (const auto& part : path) stays = stays && part != "..";
-    if (!stays) throw Error(file, name, "must be a file beside it");
-    std::string bytes = read_file((folder / path).string());
+  return [file, &content](const std::string& name) {
+    std::string bytes = read_beside(file, name);
     content += bytes;
     return bytes;
   };

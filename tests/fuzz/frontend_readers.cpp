@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "frontend/scene/scene_bytes.h"
 #include "fuzz/readers.h"
@@ -39,6 +40,39 @@ Seeds converted(const std::string& end) {
   return files;
 }
 
+template <class Number>
+Number number_at(const std::string& bytes, std::size_t at) {
+  Number value = 0;
+  if (at + sizeof value <= bytes.size()) std::memcpy(&value, &bytes[at], sizeof value);
+  return value;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  unsigned word = 0;
+  int bits = 0;
+  for (const char c : bytes) {
+    word = word << 8 | static_cast<unsigned char>(c);
+    for (bits += 8; bits >= 6; bits -= 6) text += kDigits[word >> (bits - 6) & 63U];
+  }
+  if (bits > 0) text += kDigits[word << (6 - bits) & 63U];
+  text.resize((text.size() + 3) / 4 * 4, '=');
+  return text;
+}
+
+/// The .glb files of tests/data as text with their buffer inside.
+Seeds gltf_texts() {
+  Seeds files;
+  for (const std::string& glb : converted(".glb")) {
+    const std::size_t size = number_at<std::uint32_t>(glb, 12);
+    nlohmann::json document = nlohmann::json::parse(glb.substr(20, size));
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(glb.substr(28 + size));
+    files.push_back(document.dump());
+  }
+  return files;
+}
+
 /// As the 3DGS authors' program writes it, SH degree 0.
 Seeds plain_ply() {
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\n";
@@ -51,12 +85,6 @@ Seeds plain_ply() {
   return {header + "end_header\n" + rows.str()};
 }
 
-template <class Number>
-Number number_at(const std::string& bytes, std::size_t at) {
-  Number value = 0;
-  if (at + sizeof value <= bytes.size()) std::memcpy(&value, &bytes[at], sizeof value);
-  return value;
-}
 void put_hash(std::string& bytes, std::size_t at, std::size_t from, std::size_t count) {
   if (at + 8 > bytes.size() || from > bytes.size() || count > bytes.size() - from) return;
   const std::uint64_t hash = xxh3(bytes.data() + from, count);
@@ -153,6 +181,7 @@ const std::vector<InputReader>& frontend_readers() {
       {"splat", "s.splat", scene, nullptr, [] { return converted(".splat"); }},
       {"spz", "s.spz", scene, nullptr, [] { return converted(".spz"); }},
       {"glb", "s.glb", scene, nullptr, [] { return converted(".glb"); }},
+      {"gltf", "s.gltf", scene, nullptr, gltf_texts},
       {"sog", "s.sog", scene, nullptr, [] { return converted(".sog"); }},
       {"cameras_json", "cameras.json", cameras, nullptr,
        [] {

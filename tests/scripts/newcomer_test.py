@@ -43,7 +43,9 @@ def prepare(folder):
     write("notes.txt", b"hello\n")
     write("photos/readme.txt", b"hello\n")
     write("own.toml", b"[l1]\nbyte = 65536\n")
-    write("scene.gltf", b'{"asset": {"version": "2.0"}, "scenes": []}')
+    write("scene.gltf", b'{"asset": {"version": "2.0"}, "meshes": []}')
+    write("scene.obj", b"v 0 0 0\n")
+    write("input.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n")
     write("photos/sparse/cameras.bin", bytes(100))
     write("empty.json", b"[]")
 

@@ -1,4 +1,4 @@
-// .glb: where values lie, how nodes place them, which axes they have, and what is refused.
+// .glb and .gltf: where values lie, how nodes place them, which axes they have, and what is refused.
 #include "grtx/frontend/scene/gltf_reader.h"
 
 #include <cmath>
@@ -54,7 +54,7 @@ class GltfReader : public testing::Test {
     bytes.add(static_cast<std::uint32_t>(binary_.size())).text(std::string_view("BIN\0", 4)).text(binary_.str());
     return bytes.str();
   }
-  RawRows read() const { return read_glb(file(), "F"); }
+  RawRows read() const { return read_gltf(file(), "F").rows; }
   /// With one value of the document changed.
   std::string refusal(const char* pointer, const json& value) {
     const json whole = document_;
@@ -101,6 +101,51 @@ TEST_F(GltfReader, IntegersAreNormalised) {
   EXPECT_FLOAT_EQ(read().opacity_logit[0], static_cast<float>(std::log(0.2 / 0.8)));
 }
 
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned word = 0;
+    for (std::size_t k = i; k < i + 3; ++k)
+      word = word << 8 | (k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+TEST_F(GltfReader, TextWithItsBufferInsideIsTheBinaryFile) {
+  const RawRows binary = read();
+  for (std::size_t padding = 0; padding < 3; ++padding) {
+    document_["buffers"][0]["uri"] =
+        "data:application/octet-stream;base64," + base64(binary_.str() + std::string(padding, '\1'));
+    ASSERT_TRUE(is_gltf(document_.dump(2)));
+    const GltfRows text = read_gltf(document_.dump(2), "F");
+    EXPECT_EQ(text.rows.x, binary.x);
+    EXPECT_EQ(text.rows.rotation, binary.rotation);
+    EXPECT_EQ(text.rows.sh, binary.sh);
+    EXPECT_EQ(text.beside, "");
+  }
+}
+
+TEST_F(GltfReader, BuffersBesideTheFileBelongToTheScene) {
+  const std::string folder = testing::TempDir() + "grtx_gltf_" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
+  write_file(folder + "/my splats.bin", binary_.str());
+  document_["buffers"][0]["uri"] = "my%20splats.bin";
+  write_file(folder + "/s.gltf", document_.dump());
+  const Scene scene = load_scene(folder + "/s.gltf");
+  ASSERT_EQ(scene.size(), 1U);
+  const GltfRows text = read_gltf(document_.dump(), folder + "/s.gltf");
+  EXPECT_EQ(text.beside, binary_.str());
+  std::string changed = binary_.str();
+  changed[0] ^= 1;
+  write_file(folder + "/my splats.bin", changed);
+  EXPECT_NE(load_scene(folder + "/s.gltf").hash, scene.hash);
+  document_["buffers"][0]["uri"] = "none.bin";
+  EXPECT_NE(error_of([&] { read_gltf(document_.dump(), folder + "/s.gltf"); }), "");
+  std::filesystem::remove_all(folder);
+}
+
 TEST_F(GltfReader, DamageIsRefused) {
   const char* rotated =
       "nodes[0]: must not rotate, mirror or stretch its splats; uniform scales and translations are read";
@@ -111,10 +156,15 @@ TEST_F(GltfReader, DamageIsRefused) {
   EXPECT_EQ(refusal("/nodes/0/mesh", 4), "meshes[4]: does not exist");
   EXPECT_EQ(refusal("/accessors/4/byteOffset", 48),
             "KHR_gaussian_splatting:SH_DEGREE_0_COEF_0: goes beyond its bufferView");
-  EXPECT_EQ(refusal("/bufferViews/0/byteLength", 60), "POSITION: its bufferView goes beyond the binary chunk");
+  EXPECT_EQ(refusal("/bufferViews/0/byteLength", 60), "POSITION: its bufferView goes beyond its buffer");
   EXPECT_EQ(refusal("/accessors/3/count", 2), "KHR_gaussian_splatting:OPACITY: must have 1 entries, as POSITION");
   EXPECT_EQ(refusal("/accessors/0/componentType", 7), "POSITION: must be of float, byte or short components");
-  EXPECT_EQ(refusal("/buffers/0/uri", "x.bin"), "POSITION: must lie in the file's own binary chunk");
+  EXPECT_EQ(refusal("/buffers/0/uri", "../x.bin"), "../x.bin: must be a file beside it");
+  EXPECT_EQ(refusal("/buffers/0/uri", "data:text/plain,AAAA"), "buffers[0].uri: must be data in base64");
+  EXPECT_EQ(refusal("/buffers/0/uri", "data:;base64,AAA"), "buffers[0].uri: must be data in base64");
+  EXPECT_EQ(refusal("/buffers/0/uri", "data:;base64,A*A="), "buffers[0].uri: must be data in base64");
+  EXPECT_EQ(refusal("/buffers/0/uri", 1), "buffers[0].uri: must be a text");
+  EXPECT_EQ(refusal("/bufferViews/0/buffer", 1), "buffers[1]: does not exist");
   EXPECT_EQ(refusal("/meshes/0/primitives/0/mode", 4), "primitives.mode: must be 0: splats are points");
   EXPECT_EQ(refusal("/meshes/0/primitives/0/attributes/KHR_gaussian_splatting:SH_DEGREE_1_COEF_0", 4),
             "attributes.KHR_gaussian_splatting:SH_DEGREE_1_COEF_1: is missing");
@@ -122,7 +172,7 @@ TEST_F(GltfReader, DamageIsRefused) {
             "meshes: no points with KHR_gaussian_splatting: it holds no Gaussians");
   const std::string whole = file();
   for (const std::size_t size : {std::size_t{4}, std::size_t{19}, std::size_t{40}, whole.size() - 1}) {
-    EXPECT_NE(error_of([&] { read_glb(whole.substr(0, size), "F"); }), "") << size;
+    EXPECT_NE(error_of([&] { read_gltf(whole.substr(0, size), "F"); }), "") << size;
   }
 }
 

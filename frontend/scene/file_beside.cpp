@@ -1,0 +1,18 @@
+#include "grtx/frontend/scene/file_beside.h"
+
+#include <filesystem>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+
+namespace grtx::frontend {
+
+std::string read_beside(const std::string& file, const std::string& name) {
+  const std::filesystem::path path(name);
+  bool stays = !name.empty() && path.is_relative();
+  for (const auto& part : path) stays = stays && part != "..";
+  if (!stays) throw Error(file, name, "must be a file beside it");
+  return read_file((std::filesystem::path(file).parent_path() / path).string());
+}
+
+}  // namespace grtx::frontend
