@@ -76,6 +76,11 @@ MaxJobCount=100000
 NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=$memory State=UNKNOWN
 PartitionName=local Nodes=$host Default=YES MaxTime=INFINITE State=UP
 CONF
+  # Nothing here limits jobs; from 24.05 on Slurm can do without cgroups, which containers often lack.
+  rm -f "$dir/cgroup.conf"
+  local version
+  version=$(slurmd -V | sed -n 's/^slurm[^ ]* \([0-9]*\.[0-9]*\).*/\1/p')
+  if [ "$(printf '%s\n' 24.05 "$version" | sort -V | head -1)" = 24.05 ]; then echo CgroupPlugin=disabled >"$dir/cgroup.conf"; fi
   export SLURM_CONF="$dir/slurm.conf"
   # --force: folders above DIR may be writable by others, as the temporary folder is.
   rm -f "$dir"/log/slurm*.log
