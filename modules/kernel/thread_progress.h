@@ -21,15 +21,23 @@ struct Patience {
 };
 
 /// Spins, since most waits are far shorter than a call of the operating system; then leaves the core to others, which
-/// may be the ones that it waits for.
+/// may be the ones that it waits for. On a crowded host somebody else takes it and keeps it for milliseconds: a thread
+/// that has just slept gets it back sooner than one that has given it up.
 template <typename Ready>
 void wait_until(Patience patience, Ready&& ready) {
   constexpr unsigned kYields = 20'000;
+  using Clock = std::chrono::steady_clock;
+  thread_local unsigned crowded = 0;  // waits that are to sleep at once
+  unsigned tries = 0;
   for (unsigned i = 0; !ready(); ++i) {
-    if (i >= patience.spins + kYields) {
+    if (i >= patience.spins && (crowded > 0 || tries >= kYields)) {
       std::this_thread::sleep_for(std::chrono::microseconds(20));
+      if (crowded > 0) --crowded;
     } else if (i >= patience.spins) {
+      const Clock::time_point before = Clock::now();
       std::this_thread::yield();
+      ++tries;
+      if (Clock::now() - before > std::chrono::milliseconds(1)) crowded = 200;
     } else {
 #if defined(__x86_64__) || defined(__i386__)
       __builtin_ia32_pause();
