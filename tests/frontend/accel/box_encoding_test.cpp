@@ -82,7 +82,7 @@ TEST(BoxEncoding, CodesAreThoseOfThePlainLoop) {
     ChildRecord children[traces::kMaxWidth];
     for (unsigned i = 0; i < count; ++i) {
       const auto point = [&] {
-        return glm::vec3(centre) + glm::vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) * extent;
+        return glm::vec3(centre) + glm::vec3{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)} * extent;
       };
       children[i].box.extend(point());
       if (engine() % 4 != 0) children[i].box.extend(point());

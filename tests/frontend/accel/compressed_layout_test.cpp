@@ -79,9 +79,9 @@ TEST(CompressedLayout, DecodedBoxesContainTheirChildren) {
     ChildRecord children[8];
     for (unsigned i = 0; i < count; ++i) {
       const float scale = std::ldexp(1.0f, static_cast<int>(engine() % 20) - 10);
-      const glm::vec3 corner(uniform(-5, 5), uniform(-5, 5), uniform(-5, 5));
+      const glm::vec3 corner{uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)};
       children[i].box.extend(corner);
-      children[i].box.extend(corner + scale * glm::vec3(uniform(0, 1), uniform(0, 1), uniform(0, 1)));
+      children[i].box.extend(corner + scale * glm::vec3{uniform(0, 1), uniform(0, 1), uniform(0, 1)});
       children[i].kind = engine() % 2 == 0 ? NodeKind::triangle : NodeKind::internal;
     }
     image.write_internal(0, 64, children, count);

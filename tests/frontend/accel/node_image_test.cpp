@@ -23,8 +23,8 @@ TEST(NodeImage, DecodedBoxesContainTheEncodedOnes) {
     ChildRecord children[6];
     for (unsigned i = 0; i < count; ++i) {
       Box box;
-      box.extend(glm::vec3(centre) + glm::vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) * extent);
-      if (trial % 5 != 0) box.extend(box.lower + glm::vec3(uniform(0, 1), uniform(0, 1), uniform(0, 1)) * extent);
+      box.extend(glm::vec3(centre) + glm::vec3{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)} * extent);
+      if (trial % 5 != 0) box.extend(box.lower + glm::vec3{uniform(0, 1), uniform(0, 1), uniform(0, 1)} * extent);
       children[i] = {box, i % 2 == 0 ? NodeKind::internal : NodeKind::triangle};
     }
     const unsigned box_bits = 2 + static_cast<unsigned>(trial) % 7;

@@ -174,11 +174,14 @@ TEST_P(OrientedTree, AHitLiesInTheIntervalsOfAllBoxesAboveIt) {
   for (int trial = 0; trial < 400; ++trial) {
     const auto target = static_cast<std::uint32_t>(engine() % scene.size());
     const float far = std::ldexp(1.0f, static_cast<int>(engine() % 14) - 1);
-    const glm::vec3 origin(far * uniform(-1, 1), far * uniform(-1, 1), far * uniform(-1, 1));
+    const glm::vec3 origin{far * uniform(-1, 1), far * uniform(-1, 1), far * uniform(-1, 1)};
     glm::vec3 direction = glm::normalize(gaussians.record(target).mean - origin);
     if (trial % 5 == 0) {  // nearly parallel to an axis
-      direction = glm::vec3(std::ldexp(uniform(-1, 1), -static_cast<int>(engine() % 24)), 1.0f,
-                            std::ldexp(uniform(-1, 1), -static_cast<int>(engine() % 24)));
+      const auto nearly_zero = [&] {
+        const float value = uniform(-1, 1);
+        return std::ldexp(value, -static_cast<int>(engine() % 24));
+      };
+      direction = glm::vec3{nearly_zero(), 1.0f, nearly_zero()};
     }
     const glm::vec3 start = trial % 5 == 0 ? gaussians.record(target).mean - direction * far : origin;
     const TraceRay ray(start, direction);

@@ -48,7 +48,7 @@ std::vector<Box> random_boxes(std::size_t count, unsigned seed) {
   const auto uniform = [&] { return static_cast<float>(engine() >> 8) / 16777216.0f; };
   std::vector<Box> boxes(count);
   for (Box& box : boxes) {
-    const glm::vec3 at(uniform() * 100 - 50, uniform() * uniform() * 10, engine() % 4 == 0 ? 0.0f : uniform());
+    const glm::vec3 at{uniform() * 100 - 50, uniform() * uniform() * 10, engine() % 4 == 0 ? 0.0f : uniform()};
     box.extend(at);
     box.extend(at + glm::vec3{uniform(), uniform(), uniform()} * (engine() % 8 == 0 ? 5.0f : 0.1f));
   }
