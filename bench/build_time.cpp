@@ -3,7 +3,11 @@
 // boxes nor the device, nor giving back its memory. Both take turns.
 //
 //   build/bench/bench/build_time SCENE [SCENE ...] [--accel tri20 --runs 3]
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <fmt/format.h>
 #include <sys/resource.h>
 

@@ -3,7 +3,11 @@
 // tracer; nothing of its structures or traversal.
 #pragma once
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -95,11 +99,11 @@ class EmbreePeer {
         proxy_(has_triangles(peer) ? frontend::ProxyKind::icosahedron20 : frontend::ProxyKind::sphere),
         device_(rtcNewDevice("threads=2,set_affinity=0")),
         world_(rtcNewScene(device_)) {
-    rtcSetSceneFlags(world_, static_cast<RTCSceneFlags>(
-                                 RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-                                 (peer == Peer::mesh || peer == Peer::instanced_mesh || peer == Peer::instanced_sphere
-                                      ? RTC_SCENE_FLAG_NONE
-                                      : RTC_SCENE_FLAG_ROBUST)));
+    rtcSetSceneFlags(
+        world_, static_cast<RTCSceneFlags>(
+                    kFilterFlag | (peer == Peer::mesh || peer == Peer::instanced_mesh || peer == Peer::instanced_sphere
+                                       ? RTC_SCENE_FLAG_NONE
+                                       : RTC_SCENE_FLAG_ROBUST)));
     rtcSetSceneBuildQuality(world_, RTC_BUILD_QUALITY_HIGH);
     switch (peer) {
       case Peer::user_ellipsoid: {
@@ -147,7 +151,15 @@ class EmbreePeer {
   }
 
  private:
-  struct Query : RTCIntersectContext {
+  // Embree 4 moved what a query is asked with from its context to arguments.
+#if RTC_VERSION_MAJOR >= 4
+  using Context = RTCRayQueryContext;
+  static constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+#else
+  using Context = RTCIntersectContext;
+  static constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+  struct Query : Context {
     frontend::TraceRay ray;
     NearestHits hits;
     Peer peer = Peer::mesh;
@@ -156,12 +168,26 @@ class EmbreePeer {
 
   glm::vec3 trace(const glm::vec3& origin, const glm::vec3& direction, unsigned k, float ert) const {
     Query query;
-    rtcInitIntersectContext(&query);
     query.ray = frontend::TraceRay(origin, direction);
     query.peer = peer_;
     query.hits.begin_ray(k);
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&query);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &query;
+    arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
+    if (has_triangles(peer_)) {
+      arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+      arguments.filter = &filter_triangle;
+    }
+    const auto intersect = [&](RTCRayHit& hit) { rtcIntersect1(world_, &hit, &arguments); };
+#else
+    rtcInitIntersectContext(&query);
     query.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     if (has_triangles(peer_)) query.filter = &filter_triangle;
+    const auto intersect = [&](RTCRayHit& hit) { rtcIntersect1(world_, &query, &hit); };
+#endif
     const auto basis = frontend::sh_basis(direction, scene_.sh_degree);
     const unsigned coefficients = scene_.sh_coefficients();
     glm::vec3 colour(0.0f);
@@ -184,7 +210,7 @@ class EmbreePeer {
                  0};
       hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
       hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect1(world_, &query, &hit);
+      intersect(hit);
       for (unsigned i = 0; i < query.hits.size(); ++i) {
         const std::uint32_t id = query.hits[i].id;
         const frontend::GaussianRecord& g = gaussians_.record(id);
@@ -231,7 +257,7 @@ class EmbreePeer {
 
   void add_instances() {
     shared_ = rtcNewScene(device_);
-    rtcSetSceneFlags(shared_, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(shared_, kFilterFlag);
     if (peer_ == Peer::instanced_mesh) {
       std::vector<std::uint32_t> indices;
       for (const auto& t : proxy_.triangles()) indices.insert(indices.end(), t.begin(), t.end());
