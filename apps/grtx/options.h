@@ -35,14 +35,15 @@ void say(fmt::format_string<Values...> form, Values&&... values) {
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
 
-/// Accepts numbers from low to high; NaN is none of them. CLI11's own check says it in other words in each version.
+/// Accepts numbers from low to high; NaN is left to the check of all options. CLI11's own check says it in other words
+/// in each version.
 template <typename Number>
 CLI::Validator in_range(Number low, Number high) {
   const std::string range = fmt::format("{:.10g} to {:.10g}", static_cast<double>(low), static_cast<double>(high));
   return CLI::Validator(
       [=](std::string& text) -> std::string {
         Number value{};
-        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        if (CLI::detail::lexical_cast(text, value) && !(value < low || value > high)) return {};
         return fmt::format("must be {}, not {}", range, text);
       },
       range);

@@ -906,7 +906,8 @@ class RtUnit {
       const traces::Event& e = lane.ray->events[i];
       if (depth == place) return i;
       if (e.kind() == EventKind::visit_instance) continue;
-      depth = depth - 1 + (e.kind() == EventKind::visit_internal ? std::popcount(e.pushed()) : 0);
+      depth =
+          depth - 1 + (e.kind() == EventKind::visit_internal ? static_cast<unsigned>(std::popcount(e.pushed())) : 0U);
     }
     throw std::logic_error("an entry that nobody takes");
   }

@@ -123,7 +123,8 @@ class SimtCore {
   enum class Step { prologue, evict_move, trace_call, tracing, sort, blend, epilogue, drain };
 
   struct Running {
-    Phase phase;
+    Running() {}  // clang wants one before the enclosing class is complete
+    Phase phase{};
     std::size_t loads = 0;  ///< that are not back yet
     std::size_t step = 0;   ///< of the loads that wait for each other
     std::size_t hits = 0;   ///< that banks of the private store have not inserted

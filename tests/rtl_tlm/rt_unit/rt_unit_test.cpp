@@ -23,9 +23,10 @@ constexpr std::uint64_t kUnit = traces::kNodeUnit;
 template <typename F>
 traces::RayGroup chase(unsigned lanes, unsigned visits, F&& address) {
   traces::RayGroup group;
+  const auto node = [&](unsigned lane, unsigned visit) { return static_cast<std::uint32_t>(address(lane, visit)); };
   std::map<std::uint32_t, std::uint32_t> index;
   for (unsigned l = 0; l < lanes; ++l) {
-    for (unsigned i = 0; i < visits; ++i) index[address(l, i)] = 0;
+    for (unsigned i = 0; i < visits; ++i) index[node(l, i)] = 0;
   }
   for (auto& [at, place] : index) {
     place = static_cast<std::uint32_t>(group.nodes.size());
@@ -34,8 +35,7 @@ traces::RayGroup chase(unsigned lanes, unsigned visits, F&& address) {
   group.rays.resize(lanes);
   for (unsigned l = 0; l < lanes; ++l) {
     std::vector<Event> events;
-    for (unsigned i = 0; i < visits; ++i)
-      events.push_back(internal_event(index[address(l, i)], i + 1 < visits ? 1 : 0));
+    for (unsigned i = 0; i < visits; ++i) events.push_back(internal_event(index[node(l, i)], i + 1 < visits ? 1 : 0));
     add_round(group.rays[l], events);
   }
   return group;

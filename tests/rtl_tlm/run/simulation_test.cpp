@@ -151,7 +151,7 @@ TEST_P(SimulationKinds, ConservesAndDoesNotDependOnConstructionOrderOrIdleSkip) 
   write_random(file.path(), random);
   const ordered_json reference = without_host(simulated(file.path(), small()));
   EXPECT_EQ(reference["violations"], ordered_json::array());
-  for (const std::uint64_t order : {1, 2, 3}) {
+  for (const std::uint64_t order : {1U, 2U, 3U}) {
     SimulationOptions options;
     options.build.construction_order = order;
     options.build.idle_skip = order != 3;
@@ -170,7 +170,7 @@ TEST(Simulation, AlternativesDoNotDependOnConstructionOrderOrIdleSkip) {
   const ordered_json reference = without_host(simulated(file.path(), config));
   EXPECT_EQ(reference["violations"], ordered_json::array());
   EXPECT_GT(value(reference, "gpu.rt.stack.spills"), 0U);
-  for (const std::uint64_t order : {1, 2, 3}) {
+  for (const std::uint64_t order : {1U, 2U, 3U}) {
     SimulationOptions options;
     options.build.construction_order = order;
     options.build.idle_skip = order != 3;
