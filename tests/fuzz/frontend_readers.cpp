@@ -47,27 +47,14 @@ Number number_at(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  unsigned word = 0;
-  int bits = 0;
-  for (const char c : bytes) {
-    word = word << 8 | static_cast<unsigned char>(c);
-    for (bits += 8; bits >= 6; bits -= 6) text += kDigits[word >> (bits - 6) & 63U];
-  }
-  if (bits > 0) text += kDigits[word << (6 - bits) & 63U];
-  text.resize((text.size() + 3) / 4 * 4, '=');
-  return text;
-}
-
 /// The .glb files of tests/data as text with their buffer inside.
 Seeds gltf_texts() {
   Seeds files;
   for (const std::string& glb : converted(".glb")) {
     const std::size_t size = number_at<std::uint32_t>(glb, 12);
     nlohmann::json document = nlohmann::json::parse(glb.substr(20, size));
-    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(glb.substr(28 + size));
+    document["buffers"][0]["uri"] =
+        "data:application/octet-stream;base64," + frontend::test::base64(glb.substr(28 + size));
     files.push_back(document.dump());
   }
   return files;

@@ -101,23 +101,11 @@ TEST_F(GltfReader, IntegersAreNormalised) {
   EXPECT_FLOAT_EQ(read().opacity_logit[0], static_cast<float>(std::log(0.2 / 0.8)));
 }
 
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned word = 0;
-    for (std::size_t k = i; k < i + 3; ++k)
-      word = word << 8 | (k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
-}
-
 TEST_F(GltfReader, TextWithItsBufferInsideIsTheBinaryFile) {
   const RawRows binary = read();
   for (std::size_t padding = 0; padding < 3; ++padding) {
     document_["buffers"][0]["uri"] =
-        "data:application/octet-stream;base64," + base64(binary_.str() + std::string(padding, '\1'));
+        "data:application/octet-stream;base64," + test::base64(binary_.str() + std::string(padding, '\1'));
     ASSERT_TRUE(is_gltf(document_.dump(2)));
     const GltfRows text = read_gltf(document_.dump(2), "F");
     EXPECT_EQ(text.rows.x, binary.x);
@@ -128,7 +116,8 @@ TEST_F(GltfReader, TextWithItsBufferInsideIsTheBinaryFile) {
 }
 
 TEST_F(GltfReader, BuffersBesideTheFileBelongToTheScene) {
-  const std::string folder = testing::TempDir() + "grtx_gltf_" + std::to_string(::getpid());
+  const test::TemporaryPath temporary("_gltf");
+  const std::string& folder = temporary.str();
   std::filesystem::create_directories(folder);
   write_file(folder + "/my splats.bin", binary_.str());
   document_["buffers"][0]["uri"] = "my%20splats.bin";
@@ -143,7 +132,6 @@ TEST_F(GltfReader, BuffersBesideTheFileBelongToTheScene) {
   EXPECT_NE(load_scene(folder + "/s.gltf").hash, scene.hash);
   document_["buffers"][0]["uri"] = "none.bin";
   EXPECT_NE(error_of([&] { read_gltf(document_.dump(), folder + "/s.gltf"); }), "");
-  std::filesystem::remove_all(folder);
 }
 
 TEST_F(GltfReader, DamageIsRefused) {

@@ -51,6 +51,21 @@ class Bytes {
   std::string text_;
 };
 
+/// Base64 of RFC 4648.
+inline std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  unsigned word = 0;
+  int bits = 0;
+  for (const char c : bytes) {
+    word = word << 8 | static_cast<unsigned char>(c);
+    for (bits += 8; bits >= 6; bits -= 6) text += kDigits[word >> (bits - 6) & 63U];
+  }
+  if (bits > 0) text += kDigits[word << (6 - bits) & 63U];
+  text.resize((text.size() + 3) / 4 * 4, '=');
+  return text;
+}
+
 /// A file or folder name that no other test process uses; removed at the end of its scope.
 class TemporaryPath {
  public:
