@@ -32,7 +32,7 @@ if [[ -n "${OTHERS:-}" ]]; then
   builds=(gcc_O3)
   for other in $OTHERS; do
     builds+=("${other%%=*}")
-    mkdir -p "$folder/${other%%=*}" && cp "${other#*=}" "$folder/${other%%=*}/grtx"
+    mkdir -p "$folder/${other%%=*}" && { [ "${other#*=}" -ef "$folder/${other%%=*}/grtx" ] || cp "${other#*=}" "$folder/${other%%=*}/grtx"; }
   done
 else
   build gcc_O0 g++ -O0
