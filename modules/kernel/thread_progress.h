@@ -27,7 +27,7 @@ template <typename Ready>
 void wait_until(Patience patience, Ready&& ready) {
   constexpr unsigned kYields = 20'000;
   using Clock = std::chrono::steady_clock;
-  thread_local unsigned crowded = 0;  // waits that are to sleep at once
+  thread_local unsigned crowded = 0;  // times that it sleeps rather than yields
   unsigned tries = 0;
   for (unsigned i = 0; !ready(); ++i) {
     if (i >= patience.spins && (crowded > 0 || tries >= kYields)) {
