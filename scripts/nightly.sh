@@ -28,7 +28,7 @@ tsan() {
   sanitized tsan base_tests traces_tests frontend_tests modules_tests rtl_tlm_tests || return 1
   # A simulation of the tests is a forked process with threads of its own, whose report would be taken for the test's output.
   rm -f build/nightly/tsan_report*
-  export TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp:die_after_fork=0"
+  local -x TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp:die_after_fork=0"
   ctest --preset tsan -j "$jobs" -L '^(base|traces|frontend)$' &&
     TSAN_OPTIONS="$TSAN_OPTIONS:log_path=$PWD/build/nightly/tsan_report" ctest --preset tsan -R '^(CrossingLink|SmThreads)' &&
     ! compgen -G 'build/nightly/tsan_report*'
