@@ -1,7 +1,6 @@
 #include "grtx/frontend/scene/gltf_reader.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -10,12 +9,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "grtx/base/error.h"
 #include "grtx/frontend/scene/file_beside.h"
 #include "grtx/frontend/scene/raw_encoding.h"
+#include "grtx/frontend/scene/uri.h"
 
 namespace grtx::frontend {
 namespace {
@@ -40,44 +41,6 @@ T load(std::string_view bytes, std::size_t at) {
   T value;
   std::memcpy(&value, bytes.data() + at, sizeof(T));
   return value;
-}
-
-/// The bytes that RFC 4648's base64 stands for; nothing when it is none.
-std::optional<std::string> decode_base64(std::string_view text) {
-  if (text.size() % 4 != 0) return std::nullopt;
-  const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with("=") ? 1 : 0;
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::array<int, 256> value;
-  value.fill(-1);
-  for (std::size_t digit = 0; digit < kDigits.size(); ++digit)
-    value[static_cast<unsigned char>(kDigits[digit])] = static_cast<int>(digit);
-  std::string bytes;
-  bytes.reserve(text.size() / 4 * 3);
-  unsigned bits = 0, word = 0;
-  for (const char c : text.substr(0, text.size() - padding)) {
-    const int digit = value[static_cast<unsigned char>(c)];
-    if (digit < 0) return std::nullopt;
-    word = word << 6 | static_cast<unsigned>(digit);
-    bits += 6;
-    if (bits >= 8) bytes += static_cast<char>(word >> (bits -= 8) & 0xffU);
-  }
-  return bytes;
-}
-
-/// A URI's path with %XX as the byte that it stands for; what is no such number stays.
-std::string percent_decoded(const std::string& uri) {
-  std::string path;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    unsigned byte = 0;
-    if (uri[i] == '%' && i + 2 < uri.size() &&
-        std::from_chars(uri.data() + i + 1, uri.data() + i + 3, byte, 16).ptr == uri.data() + i + 3) {
-      path += static_cast<char>(byte);
-      i += 2;
-    } else {
-      path += uri[i];
-    }
-  }
-  return path;
 }
 
 /// What a .glb's chunks or a .gltf's text hold.
@@ -128,6 +91,9 @@ class Gltf {
 
   /// Bytes of the buffers that lay in other files, in the order of their first use.
   std::string take_beside() { return std::move(beside_); }
+
+  /// Nodes are trees: what a graph of a hundred nodes can name along its paths has no end.
+  bool first_visit(const json& node) { return visited_.insert(node.get<std::size_t>()).second; }
 
   const json& document() const { return document_; }
   const std::string& file() const { return file_; }
@@ -248,6 +214,7 @@ class Gltf {
   std::string_view binary_;
   std::map<std::size_t, std::string> loaded_;  ///< buffers with a uri
   std::string beside_;
+  std::set<std::size_t> visited_;  ///< nodes
 };
 
 /// Where a node's points go: scaled, then moved.
@@ -360,6 +327,7 @@ void read_node(Gltf& gltf, const json& index, const Placement& above, int depth,
   const json& node = gltf.entry("nodes", index);
   const std::string place = "nodes[" + index.dump() + "]";
   if (depth > kMostDepth) throw Error(gltf.file(), place, "nodes must be at most 64 deep");
+  if (!gltf.first_visit(index)) throw Error(gltf.file(), place, "must have one parent at most");
   const json children = node.value("children", json::array());
   // Meshes without splats may be placed as they like.
   const auto below = [&] {

@@ -134,13 +134,25 @@ TEST_F(GltfReader, BuffersBesideTheFileBelongToTheScene) {
   EXPECT_NE(error_of([&] { read_gltf(document_.dump(), folder + "/s.gltf"); }), "");
 }
 
+TEST_F(GltfReader, NodesAreTreesOfBoundedDepth) {
+  document_["nodes"] = json::array();
+  for (int i = 0; i < 100; ++i) document_["nodes"].push_back({{"children", {i + 1}}});
+  document_["nodes"].push_back({{"mesh", 0}});
+  EXPECT_EQ(error_of([&] { read(); }), "nodes[65]: nodes must be at most 64 deep");
+  document_["nodes"] = json::array();  // 2^40 paths
+  for (int i = 0; i < 40; ++i) document_["nodes"].push_back({{"children", {i + 1, i + 1}}});
+  document_["nodes"].push_back({{"mesh", 0}});
+  EXPECT_EQ(error_of([&] { read(); }), "nodes[40]: must have one parent at most");
+}
+
 TEST_F(GltfReader, DamageIsRefused) {
   const char* rotated =
       "nodes[0]: must not rotate, mirror or stretch its splats; uniform scales and translations are read";
   EXPECT_EQ(refusal("/nodes/0/rotation", {0, 1, 0, 0}), rotated);
   EXPECT_EQ(refusal("/nodes/0/scale", {1, 2, 1}), rotated);
   EXPECT_EQ(refusal("/nodes/0/matrix", {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), rotated);
-  EXPECT_EQ(refusal("/nodes/0/children", {0}), "nodes[0]: nodes must be at most 64 deep");
+  EXPECT_EQ(refusal("/nodes/0/children", {0}), "nodes[0]: must have one parent at most");
+  EXPECT_EQ(refusal("/buffers/0/uri", "..%00"), ".." + std::string(1, '\0') + ": must be a file beside it");
   EXPECT_EQ(refusal("/nodes/0/mesh", 4), "meshes[4]: does not exist");
   EXPECT_EQ(refusal("/accessors/4/byteOffset", 48),
             "KHR_gaussian_splatting:SH_DEGREE_0_COEF_0: goes beyond its bufferView");
