@@ -31,6 +31,7 @@ class BuiltInMemory final : public MemorySystem {
   std::optional<modules::Inventory> inventory() const override { return dram_.inventory(); }
 
   const modules::Dram& dram() const { return dram_; }
+  modules::ClockDomain& clock() { return clock_; }
 
  private:
   GpuConfig config_;

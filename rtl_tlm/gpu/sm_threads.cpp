@@ -16,8 +16,9 @@ namespace {
 // What crossbar, L2 and DRAM take, over what all SMs take: about a third of a run's time (docs/notes/threads.md).
 constexpr double kMemoryShare = 0.5;
 
-/// The thread of each SM. The kernel's gets as many as the memory side leaves room for.
-std::vector<unsigned> shared_out(unsigned sms, unsigned threads) {
+}  // namespace
+
+std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads) {
   const double share = sms * (1.0 + kMemoryShare) / threads;
   const auto first = static_cast<unsigned>(std::clamp(std::lround(share - sms * kMemoryShare), 0L, long{sms} - 1));
   const unsigned followers = std::min(threads - 1, sms - first);
@@ -25,8 +26,6 @@ std::vector<unsigned> shared_out(unsigned sms, unsigned threads) {
   for (unsigned i = first; i < sms; ++i) thread_of[i] = 1 + (i - first) * followers / (sms - first);
   return thread_of;
 }
-
-}  // namespace
 
 SmThreads::Links::Links(const GpuConfig& config, const modules::ThreadProgress& kernel,
                         const modules::ThreadProgress& own, modules::Patience patience, std::size_t ahead)
@@ -38,7 +37,7 @@ SmThreads::Links::Links(const GpuConfig& config, const modules::ThreadProgress& 
 SmThreads::SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build)
     : config_(config),
       core_(core),
-      thread_of_(shared_out(config.sms, build.threads)),
+      thread_of_(threads_of_sms(config.sms, build.threads)),
       links_(config.sms),
       running_(core, std::min(config.links.latency, config.sm_links.message_latency)) {
   assert(build.run_ahead && build.threads > 1);

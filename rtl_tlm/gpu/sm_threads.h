@@ -20,6 +20,9 @@ namespace grtx::sim {
 class Sm;
 struct BuildOptions;
 
+/// The thread of each SM, 0 being the kernel's: it gets as many as the memory side leaves room for.
+std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads);
+
 /// The kernel's thread keeps distributor, crossbar, L2, DRAM and the first few SMs; the others are shared out.
 class SmThreads {
  public:

@@ -90,6 +90,7 @@ class Checkpoints {
   std::vector<Lane> lanes_;
   SlotCalendar hand_over_;                 ///< of entries
   SlotCalendar store_write_, store_read_;  ///< ports of the private store
+  Cycle blocked_until_ = 0;                ///< a lane waits to hand over entries
   modules::CheckpointUnit::Counters counters_;
 };
 

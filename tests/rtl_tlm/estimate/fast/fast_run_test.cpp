@@ -75,6 +75,20 @@ TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {
   EXPECT_EQ(run.group_end, again.group_end);
 }
 
+// A unit that hands over one entry a cycle, to a queue of one: eight lanes wait for it at once.
+TEST_P(FastRunTest, CyclesInWhichLanesAreBlockedAreThoseOfTheUnit) {
+  config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml",
+                        {"rt.checkpoint.lanes=1", "rt.checkpoint.write_queue=1"});
+  const traces::Reader reader(file_.path());
+  const FastRun run = whole(reader);
+  const std::uint64_t blocked = run.counters.rt.checkpoint.blocked_cycles;
+  EXPECT_LE(blocked, run.cycles() * config_.sms);
+  EXPECT_EQ(blocked > 0, GetParam());
+  const auto in_cycle_mode = cycle_mode().at("gpu.rt.checkpoint.blocked_cycles").at("value").get<double>();
+  EXPECT_LE(static_cast<double>(blocked), 1.5 * in_cycle_mode);
+  EXPECT_GE(static_cast<double>(blocked), 0.5 * in_cycle_mode);
+}
+
 TEST_P(FastRunTest, PerfectCachesAskNobody) {
   const traces::Reader reader(file_.path());
   // A DRAM that counts: with the present one, which warp is the last matters more.
