@@ -32,7 +32,7 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
   const std::size_t capacity =
       config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
-    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity, config.sms);
+    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity);
   }
 }
 
@@ -46,11 +46,9 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
   Cycle& input = inputs_[request.sm];
   Cycle now = 0;
   for (unsigned i = 0; i < count; ++i) {
-    if (slice.runs[request.sm].last + gap_ == input) input += others(slice, request.sm);
-    const auto [crossed, displaced] =
-        slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}), request.sm);
-    if (displaced != TurnCalendar::kNobody) ++inputs_[displaced];  // its next request is later, if not that one
-    note_crossing(slice, request.sm, crossed);
+    // What others have sent already crosses later than they were told; so does what they send next.
+    const Cycle crossed = slice.input.reserve(std::max({sent + link_, input, slice.looked_up.room()}), request.sm,
+                                              [this](unsigned other) { ++inputs_[other]; });
     input = crossed + gap_;
     now = crossed + latency_ - link_ + pipe_;  // in turn, as they crossed, unless the slice stood still
     if (slice.blocked_until > now) now = slice.lookup.reserve(slice.blocked_until);
@@ -72,22 +70,6 @@ FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
     trip.seen = std::max(trip.seen, replies.reserve(slice.reply.reserve(first + i) + latency_));
   }
   return trip;
-}
-
-// SMs that have requests for a slice take turns, as the crossbar's arbiters let them: who has crossed leaves the others
-// a cycle each. A run of requests ends where an SM has let a whole round pass.
-unsigned FastMemory::others(const Slice& slice, unsigned sm) const {
-  const Cycle last = slice.runs[sm].last;
-  const Cycle round = last + inputs_.size();
-  return static_cast<unsigned>(std::count_if(slice.runs.begin(), slice.runs.end(), [last, round](const Run& other) {
-    return other.last > last && other.first <= round;
-  }));
-}
-
-void FastMemory::note_crossing(Slice& slice, unsigned sm, Cycle crossed) const {
-  Run& run = slice.runs[sm];
-  if (crossed > run.last + inputs_.size()) run.first = crossed;
-  run.last = crossed;
 }
 
 SectorCacheTags::Slot FastMemory::find_or_insert(Slice& slice, std::uint64_t local, SectorCacheTags::Victim& victim) {

@@ -57,15 +57,10 @@ class FastMemory {
     std::uint64_t local = 0;
     unsigned sectors = 0;
   };
-  struct Run {  ///< requests of an SM that cross to a slice, one after the other
-    Cycle first = 0, last = 0;
-  };
   struct Slice {
-    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity,
-          unsigned sms)
+    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
         : tags(c.geometry),
           written_by(tags.slots()),
-          runs(sms),
           looked_up(capacity),
           queue(c.dram_queue),
           mshrs(c.mshr_entries),
@@ -74,7 +69,6 @@ class FastMemory {
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
     TurnCalendar input;
     PortCalendar lookup, reply;
-    std::vector<Run> runs;    ///< by SM: the newest
     PlaceRing looked_up;      ///< of as many requests as fit between the crossbar and the tags
     PlaceCalendar queue;      ///< to the DRAM, in memory clocks
     PlaceCalendar mshrs;      ///< in core cycles
@@ -85,9 +79,6 @@ class FastMemory {
   // First edge of the other clock after that of a cycle.
   Cycle clock_of(Cycle cycle) const { return static_cast<Cycle>(static_cast<double>(cycle) * clocks_a_cycle_) + 1; }
   Cycle cycle_of(Cycle clock) const { return static_cast<Cycle>(static_cast<double>(clock) / clocks_a_cycle_) + 1; }
-  /// SMs that cross to the slice too when `sm` has.
-  unsigned others(const Slice& slice, unsigned sm) const;
-  void note_crossing(Slice& slice, unsigned sm, Cycle crossed) const;
   /// The line's place in the tags of a slice, which it gets if it has none.
   modules::SectorCacheTags::Slot find_or_insert(Slice& slice, std::uint64_t local,
                                                 modules::SectorCacheTags::Victim& victim);

@@ -201,13 +201,14 @@ TEST(ResponseCalendarTest, RunsAreTakenWhereNobodyIs) {
   EXPECT_EQ(calendar.reserve_hit(5), 100000u / 64 * 64) << "past cycles are not given";
 }
 
-// Whoever comes waits for one item of each of the others at most, and no cycle serves two.
+// Whoever comes waits for one item of each of the others at most, no cycle serves two, and all who have items behind it
+// are told.
 TEST(TurnCalendarTest, NobodyWaitsForTwoItemsOfAnother) {
   TurnCalendar calendar;
   std::map<Cycle, unsigned> owner;
   std::mt19937_64 random(6);
   Cycle now = 0;
-  unsigned displaced = 0, waited = 0;
+  unsigned displaced = 0, several = 0, waited = 0;
   for (int step = 0; step < 20000; ++step) {
     if (step % 40 == 39) {
       now += 45;
@@ -215,37 +216,44 @@ TEST(TurnCalendarTest, NobodyWaitsForTwoItemsOfAnother) {
     }
     const unsigned client = static_cast<unsigned>(random() % 5) * 50;
     const Cycle from = now + random() % 60;
-    const TurnCalendar::Place place = calendar.reserve(from, client);
-    ASSERT_GE(place.cycle, from);
+    std::vector<unsigned> delayed;
+    const Cycle at = calendar.reserve(from, client, [&](unsigned other) { delayed.push_back(other); });
+    ASSERT_GE(at, from);
     std::map<unsigned, unsigned> before;
-    for (Cycle at = from; at < place.cycle; ++at) {
-      ASSERT_TRUE(owner.contains(at)) << "step " << step << ": cycle " << at << " was free";
-      if (owner[at] == client) continue;
-      ASSERT_EQ(++before[owner[at]], 1u) << "step " << step << " at " << at;
+    for (Cycle earlier = from; earlier < at; ++earlier) {
+      ASSERT_TRUE(owner.contains(earlier)) << "step " << step << ": cycle " << earlier << " was free";
+      if (owner[earlier] == client) continue;
+      ASSERT_EQ(++before[owner[earlier]], 1u) << "step " << step << " at " << earlier;
     }
-    waited += place.cycle > from;
-    if (place.displaced == TurnCalendar::kNobody) {
-      ASSERT_FALSE(owner.contains(place.cycle)) << "step " << step;
+    waited += at > from;
+    if (!owner.contains(at)) {
+      ASSERT_TRUE(delayed.empty()) << "step " << step;
     } else {
       ++displaced;
-      ASSERT_NE(place.displaced, client);
-      ASSERT_EQ(owner[place.cycle], place.displaced) << "step " << step;
-      ASSERT_EQ(before[place.displaced], 1u) << "step " << step << ": it had not had its turn";
-      Cycle free = place.cycle;
-      while (owner.contains(free)) ++free;
-      owner[free] = place.displaced;
+      ASSERT_NE(owner[at], client);
+      ASSERT_EQ(before[owner[at]], 1u) << "step " << step << ": it had not had its turn";
+      std::set<unsigned> behind;
+      Cycle free = at;
+      for (; owner.contains(free); ++free) behind.insert(owner[free]);
+      behind.erase(client);
+      ASSERT_EQ(delayed.size(), behind.size()) << "step " << step;
+      ASSERT_EQ(std::set<unsigned>(delayed.begin(), delayed.end()), behind) << "step " << step;
+      several += behind.size() > 1;
+      owner[free] = owner[at];
     }
-    owner[place.cycle] = client;
+    owner[at] = client;
   }
   EXPECT_GT(displaced, 1000u);
+  EXPECT_GT(several, 300u);
   EXPECT_GT(waited, 2000u);
 }
 
 TEST(TurnCalendarTest, WhatLiesFarAheadComesInOrder) {
   TurnCalendar calendar;
-  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000000u);
-  EXPECT_EQ(calendar.reserve(1000000, 3).cycle, 1000001u);
-  EXPECT_EQ(calendar.reserve(7, 3).cycle, 7u);
+  const auto nobody = [](unsigned) { FAIL(); };
+  EXPECT_EQ(calendar.reserve(1000000, 3, nobody), 1000000u);
+  EXPECT_EQ(calendar.reserve(1000000, 3, nobody), 1000001u);
+  EXPECT_EQ(calendar.reserve(7, 3, nobody), 7u);
 }
 
 TEST(PlaceCalendarTest, EqualsASortedListOfThoseInside) {
