@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <new>
+#include <string_view>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -28,9 +29,27 @@ Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
 
 Sqlite::~Sqlite() { sqlite3_close(handle_); }
 
+// What a damaged page claims may be more memory than there is.
 void Sqlite::fail() const {
-  if (sqlite3_errcode(handle_) == SQLITE_NOMEM) throw std::bad_alloc();
-  throw Error(path_, "", sqlite3_errmsg(handle_));
+  const std::string why = sqlite3_errmsg(handle_);
+  if (sqlite3_errcode(handle_) != SQLITE_NOMEM) throw Error(path_, "", why);
+  if (sound()) throw std::bad_alloc();
+  throw Error(path_, "", "database disk image is malformed: it asks for more memory than there is");
+}
+
+bool Sqlite::sound() const {
+  sqlite3* again = nullptr;
+  bool found = false;
+  if (sqlite3_open_v2(path_.c_str(), &again, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
+    const auto not_ok = [](void* damaged, int, char** columns, char**) {
+      *static_cast<bool*>(damaged) = columns[0] == nullptr || std::string_view(columns[0]) != "ok";
+      return 0;
+    };
+    const int code = sqlite3_exec(again, "PRAGMA quick_check(1)", not_ok, &found, nullptr);
+    found = found || code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+  }
+  sqlite3_close(again);
+  return !found;
 }
 
 void Sqlite::execute(const std::string& sql) {
@@ -82,6 +101,8 @@ std::string SqliteStatement::text(int column) const {
 std::int64_t SqliteStatement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
 
 double SqliteStatement::real(int column) const { return sqlite3_column_double(statement_, column); }
+
+bool SqliteStatement::null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
 
 SqliteTransaction::~SqliteTransaction() {
   if (committed_) return;

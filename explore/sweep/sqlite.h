@@ -23,6 +23,8 @@ class Sqlite {
  private:
   friend class SqliteStatement;
   [[noreturn]] void fail() const;
+  /// false: SQLite finds the file damaged.
+  bool sound() const;
   std::string path_;
   sqlite3* handle_ = nullptr;
 };
@@ -48,6 +50,7 @@ class SqliteStatement {
   std::string text(int column) const;
   std::int64_t integer(int column) const;
   double real(int column) const;
+  bool null(int column) const;
 
  private:
   Sqlite& database_;

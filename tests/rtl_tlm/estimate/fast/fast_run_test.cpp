@@ -75,10 +75,10 @@ TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {
   EXPECT_EQ(run.group_end, again.group_end);
 }
 
-// A unit that hands over one entry a cycle, to a queue of one: eight lanes wait for it at once.
+// A unit that hands over one entry a cycle, to a queue of two: eight lanes wait for it at once.
 TEST_P(FastRunTest, CyclesInWhichLanesAreBlockedAreThoseOfTheUnit) {
   config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml",
-                        {"rt.checkpoint.lanes=1", "rt.checkpoint.write_queue=1"});
+                        {"rt.checkpoint.lanes=1", "rt.checkpoint.write_queue=2"});
   const traces::Reader reader(file_.path());
   const FastRun run = whole(reader);
   const std::uint64_t blocked = run.counters.rt.checkpoint.blocked_cycles;
