@@ -47,6 +47,11 @@ bool Sqlite::sound() const {
     };
     const int code = sqlite3_exec(again, "PRAGMA quick_check(1)", not_ok, &found, nullptr);
     found = found || code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+    if (code == SQLITE_NOMEM) {  // again, though there is memory
+      void* some = sqlite3_malloc(16 << 20);
+      found = some != nullptr;
+      sqlite3_free(some);
+    }
   }
   sqlite3_close(again);
   return !found;
