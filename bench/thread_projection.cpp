@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <systemc>
 #include <utility>
 #include <vector>
@@ -140,7 +142,7 @@ class Ledger {
     double one = own_;
     for (const double ns : sum_) one += ns;
     const auto [least, most] = std::minmax_element(sum_.begin(), sum_.end() - 1);
-    double sms = one - own_ - sum_.back();
+    const double sms = one - own_ - sum_.back();
     fmt::print("{} cycles with work, {:.2f} us each: SMs {:.1f} %, memory side {:.1f} %, stepping the clock {:.1f} %\n",
                cycles_, one / 1e3 / static_cast<double>(cycles_), 100.0 * sms / one, 100.0 * sum_.back() / one,
                100.0 * own_ / one);
