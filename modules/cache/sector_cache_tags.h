@@ -61,7 +61,7 @@ class SectorCacheTags {
   std::size_t slots() const { return static_cast<std::size_t>(set_count_) * stride(); }
   /// Slot of the line that holds `address`, or kNone.
   Slot find(std::uint64_t address) const {
-    return large_ ? find_large(line_number(address)) : find_small(line_number(address));
+    return large_ ? index_.find(line_number(address)) : find_small(line_number(address));
   }
   /// Asks the host for what find(address) reads.
   void prefetch(std::uint64_t address) const {
@@ -155,13 +155,6 @@ class SectorCacheTags {
     const unsigned hit = equal_keys(s.number, static_cast<std::uint32_t>(number));
     return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
   }
-  // The sectors of a line come one after the other.
-  Slot find_large(std::uint64_t number) const {
-    if (lines_[last_found_].number == number) return last_found_;
-    const Slot slot = index_.find(number);
-    if (slot != kNone) last_found_ = slot;
-    return slot;
-  }
   static void touch_small(SmallSet& set, unsigned way) {
     // The lowest four bits that equal `way`: the lowest zero of the exclusive or, found with borrows.
     constexpr std::uint64_t kOnes = 0x1111111111111111u;
@@ -199,7 +192,6 @@ class SectorCacheTags {
   std::vector<Line> lines_;
   std::vector<Set> sets_;
   AddressIndex index_;
-  mutable Slot last_found_ = 0;  ///< of large sets: where find() looks first
   unsigned line_shift_;
   unsigned sector_shift_;
   unsigned way_shift_;      ///< a power of two of ways: its exponent, else 0
