@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
@@ -9,7 +10,7 @@
 namespace grtx::sim {
 
 struct SampledCli {
-  double share = SampledOptions{}.share;
+  std::optional<double> share;
   std::string target_error;
   std::uint64_t seed = SampledOptions{}.seed;
   SampleModel model = SampledOptions{}.model;

@@ -1,10 +1,8 @@
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 
@@ -14,14 +12,12 @@
 #include "grtx/rtl_tlm/estimate/sampled/fast_correction.h"
 #include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
 #include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
+#include "grtx/rtl_tlm/estimate/sampled/sampled_report.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampler.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
-#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/estimate/sampled/windowed_run.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
-#include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
-#include "grtx/rtl_tlm/run/simulation_inputs.h"
-#include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
 namespace {
@@ -31,28 +27,6 @@ using nlohmann::ordered_json;
 constexpr double kLargestPair = 1.0 / 16.0;  ///< share of the groups in one pair of samples
 constexpr double kWholeFrom = 0.5;           ///< beyond this share the whole trace costs little more
 constexpr double kFewestWarps = 2.0;         ///< of equal work that a sample must hold to tell anything
-
-double cpu_of_all_processes() {
-  double seconds = 0.0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage usage{};
-    getrusage(who, &usage);
-    for (const timeval& t : {usage.ru_utime, usage.ru_stime}) {
-      seconds += static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    }
-  }
-  return seconds;
-}
-
-std::uint64_t peak_rss_of_all_processes() {
-  long most = 0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage usage{};
-    getrusage(who, &usage);
-    most = std::max(most, usage.ru_maxrss);
-  }
-  return static_cast<std::uint64_t>(most) * 1024;  // Linux counts in KiB
-}
 
 /// Belief about the rates before a sample is seen.
 RatePrior prior_of(const GpuConfig& config) {
@@ -78,7 +52,7 @@ GroupWork brief_work(const traces::RayGroup& group) {
 class SampledRun {
  public:
   SampledRun(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options)
-      : path_(trace_path), config_(config), options_(options), reader_(trace_path), start_cpu_(cpu_of_all_processes()) {
+      : path_(trace_path), config_(config), options_(options), reader_(trace_path), report_(reader_, config, options_) {
     reader_.verify_content();
     if (!reader_.header().frame_groups.empty()) {
       throw Error(reader_.path(), "", "a sequence of frames needs cycle or fast mode: samples share no caches");
@@ -90,7 +64,7 @@ class SampledRun {
   }
 
   SampledResult run() {
-    if (options_.share > kWholeFrom) return whole("as asked for");
+    if (*options_.share > kWholeFrom) return report_.whole("as asked for");
     if (visits()) {
       run_whole_fast();
     } else {
@@ -101,23 +75,23 @@ class SampledRun {
       sectors_ += group.sectors;
       squares_ += group.sectors * group.sectors;
     }
-    const double pair = std::min(options_.share, kLargestPair);
+    const double pair = std::min(*options_.share, kLargestPair);
     auto classes = static_cast<unsigned>(std::lround(2.0 / pair));
     const double warps = squares_ > 0.0 ? sectors_ * sectors_ / squares_ : 0.0;
     // Of small traces fast mode needs a larger share.
     if (visits()) classes = std::min(classes, static_cast<unsigned>(warps / kFewestWarps));
     if (classes < kFewestClasses || warps / classes < kFewestWarps) {
-      return whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
+      return report_.whole(fmt::format("the trace is too small: its work is that of {:.0f} equal warps", warps));
     }
     classes_ = deal_classes(work_.groups, classes, options_.seed);
-    std::size_t pairs = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.share / pair)));
+    std::size_t pairs = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(*options_.share / pair)));
     for (;;) {
       simulate_pairs(pairs);
       const SampledEstimate estimate = visits() ? correct() : evaluate();
       const ConfidenceInterval interval = cycles_interval(estimate);
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) return finished(estimate);
       pairs *= 2;
-      if (static_cast<double>(2 * pairs) / classes > kWholeFrom) return whole("to reach --target-error");
+      if (static_cast<double>(2 * pairs) / classes > kWholeFrom) return report_.whole("to reach --target-error");
     }
   }
 
@@ -225,38 +199,11 @@ class SampledRun {
     return estimate;
   }
 
-  std::map<std::string, std::string> sampled_inputs() const {
-    std::map<std::string, std::string> all = simulation_inputs(reader_, config_);
-    all["mode"] = name_of(SimulationMode::sampled);
-    all["sampled.seed"] = std::to_string(options_.seed);
-    all["sampled.share"] = fmt::format("{}", options_.share);
-    all["sampled.model"] = name_of(options_.model);
-    all["sampled.engine"] = name_of(options_.engine);
-    if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
-    return all;
-  }
-
-  void describe(const SampledResult& r, std::uint64_t groups, const std::string& note,
-                modules::StatisticList& list) const {
+  void describe(const SampledResult& r, std::uint64_t groups, modules::StatisticList& list) const {
     const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
       list.add(std::string("gpu.sampled.") + name, value, unit, description);
     };
-    add("share", ratio(groups, reader_.group_count()), "ratio",
-        "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
-    add("groups", groups, "groups", "groups simulated");
-    add("samples", static_cast<std::uint64_t>(r.estimate.whole ? 1 : samples_.size()), "runs",
-        "simulations: each a class of the groups on a scaled machine of its own");
-    add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
-    add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");
-    add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
-    add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
-    add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
-    add("bias", r.estimate.whole ? 0.0 : r.estimate.bias.cycles, "ratio",
-        "of it, what model and scaled machines leave over however large the samples are; a measured constant");
-    add("residual", r.estimate.whole ? 0.0 : residual_, "ratio",
-        "standard deviation between modelled and simulated ends of warps over the cycles of their sample");
-    add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
-    if (r.estimate.whole) return;
+    report_.describe(r, {groups, samples_.size(), kRunsOfClasses, residual_, kResidualOfEnds}, "", list);
     if (visits()) {
       const modules::RegionCounters l1 = whole_fast_.counters.l1.all();
       add("fast.cycles", static_cast<std::uint64_t>(whole_fast_.cycles()), "cycles", "of fast mode, uncorrected");
@@ -277,16 +224,6 @@ class SampledRun {
     return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b);
   }
 
-  void add_host(SampledResult& r) const {
-    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const double cpu = cpu_of_all_processes() - start_cpu_;
-    modules::StatisticList& host = r.result.host;
-    host.add("host.wall_seconds", wall, "s", "wall time of the whole estimate");
-    host.add("host.cpu_seconds", cpu, "s", "processor time of the whole estimate, all processes");
-    host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process");
-    add_host_speed(host, {r.result.cycles, reader_.totals().visits(), wall, cpu}, config_);
-  }
-
   SampledResult finished(const SampledEstimate& estimate) {
     SampledResult r;
     r.estimate = estimate;
@@ -304,12 +241,9 @@ class SampledRun {
     } else {
       describe_samples(r);
     }
-    add_energy(r.result.statistics);
-    describe(r, groups, "", r.result.statistics);
-    r.result.inputs = sampled_inputs();
-    add_host(r);
-    r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
-    r.result.document["sampled"] = to_json(r.estimate);
+    report_.add_energy(r.result.statistics);
+    describe(r, groups, r.result.statistics);
+    report_.finish(r);
     return r;
   }
 
@@ -349,26 +283,6 @@ class SampledRun {
     }
   }
 
-  /// Energy of the whole machine for the counts in the list. What it is priced on is SystemC modules: in a child.
-  void add_energy(modules::StatisticList& list) const {
-    if (!options_.price) return;
-    ChildProcess child("energy", [this, &list] {
-      modules::set_time_resolution_to_fs();
-      const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
-      modules::StatisticList priced = list;
-      options_.price(config_, machine.inventory(), reader_.totals().rays, priced);
-      ordered_json json = ordered_json::array();
-      for (std::size_t i = list.items().size(); i < priced.items().size(); ++i) {
-        const modules::Statistic& s = priced.items()[i];
-        json.push_back({s.name, std::get<double>(s.value), s.unit, s.description});
-      }
-      return json.dump();
-    });
-    for (const auto& s : ordered_json::parse(child.result())) {
-      list.add(s.at(0), s.at(1).get<double>(), s.at(2), s.at(3));
-    }
-  }
-
   double busiest_share() const {
     const std::vector<unsigned> group_sm =
         run_model(all_, known_, model_of(config_), rates_of(fit_.log_rates)).group_sm;
@@ -377,51 +291,11 @@ class SampledRun {
     return *std::max_element(by_sm.begin(), by_sm.end()) / sectors_;
   }
 
-  /// The whole trace in cycle mode: nothing is estimated.
-  SampledResult whole(const std::string& why) {
-    ChildProcess child("whole trace", [this] {
-      SimulationOptions options;
-      options.price = options_.price;
-      const SimulationResult result = simulate(path_, config_, options);
-      ordered_json json;
-      json["document"] = result.document;
-      json["violations"] = result.violations;
-      json["binding_bound"] = result.binding_bound;
-      return json.dump();
-    });
-    const ordered_json json = ordered_json::parse(child.result());
-    SampledResult r;
-    r.result.document = json.at("document");
-    r.result.violations = json.at("violations").get<std::vector<std::string>>();
-    r.result.binding_bound = json.at("binding_bound").get<std::string>();
-    ordered_json& stats = r.result.document.at("stats");
-    r.result.cycles = stats.at("gpu.cycles").at("value").get<Cycle>();
-    r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
-    r.estimate.whole = true;
-    r.cycles = cycles_interval(r.estimate);
-    r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // without rounding
-    r.result.inputs = sampled_inputs();
-    for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
-    modules::StatisticList list;
-    describe(r, reader_.group_count(), why, list);
-    const ordered_json sampled = statistics_object(list);
-    ordered_json all = ordered_json::object();  // host.* stays last
-    for (const auto& [name, entry] : stats.items()) {
-      if (name.starts_with("host.") && !all.contains("gpu.sampled.share")) all.update(sampled);
-      all[name] = entry;
-    }
-    all.at("host.cpu_seconds")["value"] = cpu_of_all_processes() - start_cpu_;
-    stats = std::move(all);
-    r.result.document["sampled"] = to_json(r.estimate);
-    return r;
-  }
-
   std::string path_;
   const GpuConfig& config_;
   SampledOptions options_;
   traces::Reader reader_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  double start_cpu_;
+  SampledReport report_;
   TraceWork work_;
   std::vector<const GroupWork*> all_;  ///< of the trace, by index
   double sectors_ = 0.0, squares_ = 0.0;
@@ -436,8 +310,10 @@ class SampledRun {
 
 }  // namespace
 
+double default_share(SampleModel model) { return model == SampleModel::windows ? 0.1 : 1.0 / 16.0; }
+
 void check_sampled(const SampledOptions& options) {
-  if (!(options.share > 0.0 && options.share <= 1.0)) {
+  if (options.share && !(*options.share > 0.0 && *options.share <= 1.0)) {
     throw Error("sampled mode", "--share", "must be above 0 and at most 1");
   }
   if (!(options.target_error >= 0.0 && options.target_error < 1.0)) {
@@ -451,7 +327,15 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   if (config.dram_model != kBuiltInMemory) {
     throw Error("sampled mode", "dram.model", "must be built_in: fast mode has no other");
   }
-  return SampledRun(trace_path, config, options).run();
+  SampledOptions resolved = options;
+  if (!resolved.share) resolved.share = default_share(resolved.model);
+  if (resolved.model == SampleModel::windows) {
+    const traces::Reader reader(trace_path);
+    if (windows_fit(reader, config, resolved)) return simulate_windows(reader, config, resolved);
+    resolved.model = SampleModel::visits;
+    if (!options.share) resolved.share = default_share(resolved.model);
+  }
+  return SampledRun(trace_path, config, resolved).run();
 }
 
 }  // namespace grtx::sim

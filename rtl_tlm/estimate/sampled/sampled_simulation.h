@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "grtx/base/named_enum.h"
@@ -14,16 +15,20 @@ namespace grtx::sim {
 /// What the estimate of the whole run is made with.
 enum class SampleModel : std::uint8_t {
   visits,  ///< fast mode of the whole trace, corrected by samples; `calls` where it lacks what is configured
-  calls    ///< the warp model, fitted to samples: faster, less exact
+  calls,   ///< the warp model, fitted to samples: faster, less exact
+  windows  ///< windows of a large trace, and regression on what every group costs; `visits` for smaller ones
 };
 constexpr auto enum_names(SampleModel) {
   using enum SampleModel;
-  return std::to_array<EnumName<SampleModel>>({{visits, "visits"}, {calls, "calls"}});
+  return std::to_array<EnumName<SampleModel>>({{visits, "visits"}, {calls, "calls"}, {windows, "windows"}});
 }
 
+/// Of the groups.
+double default_share(SampleModel model);
+
 struct SampledOptions {
-  double share = 1.0 / 16.0;  ///< of the groups, to begin with; above 1/2 the whole trace is simulated
-  double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
+  std::optional<double> share;  ///< of the groups, to begin with, above 1/2 the whole trace; none: default_share(model)
+  double target_error = 0.0;    ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
   SampleModel model = SampleModel::visits;
   SimulationMode engine = SimulationMode::cycle;  ///< that simulates the samples

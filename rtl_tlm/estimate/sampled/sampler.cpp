@@ -5,28 +5,9 @@
 #include <tuple>
 #include <utility>
 
+#include "grtx/rtl_tlm/estimate/sampled/lots.h"
+
 namespace grtx::sim {
-namespace {
-
-/// SplitMix64 (Steele, Lea and Flood, 2014): the standard library's distributions differ between implementations.
-class Lots {
- public:
-  explicit Lots(std::uint64_t seed) : state_(seed) {}
-  /// Below `bound`; the bias is bound / 2^32.
-  std::uint64_t below(std::uint64_t bound) { return ((next() >> 32) * bound) >> 32; }
-
- private:
-  std::uint64_t next() {
-    std::uint64_t z = state_ += 0x9E3779B97F4A7C15u;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-  }
-  std::uint64_t state_;
-};
-
-}  // namespace
-
 std::vector<std::vector<std::uint64_t>> deal_classes(const std::vector<GroupWork>& groups, unsigned classes,
                                                      std::uint64_t seed) {
   std::vector<std::uint64_t> order(groups.size());

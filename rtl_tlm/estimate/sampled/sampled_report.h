@@ -1,0 +1,53 @@
+// What every estimate of sampled mode has around it: inputs, interval, energy, cost, and the whole trace in its place.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+
+/// Descriptions of samples that are classes of groups on scaled machines.
+inline constexpr const char* kRunsOfClasses = "simulations: each a class of the groups on a scaled machine of its own";
+inline constexpr const char* kResidualOfEnds =
+    "standard deviation between modelled and simulated ends of warps over the cycles of their sample";
+
+class SampledReport {
+ public:
+  /// Starts the clocks of the host. All three outlive it; `options` has a share, and may change until the
+  /// first call.
+  SampledReport(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options);
+
+  /// What the interval rests on, beside itself.
+  struct Sample {
+    std::uint64_t groups = 0;  ///< simulated, distinct
+    std::uint64_t runs = 0;
+    std::string runs_of;  ///< its description
+    double residual = 0.0;
+    std::string residual_of;  ///< its description
+  };
+  /// gpu.sampled.*. note: why the whole trace was simulated, if it was.
+  void describe(const SampledResult& result, const Sample& sample, const std::string& note,
+                modules::StatisticList& list) const;
+  /// Energy of the whole machine for the counts in the list, if it is asked for.
+  void add_energy(modules::StatisticList& list) const;
+  /// Inputs, host.* and the document of a result whose statistics are complete.
+  void finish(SampledResult& result) const;
+  /// The whole trace in cycle mode: nothing is estimated.
+  SampledResult whole(const std::string& why) const;
+
+ private:
+  std::map<std::string, std::string> inputs() const;
+
+  const traces::Reader& reader_;
+  const GpuConfig& config_;
+  const SampledOptions& options_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double start_cpu_;
+};
+
+}  // namespace grtx::sim

@@ -1,0 +1,55 @@
+#include "grtx/rtl_tlm/estimate/sampled/thinned_run.h"
+
+namespace grtx::sim {
+namespace {
+
+class Times final : public modules::WarpObserver {
+ public:
+  Times(std::size_t groups, unsigned resident_warps) : ends(groups), resident_warps_(resident_warps) {}
+  void launched(unsigned sm, unsigned slot, const traces::RayGroup& /*group*/, Cycle now) override {
+    const std::size_t place = std::size_t{sm} * resident_warps_ + slot;
+    if (place >= running_.size()) running_.resize(place + 1);
+    running_[place] = launches.size();
+    launches.push_back(now);
+  }
+  void ended(unsigned sm, unsigned slot, Cycle now) override {
+    ends[running_[std::size_t{sm} * resident_warps_ + slot]] = now;
+  }
+
+  std::vector<Cycle> launches, ends;  ///< by position
+
+ private:
+  unsigned resident_warps_;
+  std::vector<std::size_t> running_;  ///< position of the group in each warp slot
+};
+
+}  // namespace
+
+std::unique_ptr<ChildProcess> start_thinned(const std::string& trace_path, const GpuConfig& config,
+                                            const ThinnedRun& run) {
+  return std::make_unique<ChildProcess>("windows", [&] {
+    Times times(run.groups.size(), config.resident_warps);
+    SimulationOptions options;
+    options.groups = run.groups;
+    options.observer = &times;
+    const SimulationResult result = simulate(trace_path, config, options, run.engine);
+    nlohmann::ordered_json json;
+    json["cycles"] = result.cycles;
+    json["launched"] = times.launches;
+    json["ended"] = times.ends;
+    json["stats"] = result.document.at("stats");
+    json["violations"] = result.violations;
+    return json.dump();
+  });
+}
+
+void finish_thinned(ChildProcess& child, ThinnedRun& run) {
+  const nlohmann::ordered_json json = nlohmann::ordered_json::parse(child.result());
+  run.cycles = json.at("cycles").get<double>();
+  run.times.launched = json.at("launched").get<std::vector<double>>();
+  run.times.ended = json.at("ended").get<std::vector<double>>();
+  run.stats = json.at("stats");
+  run.violations = json.at("violations").get<std::vector<std::string>>();
+}
+
+}  // namespace grtx::sim

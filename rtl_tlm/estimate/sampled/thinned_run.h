@@ -1,0 +1,35 @@
+// One run of some groups of a trace on the whole machine, in a process of its own: when each group ran.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+
+namespace grtx::sim {
+
+/// By position in the groups that ran, core cycles. Launches come in that order.
+struct GroupTimes {
+  std::vector<double> launched, ended;
+};
+
+struct ThinnedRun {
+  std::vector<std::uint64_t> groups;  ///< of the trace, ascending
+  SimulationMode engine = SimulationMode::fast;
+  GroupTimes times;
+  double cycles = 0.0;
+  nlohmann::ordered_json stats;  ///< by name
+  std::vector<std::string> violations;
+};
+
+/// Starts the simulation; `run` outlives it.
+std::unique_ptr<ChildProcess> start_thinned(const std::string& trace_path, const GpuConfig& config,
+                                            const ThinnedRun& run);
+/// Waits for its end and fills in what it gave.
+void finish_thinned(ChildProcess& child, ThinnedRun& run);
+
+}  // namespace grtx::sim
