@@ -54,7 +54,7 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows) {
 }
 
 WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Window>& windows,
-                                const std::vector<GroupCosts>& costs, std::uint64_t slots) {
+                                const std::vector<GroupCosts>& costs) {
   constexpr std::uint64_t kParts = 4;
   std::vector<GroupCosts> simulated;
   for (const std::uint64_t group : groups_of(windows)) simulated.push_back(costs[group]);
@@ -63,7 +63,7 @@ WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Windo
   std::size_t position = 0;
   const auto launch = [&times](std::size_t i) { return times.launched[std::min(i, times.launched.size() - 1)]; };
   for (const Window& window : windows) {
-    const std::size_t begin = position + settling_groups(slots), end = position + window.end - window.first;
+    const std::size_t begin = position + window.measured - window.first, end = position + window.end - window.first;
     for (std::uint64_t part = 0; part < kParts; ++part) {
       const double from = launch(begin + (end - begin) * part / kParts);
       const double to = launch(begin + (end - begin) * (part + 1) / kParts);

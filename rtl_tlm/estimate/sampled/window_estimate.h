@@ -43,10 +43,9 @@ struct WindowEstimate {
 /// The generalized regression estimator (Saerndal, Swensson and Wretman, Model Assisted Survey Sampling, chapter 6):
 /// rates are fitted to quarters of the windows, cycles of the trace are what its costs take at these, and what the
 /// windows took beyond that counts for their strata. times: of the groups of the windows, in their order. costs: of
-/// every group of the trace, by index. slots: warp slots of the GPU. A window is measured from its
-/// settling_groups(slots)-th launch to the next window's first; what follows the last launch is the end of the whole
-/// run, too.
+/// every group of the trace, by index. A window is measured until the next one's first launch; what follows the last
+/// launch is the end of the whole run, too.
 WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Window>& windows,
-                                const std::vector<GroupCosts>& costs, std::uint64_t slots);
+                                const std::vector<GroupCosts>& costs);
 
 }  // namespace grtx::sim

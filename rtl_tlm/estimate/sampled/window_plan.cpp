@@ -1,5 +1,7 @@
 #include "grtx/rtl_tlm/estimate/sampled/window_plan.h"
 
+#include <algorithm>
+
 #include "grtx/rtl_tlm/estimate/sampled/lots.h"
 
 namespace grtx::sim {
@@ -14,9 +16,12 @@ std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, doub
     Window window;
     window.stratum_first = groups * i / count;
     window.stratum_end = groups * (i + 1) / count;
-    const std::uint64_t room = window.stratum_end - window.stratum_first - length;
+    const std::uint64_t stratum = window.stratum_end - window.stratum_first;
+    const std::uint64_t more = i == 0 ? std::min(slots - settling_groups(slots), stratum - length) : 0;
+    const std::uint64_t room = stratum - length - more;
     window.first = window.stratum_first + (i + 1 == count ? room : lots.below(room + 1));
-    window.end = window.first + length;
+    window.end = window.first + length + more;
+    window.measured = window.end - measured_groups(slots);
     windows.push_back(window);
   }
   return windows;

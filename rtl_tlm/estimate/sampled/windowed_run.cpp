@@ -19,8 +19,8 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kCounted = 16384;  ///< groups beside those of the windows, about, whose costs are counted
-constexpr double kWholeFrom = 0.5;         ///< beyond this share the whole trace costs little more
+constexpr std::uint64_t kCounted = 8192;  ///< groups beside those of the windows, about, whose costs are counted
+constexpr double kWholeFrom = 0.5;        ///< beyond this share the whole trace costs little more
 
 std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
@@ -87,7 +87,7 @@ class WindowedRun {
   }
 
   SampledEstimate evaluate() {
-    windows_estimate_ = estimate_windows(thinned_.times, windows_, costs_, slots_of(config_));
+    windows_estimate_ = estimate_windows(thinned_.times, windows_, costs_);
     SampledEstimate estimate;
     estimate.log_cycles = std::log(windows_estimate_.cycles);
     estimate.degrees_of_freedom = windows_estimate_.degrees_of_freedom;

@@ -83,7 +83,7 @@ TEST(WindowEstimate, CostsThatExplainAllGiveTheWholeRun) {
   const std::vector<GroupCosts> costs = some_costs(2000);
   const std::vector<double> factor(costs.size(), 1.0);
   const std::vector<Window> windows = plan_windows(costs.size(), kSlots, 0.2, 7);
-  const WindowEstimate estimate = estimate_windows(in_turn(windows, costs, factor), windows, costs, kSlots);
+  const WindowEstimate estimate = estimate_windows(in_turn(windows, costs, factor), windows, costs);
   EXPECT_NEAR(estimate.cycles / whole(costs, factor), 1.0, 1e-3);
   for (const GroupEvidence& e : estimate.evidence) EXPECT_NEAR(e.residual, 0.0, 1e-3);
 }
@@ -94,7 +94,7 @@ TEST(WindowEstimate, FollowsWhatCostsDoNotExplainAlongTheTrace) {
   for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = 1.5 + std::sin(static_cast<double>(i) / 500.0);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const std::vector<Window> windows = plan_windows(costs.size(), kSlots, 0.2, seed);
-    const WindowEstimate estimate = estimate_windows(in_turn(windows, costs, factor), windows, costs, kSlots);
+    const WindowEstimate estimate = estimate_windows(in_turn(windows, costs, factor), windows, costs);
     EXPECT_NEAR(estimate.cycles / whole(costs, factor), 1.0, 0.03) << seed;
   }
 }
@@ -111,7 +111,7 @@ TEST(WindowEstimate, IntervalsOfRandomPacesCoverTheTruth) {
   constexpr unsigned kSeeds = 100;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const std::vector<Window> windows = plan_windows(costs.size(), kSlots, 0.1, seed);
-    const WindowEstimate windowed = estimate_windows(in_turn(windows, costs, factor), windows, costs, kSlots);
+    const WindowEstimate windowed = estimate_windows(in_turn(windows, costs, factor), windows, costs);
     SampledEstimate estimate;
     estimate.log_cycles = std::log(windowed.cycles);
     estimate.degrees_of_freedom = windowed.degrees_of_freedom;

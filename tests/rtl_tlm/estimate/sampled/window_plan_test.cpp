@@ -19,14 +19,16 @@ TEST(WindowPlan, StrataAreTheTraceAndEachHasItsWindow) {
     for (const Window& w : windows) {
       EXPECT_EQ(w.stratum_first, next);
       EXPECT_LE(w.stratum_first, w.first);
-      EXPECT_EQ(w.end - w.first, kLength);
+      const std::uint64_t settling = &w == &windows.front() ? kSlots : settling_groups(kSlots);
+      EXPECT_EQ(w.measured - w.first, settling);
+      EXPECT_EQ(w.end - w.measured, measured_groups(kSlots));
       EXPECT_LE(w.end, w.stratum_end);
       next = w.stratum_end;
     }
     EXPECT_EQ(next, groups);
     EXPECT_EQ(windows.back().end, groups);
     const std::vector<std::uint64_t> all = groups_of(windows);
-    EXPECT_EQ(all.size(), windows.size() * kLength);
+    EXPECT_EQ(all.size(), windows.size() * kLength + kSlots - settling_groups(kSlots));
     EXPECT_TRUE(std::is_sorted(all.begin(), all.end()));
     EXPECT_EQ(std::adjacent_find(all.begin(), all.end()), all.end());
   }
@@ -37,6 +39,14 @@ TEST(WindowPlan, ThereIsNoneWhereWindowsAreTooFew) {
   EXPECT_EQ(plan_windows(enough, kSlots, 0.25, 1).size(), kFewestWindows);
   EXPECT_TRUE(plan_windows(enough - 1, kSlots, 0.25, 1).empty());
   EXPECT_TRUE(plan_windows(512, 256, 0.1, 1).empty());  // 128 x 128 rays on 8 SMs
+}
+
+TEST(WindowPlan, TheFirstWindowSettlesNoLongerThanItsStratumHasRoomFor) {
+  const std::vector<Window> windows = plan_windows(2 * kFewestWindows * kLength, kSlots, 0.5, 1);
+  ASSERT_EQ(windows.size(), kFewestWindows);
+  EXPECT_EQ(windows.front().first, 0U);
+  EXPECT_EQ(windows.front().end, windows.front().stratum_end);
+  EXPECT_GT(windows.front().measured, settling_groups(kSlots));
 }
 
 TEST(WindowPlan, SeedsDrawThePlacesOfAllButTheLast) {
@@ -54,7 +64,7 @@ TEST(WindowPlan, WindowsAreAnywhereInTheirStrata) {
   double place = 0.0;
   constexpr unsigned kSeeds = 200;
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
-    const Window w = plan_windows(5000, kSlots, 0.1, seed).front();
+    const Window w = plan_windows(5000, kSlots, 0.1, seed)[1];
     place += static_cast<double>(w.first - w.stratum_first) /
              static_cast<double>(w.stratum_end - w.stratum_first - kLength) / kSeeds;
   }
