@@ -29,7 +29,7 @@ double parse_error(const std::string& text) {
 void add_sampled_options(CLI::App* command, SampledCli& cli) {
   command->add_option(
       "--share", cli.share,
-      "Sampled mode: share of the warps to simulate, above 0, at most 1 (default: 0.0625, of windows 0.08)");
+      "Sampled mode: share of the warps to simulate, above 0, at most 1 (default: 0.0625, of windows 0.1)");
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
   command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");

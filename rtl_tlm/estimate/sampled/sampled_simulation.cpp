@@ -310,7 +310,7 @@ class SampledRun {
 
 }  // namespace
 
-double default_share(SampleModel model) { return model == SampleModel::windows ? 0.08 : 1.0 / 16.0; }
+double default_share(SampleModel model) { return model == SampleModel::windows ? 0.1 : 1.0 / 16.0; }
 
 void check_sampled(const SampledOptions& options) {
   if (options.share && !(*options.share > 0.0 && *options.share <= 1.0)) {

@@ -44,7 +44,7 @@ double whole(const std::vector<GroupCosts>& costs, const std::vector<double>& fa
   return cycles;
 }
 
-constexpr std::uint64_t kSlots = 32;  // windows of 16 groups, of which 8 are measured
+constexpr std::uint64_t kSlots = 32;  // windows of 16 groups, of which 12 are measured
 
 TEST(WindowEstimate, CostsAreMetEvenlyFromLaunchToEnd) {
   const GroupTimes times{{0.0, 10.0, 10.0}, {20.0, 30.0, 10.0}};
