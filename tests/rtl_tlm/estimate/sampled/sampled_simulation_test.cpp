@@ -7,40 +7,21 @@
 #include <cstdio>
 #include <memory>
 
-#include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "paths.h"
-#include "rtl_tlm/simulate_priced.h"
-#include "traces/random_group.h"
-#include "traces/temporary_file.h"
+#include "rtl_tlm/estimate/sampled/random_trace_run.h"
 
 namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
-using traces::testing::RandomOptions;
-using traces::testing::TemporaryFile;
 
-class SampledSimulation : public ::testing::Test {
+class SampledSimulation : public test::RandomTraceRun {
  protected:
   static constexpr unsigned kGroups = 160;
 
-  SampledSimulation() {
-    RandomOptions random;
-    random.seed = 5;
-    random.groups = kGroups;
-    random.depth = 3;
-    random.warp_size = 8;
-    random.checkpoint = false;
-    auto trace = traces::testing::random_trace(random);
-    for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
-    traces::testing::write_trace(file_.path(), trace.header, trace.groups);
-  }
+  SampledSimulation() : RandomTraceRun(5, kGroups) {}
 
-  ordered_json cycle_mode() const {
-    ChildProcess child("cycle", [this] { return test::simulate_priced(file_.path(), config_, {}).document.dump(); });
-    return ordered_json::parse(child.result());
-  }
   static ordered_json without_host(const ordered_json& stats) {
     ordered_json rest;
     for (const auto& [name, entry] : stats.items()) {
@@ -55,9 +36,6 @@ class SampledSimulation : public ::testing::Test {
     options.seed = seed;
     return options;
   }
-
-  TemporaryFile file_{"sampled"};
-  GpuConfig config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
 };
 
 TEST_F(SampledSimulation, TheWholeTraceIsTheFullRun) {

@@ -3,35 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/sampled/window_plan.h"
-#include "paths.h"
-#include "rtl_tlm/simulate_priced.h"
-#include "traces/random_group.h"
-#include "traces/temporary_file.h"
+#include "rtl_tlm/estimate/sampled/random_trace_run.h"
 
 namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
 
-class WindowedRunTest : public ::testing::Test {
+class WindowedRunTest : public test::RandomTraceRun {
  protected:
   static constexpr unsigned kGroups = 2400;
 
-  WindowedRunTest() {
-    traces::testing::RandomOptions random;
-    random.seed = 11;
-    random.groups = kGroups;
-    random.depth = 3;
-    random.warp_size = 8;
-    random.checkpoint = false;
-    auto trace = traces::testing::random_trace(random);
-    for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
-    traces::testing::write_trace(file_.path(), trace.header, trace.groups);
-    config_.resident_warps = 8 / config_.sms;
-  }
+  WindowedRunTest() : RandomTraceRun(11, kGroups) { config_.resident_warps = 8 / config_.sms; }
   static SampledOptions windows(std::uint64_t seed = 1) {
     SampledOptions options;
     options.price = describe_energy;
@@ -39,13 +24,6 @@ class WindowedRunTest : public ::testing::Test {
     options.seed = seed;
     return options;
   }
-  ordered_json cycle_mode() const {
-    ChildProcess child("cycle", [this] { return test::simulate_priced(file_.path(), config_, {}).document.dump(); });
-    return ordered_json::parse(child.result());
-  }
-
-  traces::testing::TemporaryFile file_{"windows"};
-  GpuConfig config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
 };
 
 TEST_F(WindowedRunTest, EstimatesTheRunAndCoversIt) {
