@@ -11,6 +11,8 @@
 
 namespace grtx::sim {
 
+inline constexpr double kWholeFrom = 0.5;  ///< beyond this share the whole trace costs little more
+
 /// Descriptions of samples that are classes of groups on scaled machines.
 inline constexpr const char* kRunsOfClasses = "simulations: each a class of the groups on a scaled machine of its own";
 inline constexpr const char* kResidualOfEnds =

@@ -25,7 +25,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kLargestPair = 1.0 / 16.0;  ///< share of the groups in one pair of samples
-constexpr double kWholeFrom = 0.5;           ///< beyond this share the whole trace costs little more
 constexpr double kFewestWarps = 2.0;         ///< of equal work that a sample must hold to tell anything
 
 /// Belief about the rates before a sample is seen.

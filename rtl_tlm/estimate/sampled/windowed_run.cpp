@@ -20,7 +20,6 @@ namespace grtx::sim {
 namespace {
 
 constexpr std::uint64_t kCounted = 8192;  ///< groups beside those of the windows, about, whose costs are counted
-constexpr double kWholeFrom = 0.5;        ///< beyond this share the whole trace costs little more
 
 std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
@@ -41,6 +40,9 @@ class WindowedRun {
 
   SampledResult run() {
     if (*options_.share > kWholeFrom) return report_.whole("as asked for");
+    if (options_.target_error > 0.0 && options_.target_error < least_half_width()) {
+      return report_.whole("to reach --target-error, which is below what windows leave over");
+    }
     for (double share = *options_.share;; share *= 2.0) {
       simulate(share);
       const SampledEstimate estimate = evaluate();
@@ -53,6 +55,15 @@ class WindowedRun {
   }
 
  private:
+  ModelBias bias() const { return options_.engine == SimulationMode::cycle ? kWindowsBias : kFastWindowsBias; }
+
+  /// Of an interval in which nothing but the bias is left.
+  double least_half_width() const {
+    SampledEstimate estimate;
+    estimate.bias = bias();
+    return cycles_interval(estimate).half_width;
+  }
+
   /// Counts what the groups of the windows cost, and one in so many of the others, which stands for those behind it.
   void count_costs() {
     const std::uint64_t groups = reader_.group_count(), every = std::max<std::uint64_t>(1, groups / kCounted);
@@ -92,7 +103,7 @@ class WindowedRun {
     estimate.log_cycles = std::log(windows_estimate_.cycles);
     estimate.degrees_of_freedom = windows_estimate_.degrees_of_freedom;
     estimate.evidence = windows_estimate_.evidence;
-    estimate.bias = thinned_.engine == SimulationMode::cycle ? kWindowsBias : kFastWindowsBias;
+    estimate.bias = bias();
     double squares = 0.0;
     for (const GroupEvidence& e : estimate.evidence) squares += e.residual * e.residual;
     residual_ = std::sqrt(squares / static_cast<double>(estimate.evidence.size()));
@@ -151,9 +162,12 @@ class WindowedRun {
 }  // namespace
 
 bool windows_fit(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options) {
-  return reader.header().frame_groups.empty() &&
-         (*options.share > kWholeFrom ||
-          !plan_windows(reader.group_count(), slots_of(config), *options.share, options.seed).empty());
+  if (!reader.header().frame_groups.empty()) return false;
+  if (*options.share > kWholeFrom) return true;
+  if (plan_windows(reader.group_count(), slots_of(config), *options.share, options.seed).empty()) return false;
+  traces::RayGroup last;  // secondary rays come behind all primary ones, when those have ended
+  reader.read(reader.group_count() - 1, last);
+  return last.kind == traces::RayKind::primary;
 }
 
 SampledResult simulate_windows(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options) {

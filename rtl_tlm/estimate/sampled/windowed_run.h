@@ -6,7 +6,8 @@
 
 namespace grtx::sim {
 
-/// Whether the trace is one frame with groups enough for windows of that share, which is given.
+/// Whether the trace is one launch (one frame, no secondary rays) with groups enough for windows of that share, which
+/// is given.
 bool windows_fit(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options);
 
 /// Needs windows_fit(). options.engine runs the windows. Throws what simulate() throws.

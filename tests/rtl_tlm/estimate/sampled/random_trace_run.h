@@ -1,4 +1,4 @@
-// A random trace of one launch and a small machine, for tests of estimates against cycle mode.
+// A random trace and a small machine, for tests of estimates against cycle mode.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,8 @@ namespace grtx::sim::test {
 
 class RandomTraceRun : public ::testing::Test {
  protected:
-  RandomTraceRun(std::uint32_t seed, unsigned groups) {
+  /// secondary: so many groups at the end are a launch of their own.
+  RandomTraceRun(std::uint32_t seed, unsigned groups, unsigned secondary = 0) {
     traces::testing::RandomOptions random;
     random.seed = seed;
     random.groups = groups;
@@ -25,7 +26,9 @@ class RandomTraceRun : public ::testing::Test {
     random.warp_size = 8;
     random.checkpoint = false;
     auto trace = traces::testing::random_trace(random);
-    for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
+    for (traces::RayGroup& group : trace.groups) {
+      group.kind = group.index < groups - secondary ? traces::RayKind::primary : traces::RayKind::glass;
+    }
     traces::testing::write_trace(file_.path(), trace.header, trace.groups);
   }
 

@@ -16,7 +16,9 @@ class WindowedRunTest : public test::RandomTraceRun {
  protected:
   static constexpr unsigned kGroups = 2400;
 
-  WindowedRunTest() : RandomTraceRun(11, kGroups) { config_.resident_warps = 8 / config_.sms; }
+  explicit WindowedRunTest(unsigned secondary = 0) : RandomTraceRun(11, kGroups, secondary) {
+    config_.resident_warps = 8 / config_.sms;
+  }
   static SampledOptions windows(std::uint64_t seed = 1) {
     SampledOptions options;
     options.price = describe_energy;
@@ -87,12 +89,35 @@ TEST_F(WindowedRunTest, TracesTooSmallForWindowsAreModelledByVisits) {
   EXPECT_EQ(simulate_sampled(file_.path(), config_, windows()).result.inputs.at("sampled.model"), "visits");
 }
 
+class WindowedRunOfTwoLaunches : public WindowedRunTest {
+ protected:
+  WindowedRunOfTwoLaunches() : WindowedRunTest(kGroups / 4) {}
+};
+
+TEST_F(WindowedRunOfTwoLaunches, IsModelledByVisits) {
+  EXPECT_EQ(simulate_sampled(file_.path(), config_, windows()).result.inputs.at("sampled.model"), "visits");
+}
+
+TEST_F(WindowedRunTest, TargetsBelowTheBiasAreNotTriedWithWindows) {
+  SampledOptions options = windows();
+  options.target_error = 2.0 * kWindowsBias.cycles;
+  const SampledResult sampled = simulate_sampled(file_.path(), config_, options);
+  EXPECT_TRUE(sampled.estimate.whole);
+  EXPECT_NE(sampled.result.document.dump().find("below what windows leave over"), std::string::npos);
+}
+
 TEST_F(WindowedRunTest, TargetsAskForMoreWindowsAndInTheEndForAll) {
   SampledOptions options = windows();
   options.target_error = 0.5;
   const SampledResult loose = simulate_sampled(file_.path(), config_, options);
   EXPECT_FALSE(loose.estimate.whole);
   EXPECT_LE(loose.cycles.half_width, 0.5);
+  options.target_error = 0.8 * loose.cycles.half_width;
+  const SampledResult closer = simulate_sampled(file_.path(), config_, options);
+  EXPECT_FALSE(closer.estimate.whole);
+  EXPECT_LE(closer.cycles.half_width, options.target_error);
+  EXPECT_EQ(closer.result.inputs.at("sampled.share"), "0.1");  // as asked for
+  EXPECT_GT(closer.estimate.evidence.size(), loose.estimate.evidence.size());
   options.target_error = 1e-4;
   const SampledResult tight = simulate_sampled(file_.path(), config_, options);
   EXPECT_TRUE(tight.estimate.whole);
