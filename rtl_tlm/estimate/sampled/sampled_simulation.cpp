@@ -10,10 +10,11 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/fast_correction.h"
+#include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/model_fit.h"
-#include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_report.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampler.h"
+#include "grtx/rtl_tlm/estimate/sampled/scaled_machine.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
 #include "grtx/rtl_tlm/estimate/sampled/windowed_run.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
@@ -47,6 +48,11 @@ GroupWork brief_work(const traces::RayGroup& group) {
   }
   return work;
 }
+
+/// Some groups on a scaled machine.
+struct SampleRun : GroupRun {
+  ScaledMachine machine;
+};
 
 class SampledRun {
  public:
@@ -101,19 +107,20 @@ class SampledRun {
     const std::size_t before = samples_.size();
     std::vector<std::pair<SampleRun*, std::unique_ptr<ChildProcess>>> running;
     const auto collect = [&] {
-      finish_sample(*running.front().second, *running.front().first);
+      finish_group_run(*running.front().second, *running.front().first);
       running.erase(running.begin());
     };
     for (std::size_t i = before; i < 2 * pairs; ++i) {
       auto sample = std::make_unique<SampleRun>();
       sample->groups = classes_[i];
+      sample->engine = options_.engine;
       sample->machine = visits() || i % 2 != 0 ? idle_neighbours(config_) : half_sm(config_);
       samples_.push_back(std::move(sample));
     }
     if (known_.empty()) look_at_front();
     for (std::size_t i = before; i < samples_.size(); ++i) {
       if (running.size() >= options_.jobs) collect();
-      running.emplace_back(samples_[i].get(), start_sample(path_, *samples_[i], options_.engine));
+      running.emplace_back(samples_[i].get(), start_group_run(path_, samples_[i]->machine.config, *samples_[i]));
     }
     while (!running.empty()) collect();
   }
@@ -152,7 +159,7 @@ class SampledRun {
       FastSample sample;
       sample.groups = run.groups;
       for (const std::uint64_t group : run.groups) sample.weight.push_back(all_[group]->sectors);
-      sample.end = run.group_end;
+      sample.end = run.times.ended;
       sample.fast_end.assign(fast.group_end.begin(), fast.group_end.end());
       compared.push_back(std::move(sample));
     }
@@ -174,7 +181,7 @@ class SampledRun {
       Observed one;
       for (const std::uint64_t group : sample->groups) one.groups.push_back(all_[group]);
       one.machine = sample->machine.model;
-      one.group_end = sample->group_end;
+      one.group_end = sample->times.ended;
       one.cycles = sample->cycles;
       observed.push_back(std::move(one));
     }

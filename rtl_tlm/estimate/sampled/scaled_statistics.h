@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "grtx/modules/kernel/statistics.h"
-#include "grtx/rtl_tlm/estimate/sampled/sample_run.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {

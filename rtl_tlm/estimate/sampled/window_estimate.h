@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
+#include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/group_work.h"
-#include "grtx/rtl_tlm/estimate/sampled/thinned_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/window_plan.h"
 
 namespace grtx::sim {

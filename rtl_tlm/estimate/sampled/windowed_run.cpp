@@ -7,9 +7,9 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_report.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
-#include "grtx/rtl_tlm/estimate/sampled/thinned_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/window_estimate.h"
 #include "grtx/rtl_tlm/estimate/sampled/window_plan.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
@@ -92,9 +92,9 @@ class WindowedRun {
     thinned_ = {};
     thinned_.groups = groups_of(windows_);
     thinned_.engine = options_.engine;
-    const std::unique_ptr<ChildProcess> child = start_thinned(reader_.path(), config_, thinned_);
+    const std::unique_ptr<ChildProcess> child = start_group_run(reader_.path(), config_, thinned_);
     count_costs();
-    finish_thinned(*child, thinned_);
+    finish_group_run(*child, thinned_);
   }
 
   SampledEstimate evaluate() {
@@ -154,7 +154,7 @@ class WindowedRun {
   std::vector<bool> counted_;      ///< itself, by index
   Chain longest_;
   std::vector<Window> windows_;
-  ThinnedRun thinned_;
+  GroupRun thinned_;
   WindowEstimate windows_estimate_;
   double residual_ = 0.0;
 };

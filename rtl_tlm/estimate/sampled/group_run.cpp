@@ -1,4 +1,4 @@
-#include "grtx/rtl_tlm/estimate/sampled/thinned_run.h"
+#include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 
 namespace grtx::sim {
 namespace {
@@ -25,9 +25,9 @@ class Times final : public modules::WarpObserver {
 
 }  // namespace
 
-std::unique_ptr<ChildProcess> start_thinned(const std::string& trace_path, const GpuConfig& config,
-                                            const ThinnedRun& run) {
-  return std::make_unique<ChildProcess>("windows", [&] {
+std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
+                                              const GroupRun& run) {
+  return std::make_unique<ChildProcess>("sample", [&] {
     Times times(run.groups.size(), config.resident_warps);
     SimulationOptions options;
     options.groups = run.groups;
@@ -43,7 +43,7 @@ std::unique_ptr<ChildProcess> start_thinned(const std::string& trace_path, const
   });
 }
 
-void finish_thinned(ChildProcess& child, ThinnedRun& run) {
+void finish_group_run(ChildProcess& child, GroupRun& run) {
   const nlohmann::ordered_json json = nlohmann::ordered_json::parse(child.result());
   run.cycles = json.at("cycles").get<double>();
   run.times.launched = json.at("launched").get<std::vector<double>>();

@@ -1,4 +1,4 @@
-// One run of some groups of a trace on the whole machine, in a process of its own: when each group ran.
+// One run of some groups of a trace, in a process of its own: when each of them ran.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct GroupTimes {
   std::vector<double> launched, ended;
 };
 
-struct ThinnedRun {
+struct GroupRun {
   std::vector<std::uint64_t> groups;  ///< of the trace, ascending
   SimulationMode engine = SimulationMode::fast;
   GroupTimes times;
@@ -27,9 +27,9 @@ struct ThinnedRun {
 };
 
 /// Starts the simulation; `run` outlives it.
-std::unique_ptr<ChildProcess> start_thinned(const std::string& trace_path, const GpuConfig& config,
-                                            const ThinnedRun& run);
+std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
+                                              const GroupRun& run);
 /// Waits for its end and fills in what it gave.
-void finish_thinned(ChildProcess& child, ThinnedRun& run);
+void finish_group_run(ChildProcess& child, GroupRun& run);
 
 }  // namespace grtx::sim
