@@ -66,7 +66,8 @@ void warn_of_ignored_keys(const GpuConfig& config, SimulationMode mode, const Sa
   std::vector<SimulationMode> modes = {mode};
   if (mode == SimulationMode::sampled) {
     modes = {sampled.engine};
-    if (sampled.model == SampleModel::visits) modes.push_back(SimulationMode::fast);
+    // Windows fall back to visits where the trace does not suit them.
+    if (sampled.model != SampleModel::calls) modes.push_back(SimulationMode::fast);
   }
   warn_of_ignored_keys(config, modes, "--mode " + std::string(name_of(mode)));
 }

@@ -156,9 +156,7 @@ SimulationResult simulate_case(const RegressionCase& regression_case, const GpuC
     if (regression_case.mode == SimulationMode::model) return simulate_model(regression_case.trace, config, options);
     return simulate(regression_case.trace, config, options, regression_case.mode);
   }
-  SampledOptions options;
-  if (regression_case.share != 0.0) options.share = regression_case.share;
-  options.seed = regression_case.seed;
+  SampledOptions options = regression_case.sampled;
   options.price = price;
   check_sampled(options);
   return simulate_sampled(regression_case.trace, config, options).result;

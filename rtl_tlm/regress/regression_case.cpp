@@ -64,6 +64,16 @@ class CaseReader {
       fail(node, fmt::format("{}: must be a number, 0 to {}", name, max));
     return *value;
   }
+  template <typename Enum>
+  Enum choice(const toml::node& node, const std::string& name) const {
+    const std::string given = text(node, name);
+    const auto known = from_name<Enum>(given);
+    if (!known) {
+      fail(node,
+           fmt::format("{}: unknown '{}', the nearest is '{}'", name, given, nearest_name(given, names_of<Enum>())));
+    }
+    return *known;
+  }
   /// Relative to the case's folder.
   std::string path(const toml::node& node, const std::string& name) const {
     return (folder_ / text(node, name)).lexically_normal().string();
@@ -80,31 +90,40 @@ class CaseReader {
     } else if (name == "set") {
       case_.settings = texts(node, name);
     } else if (name == "mode") {
-      const std::string mode = text(node, name);
-      const auto known = from_name<SimulationMode>(mode);
-      if (!known) {
-        fail(node, fmt::format("mode: unknown '{}', the nearest is '{}'", mode,
-                               nearest_name(mode, names_of<SimulationMode>())));
-      }
-      case_.mode = *known;
-    } else if (name == "share") {
-      case_.share = number(node, name, 1.0);
-      sampled_ = &node;
-    } else if (name == "seed") {
-      const auto* seed = node.as_integer();
-      if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");
-      case_.seed = static_cast<std::uint64_t>(seed->get());
-      sampled_ = &node;
+      case_.mode = choice<SimulationMode>(node, name);
     } else if (name == "statistics") {
       case_.statistics = texts(node, name);
       if (case_.statistics.empty()) fail(node, "statistics: the list is empty");
     } else if (name == "tolerance") {
       read_tolerances(node);
-    } else if (name != "update" && name != "title") {  // for people
-      fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
-                             nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
-                                                 "statistics", "tolerance", "title", "update"})));
+    } else if (name != "update" && name != "title" && !read_sampled(name, node)) {  // those two are for people
+      fail(node,
+           fmt::format("unknown key '{}', the nearest is '{}'", name,
+                       nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed", "sample_model",
+                                           "sample_engine", "statistics", "tolerance", "title", "update"})));
     }
+  }
+
+  /// False when the key is none of sampled mode.
+  bool read_sampled(const std::string& name, const toml::node& node) {
+    if (name == "share") {
+      case_.sampled.share = number(node, name, 1.0);
+    } else if (name == "seed") {
+      const auto* seed = node.as_integer();
+      if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");
+      case_.sampled.seed = static_cast<std::uint64_t>(seed->get());
+    } else if (name == "sample_model") {
+      case_.sampled.model = choice<SampleModel>(node, name);
+    } else if (name == "sample_engine") {
+      case_.sampled.engine = choice<SimulationMode>(node, name);
+      if (case_.sampled.engine != SimulationMode::cycle && case_.sampled.engine != SimulationMode::fast) {
+        fail(node, "sample_engine: must be cycle or fast");
+      }
+    } else {
+      return false;
+    }
+    sampled_ = &node;
+    return true;
   }
 
   void read_tolerances(const toml::node& node) {

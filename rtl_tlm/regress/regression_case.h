@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
 namespace grtx::sim {
 
@@ -24,8 +25,7 @@ struct RegressionCase {
   std::string config;                 ///< "" for none
   std::vector<std::string> settings;  ///< key=value
   SimulationMode mode = SimulationMode::cycle;
-  double share = 0.0;                           ///< sampled mode: of the groups; 0: the default
-  std::uint64_t seed = 1;                       ///< sampled mode
+  SampledOptions sampled;                       ///< sampled mode: share, seed, model and engine
   std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
   std::vector<RegressionTolerance> tolerances;  ///< the last that matches holds; none: exact
 };

@@ -58,6 +58,17 @@ TEST_F(CliSim, SettingsComeAfterTheFile) {
   EXPECT_EQ(json.at("config").at("l1.latency"), 25);
 }
 
+TEST_F(CliSim, KeysThatTheModelOfSamplesDoesNotReadAreNamed) {
+  const std::string sampled = "sim t.grtx --quiet --set fast.stride=2 --set l1.mshr_merges=3 --mode sampled ";
+  EXPECT_THAT(folder_.run(sampled + "--sample-model calls").err,
+              HasSubstr("fast.stride has no effect in --mode sampled"));
+  for (const char* model : {"visits", "windows"}) {  // windows of this trace are too few: it falls back to visits
+    const Outcome outcome = folder_.run(sampled + "--sample-model " + model);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "") << model;
+  }
+}
+
 TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
   if (std::system("command -v vcd2fst > /dev/null") != 0) GTEST_SKIP() << "vcd2fst (package gtkwave) is not installed";
   ASSERT_EQ(folder_.run("sim t.grtx --quiet --vcd w.vcd --vcd-scope 'gpu.sm0*' --vcd-window 100:900").code, 0);

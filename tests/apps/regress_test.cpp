@@ -122,17 +122,21 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   ASSERT_EQ(record().code, 0);
   const struct {
     const char *more, *text;
-  } cases[] = {{"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
-               {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
-               {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
-               {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
-               {"statistics = []\n", "line 3: statistics: the list is empty"},
-               {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
-               {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
-               {"x = = 1\n", "line 3: "},
-               {"machine = 'papr'\n", "papr: is none of"},
-               {"config = 'none.toml'\n", "none.toml: "},
-               {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
+  } cases[] = {
+      {"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
+      {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
+      {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
+      {"sample_model = 'calls'\n", "line 3: needs mode = \"sampled\""},
+      {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
+      {"mode = 'sampled'\nsample_model = 'window'\n", "line 4: sample_model: unknown 'window', the nearest is"},
+      {"mode = 'sampled'\nsample_engine = 'model'\n", "line 4: sample_engine: must be cycle or fast"},
+      {"statistics = []\n", "line 3: statistics: the list is empty"},
+      {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
+      {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
+      {"x = = 1\n", "line 3: "},
+      {"machine = 'papr'\n", "papr: is none of"},
+      {"config = 'none.toml'\n", "none.toml: "},
+      {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
   for (const auto& c : cases) {
     write_case("b", c.more);
     expect_refused("regress d", c.text);

@@ -21,11 +21,14 @@ double student_cumulative(double t, double degrees) {
   return 0.5 + norm * sum * h / 3.0;
 }
 
-ConfidenceInterval interval(double log_value, double variance, double degrees) {
+double reach_of(double variance, double degrees) {
+  return variance > 0.0 ? student_quantile(0.5 + 0.5 * kConfidence, degrees) * std::sqrt(variance) : 0.0;
+}
+
+ConfidenceInterval interval(double log_value, double variance, double reach) {
   ConfidenceInterval result;
   result.value = std::exp(log_value);
   result.deviation = std::sqrt(variance);
-  const double reach = variance > 0.0 ? student_quantile(0.5 + 0.5 * kConfidence, degrees) * result.deviation : 0.0;
   result.low = std::exp(log_value - reach);
   result.high = std::exp(log_value + reach);
   result.half_width = std::expm1(reach);
@@ -46,11 +49,13 @@ double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
 }
 
 /// The variance of the samples and the square of the bias are known with degrees of freedom of their own: together with
-/// Welch's and Satterthwaite's.
+/// Welch's and Satterthwaite's. Where samples add little their degrees make Student's quantile fall faster than the
+/// deviation grows; no interval is narrower than the bias alone.
 ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias) {
   const double square = bias * bias, all = variance + square;
-  if (all == 0.0) return interval(log_value, 0.0, degrees);
-  return interval(log_value, all, all * all / (variance * variance / degrees + square * square / kBiasDegrees));
+  if (all == 0.0) return interval(log_value, 0.0, 0.0);
+  const double together = all * all / (variance * variance / degrees + square * square / kBiasDegrees);
+  return interval(log_value, all, std::max(reach_of(all, together), reach_of(square, kBiasDegrees)));
 }
 
 }  // namespace
@@ -67,14 +72,14 @@ double student_quantile(double p, double degrees) {
 }
 
 ConfidenceInterval cycles_interval(const SampledEstimate& e) {
-  if (e.whole) return interval(e.log_cycles, 0.0, 1.0);
+  if (e.whole) return interval(e.log_cycles, 0.0, 0.0);
   return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom) + e.prior_variance,
                             e.degrees_of_freedom, e.bias.cycles);
 }
 
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other) {
   const double log_ratio = base.log_cycles - other.log_cycles;
-  if (base.whole && other.whole) return interval(log_ratio, 0.0, 1.0);
+  if (base.whole && other.whole) return interval(log_ratio, 0.0, 0.0);
   std::map<std::uint64_t, GroupEvidence> differences;
   for (const GroupEvidence& e : base.evidence) {
     GroupEvidence& d = differences[e.group];

@@ -30,20 +30,35 @@ SampledEstimate some_estimate(double cycles, double sign) {
 }
 
 TEST(CyclesInterval, AddsUpItsTerms) {
-  const SampledEstimate e = some_estimate(1e6, 1.0);
+  SampledEstimate e = some_estimate(1e6, 1.0);
+  e.bias.cycles = 0.03;
   const ConfidenceInterval interval = cycles_interval(e);
   // By hand: influences 4, 2, 1 thousandths; mean square residual with weights 2, 1, 4 of 7; 8 / 6 for few groups.
   const double influences = (16.0 + 4.0 + 1.0) * 1e-6;
   const double residuals = (2.0 * 4e-4 + 1.0 * 9e-4 + 4.0 * 1e-4) / 7.0;
-  const double variance = 8.0 / 6.0 * (influences + residuals) + 1e-5 + 0.09 * 0.09;
+  const double variance = 8.0 / 6.0 * (influences + residuals) + 1e-5 + 0.03 * 0.03;
   EXPECT_NEAR(interval.deviation, std::sqrt(variance), 1e-12);
   // Welch and Satterthwaite: 6 degrees for the samples, kBiasDegrees for the bias.
-  const double samples = variance - 0.09 * 0.09;
-  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.09, 4) / kBiasDegrees);
+  const double samples = variance - 0.03 * 0.03;
+  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.03, 4) / kBiasDegrees);
   const double reach = student_quantile(0.975, degrees) * std::sqrt(variance);
   EXPECT_NEAR(interval.low, 1e6 * std::exp(-reach), 2.0);
   EXPECT_NEAR(interval.high, 1e6 * std::exp(reach), 2.0);
   EXPECT_NEAR(interval.half_width, std::exp(reach) - 1.0, 1e-6);
+}
+
+TEST(CyclesInterval, IsNeverNarrowerForSamplesThatScatterMore) {
+  SampledEstimate e;
+  e.bias.cycles = 0.09;
+  e.degrees_of_freedom = 20.0;
+  double narrowest = 0.0;
+  for (double scatter = 0.0; scatter < 0.3; scatter += 0.005) {
+    e.evidence = {{1, 1.0, scatter, 0.0}};
+    const double width = cycles_interval(e).half_width;
+    EXPECT_GE(width, narrowest) << scatter;
+    narrowest = width;
+  }
+  EXPECT_GT(narrowest, 0.5);
 }
 
 TEST(RatioInterval, CancelsWhatPairsHaveInCommon) {
