@@ -52,6 +52,20 @@ TEST_F(L1PrivateWrites, AKeptWriteIsAnsweredAsAHitAndNothingLeaves) {
   EXPECT_TRUE(bench.conserved());
 }
 
+TEST_F(L1PrivateWrites, AKeptWriteNeedsNoRoomOnTheWayOut) {
+  L1Cache::Config configured = config(WritePolicy::write_back, true);
+  configured.miss_queue = configured.geometry.sectors();
+  configured.tag_latency = 100;  // misses stay in their queue
+  L1Bench bench(configured);
+  bench.client().write(10, 0x80, Region::k_buffer);
+  for (unsigned i = 0; i < configured.miss_queue; ++i) bench.client().read(20 + i, 0x1000 + 32 * i, Region::leaf);
+  const auto kept = bench.client().write(40, 0x80, Region::k_buffer);
+  EXPECT_TRUE(run_until_quiet(bench.clock, 2000));
+  EXPECT_EQ(bench.client().answered(kept), 40 + configured.latency);
+  EXPECT_EQ(bench.l1.counters().kept_writes, 2u);
+  EXPECT_TRUE(bench.conserved());
+}
+
 TEST_F(L1PrivateWrites, WithoutAllocationOnlyAPresentLineKeepsAWrite) {
   L1Bench bench(config(WritePolicy::write_back, false));
   bench.client().write(10, 0x80, Region::stack);    // absent: goes on

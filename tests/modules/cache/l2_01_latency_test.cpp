@@ -84,6 +84,11 @@ TEST_F(L2Latency, ImpossibleConfigurationsAreRefused) {
   config.interleave.slices = 3;
   config.interleave.xor_hash = true;
   EXPECT_THROW(L2Slice("c", config, clock), Error);
+  config = {};
+  config.interleave.bytes = config.geometry.line_bytes;
+  EXPECT_NO_THROW(L2Slice("d", config, clock));
+  config.geometry.line_bytes *= 2;
+  EXPECT_THROW(L2Slice("e", config, clock), Error);
 }
 
 }  // namespace

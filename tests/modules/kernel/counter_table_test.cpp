@@ -4,11 +4,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/dram_counters.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/private_store.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
@@ -96,12 +104,40 @@ TEST(CounterTable, KnowsWhetherAFieldWasForgotten) {
   EXPECT_LT(CounterTable<Outer>().sum(&Outer::calls).bytes(), sizeof(Outer));
 }
 
+/// Statistics that are not zero and that no table would print.
+template <typename Counters>
+std::vector<std::string> left_out(const Counters& counters) {
+  StatisticList all = StatisticList::of_kinds(), shown;
+  Counters::table().describe(counters, all, "unit");
+  Counters::table().describe(counters, shown, "unit");
+  std::set<std::string> names;
+  for (const Statistic& s : shown.items()) names.insert(s.name);
+  std::vector<std::string> out;
+  for (const Statistic& s : all.items()) {
+    const bool zero = std::visit([](auto value) { return !(value > 0); }, s.value);
+    const bool stands_for_several = s.name.find('<') != std::string::npos;
+    if (!zero && !stands_for_several && !names.contains(s.name)) out.push_back(s.name);
+  }
+  return out;
+}
+
+/// With all counters at 1, the least that can happen, nothing is left out as if a unit were not used.
+template <typename Counters>
+void expect_listed(const char* name) {
+  static_assert(std::is_trivially_copyable_v<Counters> && sizeof(Counters) % sizeof(std::uint64_t) == 0);
+  const std::vector<std::uint64_t> ones(sizeof(Counters) / sizeof(std::uint64_t), 1);
+  Counters counters{};
+  std::memcpy(static_cast<void*>(&counters), ones.data(), sizeof counters);
+  EXPECT_THAT(left_out(counters), ::testing::IsEmpty()) << name;
+}
+
 template <typename Counters>
 void expect_complete(const char* name) {
   EXPECT_EQ(Counters::table().bytes(), sizeof(Counters)) << name << " has a field that its table lacks";
+  expect_listed<Counters>(name);
 }
 
-TEST(CounterTable, HoldsEveryCounterOfEachUnit) {
+TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<WarpBuffer::Counters>("warp buffer");
   expect_complete<RtScheduler::Counters>("RT scheduler");
   expect_complete<MemoryScheduler::Counters>("memory scheduler");
@@ -112,11 +148,22 @@ TEST(CounterTable, HoldsEveryCounterOfEachUnit) {
   expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
   expect_complete<StackUnit::Counters>("stack unit");
   expect_complete<RtUnitCounters>("RT unit");
+  expect_complete<LaneCooperation::Counters>("cooperative lanes");
+  expect_complete<PrivateStore::Counters>("private store");
   expect_complete<SimtCounters>("SIMT core");
   expect_complete<L1Counters>("L1");
   expect_complete<L2Counters>("L2");
   expect_complete<DramChannelCounters>("DRAM channel");
   expect_complete<CrossbarCounters::Network>("crossbar");
+}
+
+TEST(CounterTable, OneRunOfReferencesIsListed) {
+  CheckpointUnit::Counters counters{};
+  counters.log.runs_written = 1;
+  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
+  counters.log = {};
+  counters.log.copies_forced = 1;
+  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
 }
 
 }  // namespace

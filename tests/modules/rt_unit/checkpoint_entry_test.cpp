@@ -37,6 +37,12 @@ TEST(CheckpointEntrySplit, HasTheFewestBitsThatNumberAllUnits) {
   }
 }
 
+TEST(CheckpointEntrySplit, TheOnlyUnitNeedsNoBits) {
+  EXPECT_EQ(checkpoint_entry_split(structure(1)).node_bits, 0u);
+  EXPECT_EQ(checkpoint_entry_split(structure(1, 1)).node_bits, 0u);
+  EXPECT_EQ(checkpoint_entry_split(structure(1, 1)).blas_bits, 0u);
+}
+
 TEST(CheckpointEntry, OfTwentyBytesNamesAnything) {
   EXPECT_NO_THROW(require_entry_fits(20, structure(std::uint64_t{1} << 40, 1 << 20)));
 }

@@ -144,6 +144,24 @@ TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
   EXPECT_NE(even.source, even.destination);
 }
 
+TEST(CheckpointLayout, OnlyReferencesNeedTheOrderOfWriting) {
+  using traces::CheckpointOrder;
+  for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
+    traces::Header header;
+    header.checkpoint = true;
+    header.checkpoint_order = order;
+    header.checkpoint_capacity = kEntries;
+    CheckpointConfig config;
+    EXPECT_NO_THROW(CheckpointLayout(config, header));
+    config.forward = CheckpointForward::reference;
+    if (order == CheckpointOrder::nearest) {
+      EXPECT_THROW(CheckpointLayout(config, header), Error);
+    } else {
+      EXPECT_NO_THROW(CheckpointLayout(config, header));
+    }
+  }
+}
+
 TEST(CheckpointLayout, NothingLiesBeyondTheCapacity) {
   CheckpointLayout layout = layout_of(kFifo, 1, true, true);
   CheckpointLayout::Lane lane;

@@ -100,6 +100,32 @@ TEST_F(SiblingRecordsTest, AChildThatWasCheckpointedAloneHasNoSiblings) {
   }
 }
 
+TEST_F(SiblingRecordsTest, AVisitThatHitOneChildPushesNoOtherOut) {
+  records.note(0, group, 0, 0b1010, 0);
+  records.note(0, group, 1, 0b1100, 0);  // two: as many as a lane remembers
+  records.note(0, group, 0, 0b0100, 0);
+  EXPECT_EQ(records.take(0, group, 11).mask, 0b1000u);
+  EXPECT_EQ(records.take(0, group, 12).mask, 0b1000u);
+}
+
+TEST_F(SiblingRecordsTest, AChildThatWasCheckpointedAloneHidesNoOlderVisit) {
+  records.begin(0, 0, false);
+  records.note(0, group, 0, 0, 0b1110);
+  records.note(0, group, 1, 0, 0b0010);
+  records.begin(0, 0, true);
+  records.note_replayed(0, 11);
+  EXPECT_EQ(records.take(0, group, 11).mask, 0b1100u);
+}
+
+TEST_F(SiblingRecordsTest, TheHighestChildBringsItsSiblingsToo) {
+  records.begin(0, 0, false);
+  records.note(0, group, 0, 0, 0b1010);
+  records.note(0, group, 1, 0, 0b0110);  // newer, but not of the child that is replayed
+  records.begin(0, 0, true);
+  records.note_replayed(0, 13);
+  EXPECT_EQ(records.take(0, group, 13).mask, 0b0010u);
+}
+
 TEST_F(SiblingRecordsTest, ARoundFromTheRootHasNoEntriesThatSaySiblings) {
   records.begin(0, 0, false);
   records.note(0, group, 0, 0, 0b1110);

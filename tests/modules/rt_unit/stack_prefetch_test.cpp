@@ -73,6 +73,11 @@ TEST_F(StackPrefetchTest, EachPopAsksForThoseBelowTheTopOnce) {
   EXPECT_THAT(kinds, ElementsAre(NodeKind::triangle, NodeKind::triangle, NodeKind::triangle));
 }
 
+TEST_F(StackPrefetchTest, OneEntryBelowTheTopIsAskedForAsItComesUp) {
+  EXPECT_THAT(asked({1, StackTrigger::pop, 1}), ElementsAre(IsEmpty(), IsEmpty(), ElementsAre(11), ElementsAre(13),
+                                                            ElementsAre(12), IsEmpty(), IsEmpty()));
+}
+
 TEST_F(StackPrefetchTest, PopsMayHaveToBeInSuccession) {
   EXPECT_THAT(asked({2, StackTrigger::pop, 2}),
               ElementsAre(IsEmpty(), IsEmpty(), IsEmpty(), ElementsAre(13, 12), IsEmpty(), IsEmpty(), IsEmpty()));

@@ -220,6 +220,31 @@ TEST(ShaderSingleRound, AFullBufferIsAHeap) {
   EXPECT_TRUE(p.phase.stores.empty());
 }
 
+TEST(ShaderSingleRound, ReadsTheHeapFromTheRootToItsLeaves) {
+  Program p(single_round(8));
+  const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
+  p.program.begin(kSlot, group);
+  const auto read = [&] {
+    std::vector<std::uint64_t> entries;
+    for (std::size_t i = 0; i < p.phase.loads.size(); i += 8) {
+      for (unsigned e = 0; e < 8; ++e) {
+        if (p.phase.loads[i].address == p.map.k_buffer(kSlot, e, 0, 0)) entries.push_back(e);
+      }
+    }
+    return entries;
+  };
+  using Entries = std::vector<std::uint64_t>;
+  for (unsigned i = 0; i < 7; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  p.any_hit(kAllLanes, LeafOutcome::inserted, 1);
+  EXPECT_EQ(read(), (Entries{0, 1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(p.phase.instructions, 12u + 3 * 4) << "four inner entries are compared, whatever moves";
+  EXPECT_TRUE(p.phase.steps.empty()) << "all entries are known beforehand";
+  p.any_hit(kAllLanes, LeafOutcome::displaced, 2);
+  EXPECT_EQ(read(), (Entries{0, 1, 2, 3, 4, 7, 7}));  // the eighth entry is the only one of the last level
+  ASSERT_EQ(p.phase.steps.size(), 4u) << "each level waits for the one above";
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(p.phase.steps[i].loads, 8u * (1 + 2 * i)) << i;
+}
+
 TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {
   Program p(single_round(8));
   RoundScript script{{}, {seen(1, true), seen(2, true), seen(3, true)}, 0, 0};
@@ -322,6 +347,12 @@ TEST(ShaderProgramHeader, RefusesWarpsWiderThanTheMessages) {
   header.warp_size = 64;
   const MemoryMap map(header, {1, kResident, 0});
   EXPECT_THROW(ShaderProgram(header, map, ShaderCosts{}, 0, kResident), Error);
+  header.warp_size = 0;
+  EXPECT_THROW(ShaderProgram(header, map, ShaderCosts{}, 0, kResident), Error);
+  for (const std::uint32_t narrow : {1u, kMaxLanes}) {
+    header.warp_size = narrow;
+    EXPECT_NO_THROW(ShaderProgram(header, map, ShaderCosts{}, 0, kResident)) << narrow;
+  }
 }
 
 }  // namespace

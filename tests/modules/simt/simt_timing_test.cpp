@@ -31,6 +31,20 @@ TEST_F(SimtTiming, GroupWithoutRoundsCostsPrologueEpilogueAndItsPixels) {
   EXPECT_TRUE(bench.core->idle());
 }
 
+TEST_F(SimtTiming, ACoreHasOneTo64WarpSlots) {
+  ClockDomain clock("clock", 1365.0);
+  const MemoryMap map(simt_header(), {1, 64, 0});
+  SimtCoreConfig config;
+  for (const unsigned slots : {0u, 65u}) {
+    config.resident_warps = slots;
+    EXPECT_THROW(SimtCore("refused", clock, config, simt_header(), map), Error) << slots;
+  }
+  for (const unsigned slots : {1u, 64u}) {
+    config.resident_warps = slots;
+    EXPECT_NO_THROW(SimtCore(("of" + std::to_string(slots)).c_str(), clock, config, simt_header(), map)) << slots;
+  }
+}
+
 TEST_F(SimtTiming, EmptyGroupHasNothingToStore) {
   SimtBench bench({});
   const traces::RayGroup group;

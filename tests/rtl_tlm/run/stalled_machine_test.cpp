@@ -56,12 +56,11 @@ class StalledMachine : public ::testing::Test {
       SimulationOptions options;
       options.watchdog_cycles = 2000;
       try {
-        test::simulate_priced(file_.path(),
-                              load_config("", {"gpu.sms=" + std::to_string(kSms),
-                                               "gpu.resident_warps=" + std::to_string(kResident),
-                                               "rt.warp_buffer.entries=" + std::to_string(kEntries),
-                                               "dram.fixed_latency=1000000"}),
-                              options);
+        test::simulate_priced(
+            file_.path(),
+            load_config("", {"gpu.sms=" + std::to_string(kSms), "gpu.resident_warps=" + std::to_string(kResident),
+                             "rt.warp_buffer.entries=" + std::to_string(kEntries), "dram.fixed_latency=1000000"}),
+            options);
       } catch (const std::runtime_error&) {
       }
       return ::testing::internal::GetCapturedStderr();
