@@ -84,8 +84,11 @@ class Program:
         self.path, self.library = path, library
 
     def start(self, arguments, folder, environment=None, **more):
+        # SystemC's pool of small objects (2.3.4) does not look whether malloc gave it memory, and reads this variable
+        # before main: without the pool it asks operator new.
+        env = {**os.environ, "LC_ALL": "C", "TMPDIR": folder + "/tmp", "SYSTEMC_MEMPOOL_DONT_USE": "1", **(environment or {})}
         return subprocess.Popen([self.path, *arguments], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                env={**os.environ, "LC_ALL": "C", "TMPDIR": folder + "/tmp", **(environment or {})}, **more)
+                                env=env, **more)
 
     def run(self, arguments, folder, environment=None):
         """Exit code (negative: signal, None: hangs) and standard error."""
