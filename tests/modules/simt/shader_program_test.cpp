@@ -303,6 +303,18 @@ TEST(ShaderEvictMove, ReadsAllMovesPreloadedAndCompactsTheRest) {
   EXPECT_EQ(p.program.counters().eviction_moves, (4u + 2) * 32);
 }
 
+TEST(ShaderEvictMove, WhatNobodyMovesIsNotWrittenAgain) {
+  Program p(checkpointing(simt_header()));
+  const traces::RayGroup group = uniform_group(32, {RoundScript{}, RoundScript{}});
+  p.program.begin(kSlot, group);
+  for (unsigned i = 0; i < 4; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  for (unsigned i = 0; i < 3; ++i) p.any_hit(kAllLanes, LeafOutcome::rejected, 0);
+  p.program.blend(kSlot, p.phase);
+  p.program.evict_move(kSlot, p.phase);
+  EXPECT_EQ(p.phase.loads.size(), 3u * 32);
+  EXPECT_TRUE(p.phase.stores.empty());
+}
+
 TEST(ShaderEvictMove, AnOverflowedRoundLosesItsEvictions) {
   Program p(checkpointing(simt_header()));
   RoundScript first;
