@@ -158,6 +158,19 @@ TEST_F(RtUnitCooperationTest, WithoutItThereIsNoUnitAndNoSilicon) {
   }
 }
 
+TEST_F(RtUnitCooperationTest, OfNarrowTreesARayInAnInstancesSpaceIsTheLargestResult) {
+  traces::Header header = small_header();
+  header.bvh_width = 2;
+  RtBench bench(header, with(1));
+  std::vector<std::uint64_t> results;
+  for (const modules::Inventory& inventory : bench.rt().inventory()) {
+    for (const modules::Storage& s : inventory.storage) {
+      if (s.name == "results") results.push_back(s.bits);
+    }
+  }
+  EXPECT_THAT(results, ::testing::ElementsAre(8u * 32 * (6 * 32 + 10)));
+}
+
 TEST(CooperationConfig, IsNoPartOfAMachinesHashWhileItIsOffAndRefusedOutsideCycleMode) {
   EXPECT_EQ(config_hash(load_config("", {})), config_hash(load_config("", {"rt.cooperation.ahead=0"})));
   EXPECT_NE(config_hash(load_config("", {})), config_hash(load_config("", {"rt.cooperation.ahead=1"})));
