@@ -236,7 +236,7 @@ def main():
         print(f"{len(mutants)} mutants, {len(left)} go on: " + ", ".join(f"{n} noticed by {name}" for name, n in noticed.items()),
               flush=True)
         survivors = []
-        for number, by in pool.map(of(last, 900), left):
+        for number, by in pool.map(of(last, 400), left):
             file, line, what = mutants[number]
             if by:
                 noticed[by] += 1
