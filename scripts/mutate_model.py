@@ -196,6 +196,9 @@ def main():
                         help="groups of tests of rtl_tlm for what the first two do not notice; '' for none")
     parser.add_argument("--reuse", action="store_true", help="the copy as it was built before")
     options = parser.parse_args()
+    names = [name for name in options.last.split(",") if name]
+    if not set(names) <= set(LAST):
+        parser.error(f"--last: of {', '.join(LAST)}")
     folder = os.path.abspath(options.folder)
     if not os.path.exists(folder + "/CMakeLists.txt"):
         os.makedirs(folder, exist_ok=True)
@@ -217,7 +220,7 @@ def main():
         built(folder, dict(enumerate(everything[:options.count], 1)), everything[options.count:], options.jobs, targets)
     first = {"regress": [build + "/grtx", "regress", "data/traces"], "modules_tests": [build + "/tests/modules_tests", "--gtest_fail_fast"]}
     last = {name: [build + "/tests/rtl_tlm_tests", "--gtest_fail_fast", "--gtest_filter=" + LAST[name]]
-            for name in options.last.split(",") if name}
+            for name in names}
     for name, command in {**first, **last}.items():
         if notices(command, 0, folder, 900):
             sys.exit(f"{name} fails without a mutant")

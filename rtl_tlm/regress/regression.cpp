@@ -158,7 +158,6 @@ SimulationResult simulate_case(const RegressionCase& regression_case, const GpuC
   }
   SampledOptions options = regression_case.sampled;
   options.price = price;
-  check_sampled(options);
   return simulate_sampled(regression_case.trace, config, options).result;
 }
 

@@ -108,6 +108,7 @@ class CaseReader {
   bool read_sampled(const std::string& name, const toml::node& node) {
     if (name == "share") {
       case_.sampled.share = number(node, name, 1.0);
+      if (case_.sampled.share == 0.0) fail(node, "share: must be above 0");
     } else if (name == "seed") {
       const auto* seed = node.as_integer();
       if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");

@@ -52,6 +52,25 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   EXPECT_THAT(folder_.run("regress d --cases 'below/*'").out, HasSubstr("1 cases: 1 equal"));
 }
 
+TEST_F(Regress, ACaseChoosesModelAndEngineOfItsSamples) {
+  for (const char* model : {"visits", "calls"}) {
+    for (const char* engine : {"cycle", "fast"}) {
+      const std::string name = std::string(model) + "_" + engine;
+      write_case(name,
+                 std::string("mode = 'sampled'\nsample_model = '") + model + "'\nsample_engine = '" + engine + "'\n");
+    }
+  }
+  const Outcome recorded = record();
+  ASSERT_EQ(recorded.code, 0) << recorded.out << recorded.err;
+  for (const char* model : {"visits", "calls"}) {
+    for (const char* engine : {"cycle", "fast"}) {
+      const std::string text = folder_.read("d/" + std::string(model) + "_" + engine + ".stats.json");
+      EXPECT_THAT(text, HasSubstr("\"sampled.model\": \"" + std::string(model) + "\""));
+      EXPECT_THAT(text, HasSubstr("\"sampled.engine\": \"" + std::string(engine) + "\""));
+    }
+  }
+}
+
 TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
   write_case("a");
   ASSERT_EQ(record().code, 0);
@@ -128,6 +147,7 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
       {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
       {"sample_model = 'calls'\n", "line 3: needs mode = \"sampled\""},
       {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
+      {"mode = 'sampled'\nshare = 0\n", "line 4: share: must be above 0"},
       {"mode = 'sampled'\nsample_model = 'window'\n", "line 4: sample_model: unknown 'window', the nearest is"},
       {"mode = 'sampled'\nsample_engine = 'model'\n", "line 4: sample_engine: must be cycle or fast"},
       {"statistics = []\n", "line 3: statistics: the list is empty"},
