@@ -64,6 +64,7 @@ class Threads {
         handoff_ns_(handoff_ns),
         work_(thread_of_.back() + 1),
         sum_(work_.size()),
+        waited_(work_.size()),
         done_(work_.size()) {}
 
   /// cost: of each SM, then of all that stays with the kernel. own: of stepping a clock, which each thread pays.
@@ -84,10 +85,12 @@ class Threads {
           start = std::max(start, done_[f][(cycle - lag_) % kWindow] + handoff_ns_);
         }
       }
+      waited_[t] += start - done_[t][last_ % kWindow];
       done_[t][cycle % kWindow] = start + work_[t];
       sum_[t] += work_[t];
     }
     last_ = cycle;
+    if (cycle / kBalance != balanced_) balance(cycle / kBalance);
   }
 
   std::size_t used() const { return work_.size(); }
@@ -100,13 +103,34 @@ class Threads {
   double leader_ns() const { return sum_[0]; }
 
  private:
-  static constexpr Cycle kWindow = 1024;  // more than any latency
+  static constexpr Cycle kWindow = 1024;    // more than any latency
+  static constexpr Cycle kBalance = 65536;  // a run stands still so often
+
+  // As ClockThreads does.
+  void balance(Cycle period) {
+    balanced_ = period;
+    std::vector<std::size_t> owned(work_.size());
+    for (const unsigned t : thread_of_) ++owned[t];
+    std::size_t most = 0, least = work_.size();
+    for (std::size_t t = 0; t < work_.size(); ++t) {
+      if (waited_[t] > waited_[most]) most = t;
+      const bool gives = owned[t] > (t == 0 ? 0U : 1U);
+      if (gives && (least == work_.size() || waited_[t] < waited_[least])) least = t;
+    }
+    if (least != work_.size() && waited_[least] < waited_[most]) {
+      *std::find(thread_of_.rbegin(), thread_of_.rend(), least) = static_cast<unsigned>(most);
+    }
+    std::fill(waited_.begin(), waited_.end(), 0.0);
+  }
+
   std::vector<unsigned> thread_of_;
   Cycle lag_, reach_;
   double handoff_ns_;
   std::vector<double> work_, sum_;                 ///< by thread
+  std::vector<double> waited_;                     ///< by thread, since the last balance()
   std::vector<std::array<double, kWindow>> done_;  ///< by thread
   Cycle last_ = 0;
+  Cycle balanced_ = 0;
 };
 
 /// The time of each cycle by part: each SM, then the kernel's thread's.

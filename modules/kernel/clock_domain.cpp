@@ -136,7 +136,7 @@ void ClockDomain::stay_awake() {
 
 void ClockDomain::on_wake() {
   if (threads_ != nullptr) {
-    while (threads_->sure() <= next_) threads_->wait();
+    while (threads_->sure(next_) <= next_) threads_->wait();
     step();
     if (ahead_ != nullptr && ahead_->run()) return;
     stay_awake();

@@ -11,44 +11,61 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clock_domain.h"
-#include "grtx/modules/kernel/crossing_link.h"
 #include "grtx/modules/kernel/thread_progress.h"
 
 namespace grtx::modules {
 
 /// No windows and no barriers: each thread publishes how far it has come, and works on a cycle as soon as everything
-/// that can be visible in it has been sent. So the threads are apart by as much as the links' latencies allow, and
-/// results do not depend on who is faster. The leading domain (ClockDomain, RunAhead) calls what is said to be its.
+/// that can be visible in it has been sent. So domains are apart by as much as the links' latencies allow, and results
+/// do not depend on who is faster. A thread steps the domains that are its in turn; the leader's thread does so when
+/// the leader has to wait. Whenever all stand still, a domain goes from the thread that waited least to the one that
+/// waited most. The leading domain (ClockDomain, RunAhead) calls what is said to be its.
 class ClockThreads {
  public:
-  /// What a following thread may know before it asks: called by that thread between two cycles, after its inboxes were
-  /// looked at. Cycles below (the leader's progress + reach) have all their input. At least 1.
-  using Reach = std::function<Cycle()>;
+  /// The links between a following domain and the leader.
+  class Coupling {
+   public:
+    /// Takes note of what the leader has sent. By the thread that steps the domain, between two cycles.
+    virtual void collect() = 0;
+    /// Takes note of what the domain has sent. By the leader's thread.
+    virtual void collect_for_leader() = 0;
+    /// Cycles below (the leader's progress + reach) have all their input, if that progress was read before collect().
+    /// At least 1.
+    virtual Cycle reach() const = 0;
+    /// Whether what the domain may send in this cycle is known to find room, or to find none.
+    virtual bool knows_room(Cycle cycle) const = 0;
+
+   protected:
+    ~Coupling() = default;
+  };
 
   /// lag: what a follower sends in a cycle is visible to the leader so many cycles later, or more.
-  ClockThreads(ClockDomain& leader, Cycle lag);
+  /// workers: threads beside the leader's.
+  ClockThreads(ClockDomain& leader, Cycle lag, unsigned workers);
   ~ClockThreads();
   ClockThreads(const ClockThreads&) = delete;
   ClockThreads& operator=(const ClockThreads&) = delete;
 
-  /// Before the simulation starts. domain: of the leader's frequency, ticked by a thread of its own from now on.
-  /// Returns the follower's number.
-  unsigned follow(ClockDomain& domain, Reach reach);
+  /// Before the simulation starts. domain: of the leader's frequency, no longer ticked by the kernel. thread: whose it
+  /// is at first; 0: the leader's. Returns how far it has come. Followers are numbered from 0.
+  const ThreadProgress& follow(ClockDomain& domain, unsigned thread);
+  void couple(unsigned follower, Coupling& coupling) { followers_[follower]->coupling = &coupling; }
   /// How each thread waits for others; before the simulation starts.
   void be_patient(Patience patience) { patience_ = patience; }
   const ThreadProgress& leader_progress() const { return leader_; }
-  const ThreadProgress& progress(unsigned follower) const { return followers_[follower]->progress; }
-  void add_leader_inbox(Inbox& inbox) { leader_inboxes_.push_back(&inbox); }
-  void add_inbox(unsigned follower, Inbox& inbox) { followers_[follower]->inboxes.push_back(&inbox); }
-  /// Asked after each cycle of the leader until it says true: no thread works on a later cycle before allow().
+  /// The leader's thread gets no more domains than it has: a follower's thread has to come on while the leader is in
+  /// the middle of a cycle.
+  void leave_leader_alone() { leader_takes_part_ = false; }
+  /// Asked after each cycle of the leader until it says true: nobody works on a later cycle before allow().
   void stop_when(std::function<bool()> ended) { ended_ = std::move(ended); }
 
   // The leader's thread.
   /// Cycles below `limit` may be worked on.
   void allow(Cycle limit);
-  /// The leader's cycles below have all their input, which its inboxes have collected.
-  Cycle sure();
-  /// Until sure() is larger than now; the leader has nothing to do before. Throws what a follower has thrown.
+  /// The leader's cycles below have all their input, which has been collected. Followers are looked at only when
+  /// `wanted` is not below.
+  Cycle sure(Cycle wanted);
+  /// Until more may be sure; the leader has nothing to do before. Throws what a follower has thrown.
   void wait();
   /// The leader's cycles below are done.
   void publish(Cycle cycles) { leader_.publish(cycles); }
@@ -60,30 +77,43 @@ class ClockThreads {
 
  private:
   struct Follower {
-    Follower(ClockDomain& of, Reach up_to) : domain(of), reach(std::move(up_to)) {}
+    explicit Follower(ClockDomain& of) : domain(of) {}
     ClockDomain& domain;
-    Reach reach;
-    std::vector<Inbox*> inboxes;
+    Coupling* coupling = nullptr;
     ThreadProgress progress;
-    std::thread thread;
+  };
+  /// What is the thread's, what others look at and what is the leader's lie in different lines of the host's cache.
+  struct alignas(64) Thread {
+    std::vector<Follower*> own;            ///< changed while all stand still
+    std::vector<Follower*> order;          ///< the same, the slowest first
+    std::atomic<std::uint64_t> waited{0};  ///< times that it found nothing to do since the last balance()
+    ThreadProgress progress;               ///< the slowest of its own
+    Cycle seen = 0;                        ///< by the leader: up to which all has been collected
+    std::thread thread;                    ///< none: the leader's
+    void waits(std::uint64_t times) { waited.fetch_add(times, std::memory_order_relaxed); }
+    std::uint64_t waits_so_far() const { return waited.load(std::memory_order_relaxed); }
   };
 
   void start();
-  void run(Follower& follower);
-  void work(Follower& follower);
-  Cycle slowest() const;
+  void run(Thread& thread);
+  void work(Thread& thread);
+  bool step(Thread& thread, Cycle leader, Cycle limit);
+  static void step(Follower& follower, Cycle leader, Cycle limit, Cycle up_to);
+  Cycle look(Cycle up_to);
+  void balance();
   void check() const;
 
   ClockDomain& domain_;
   Cycle lag_;
   Patience patience_;
   std::function<bool()> ended_;
-  std::vector<Inbox*> leader_inboxes_;
   std::vector<std::unique_ptr<Follower>> followers_;
+  std::vector<Thread> threads_;  ///< the leader's first
   ThreadProgress leader_;
   Cycle horizon_ = 0;  ///< the slowest follower, when the leader last looked
   bool started_ = false;
-  std::exception_ptr failure_;  ///< of the follower that set failed_
+  bool leader_takes_part_ = true;
+  std::exception_ptr failure_;  ///< of the worker that set failed_
   alignas(64) std::atomic<Cycle> limit_{0};
   std::atomic<bool> failing_{false};
   std::atomic<bool> failed_{false};  ///< failure_ may be read

@@ -13,22 +13,14 @@
 
 namespace grtx::modules {
 
-/// Where a thread finds what others have sent it.
-class Inbox {
- public:
-  /// Takes note of what has arrived: the consumer's alarm is set. By the consumer's thread, between two cycles.
-  virtual void collect() = 0;
-
- protected:
-  ~Inbox() = default;
-};
-
 /// The consumer sees items as of its last collect(): its thread works on a cycle only when all that can be visible in
 /// it has been sent (ClockThreads). Space is exact too: an item taken in cycle c is free from c + 1 on, in whatever
-/// order the threads come there, since each item remembers when it was taken. When the link looks full, the producer
+/// order the threads come there, since each place remembers when it was left. When the link looks full, the producer
 /// waits until the consumer has come to its cycle.
+/// A message moves one line of the host's cache from thread to thread, that of its place: it says by itself whether it
+/// holds something. Counts are each thread's own.
 template <typename T>
-class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public Inbox {
+class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
  public:
   /// consumer: its thread's. ahead: items that may be sent before their cycle, which needs a consumer that takes each
   /// item in the cycle in which it becomes visible; 0: none.
@@ -39,8 +31,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
         ahead_(ahead),
         consumer_(consumer),
         patience_(patience),
-        slots_(capacity + 2 * ahead),
-        taken_(capacity + 2 * ahead) {
+        places_(capacity + 2 * ahead) {
     assert(latency >= 1 && capacity >= 1);
   }
 
@@ -50,52 +41,72 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
     consumer_.wait_for(now, patience_);
     return room(now);
   }
+  /// can_push() need not wait.
+  bool knows_room(Cycle now) const { return ahead_ != 0 || room(now) || consumer_.cycles() >= now; }
   bool takes_ahead() const override { return ahead_ != 0; }
   void push(Cycle now, const T& item) override {
-    assert(sent_ - popped_.load(std::memory_order_relaxed) < slots_.size());
-    slots_[sent_ % slots_.size()] = {item, now + latency_};
-    pushed_.store(++sent_, std::memory_order_release);
+    Place& place = places_[sent_ % places_.size()];
+    [[maybe_unused]] const Cycle left = place.left.load(std::memory_order_acquire);
+    assert(left != kNever);
+    place.item = item;
+    place.left.store(kNever, std::memory_order_relaxed);
+    place.visible.store(now + latency_, std::memory_order_release);
+    ++sent_;
   }
-  std::uint64_t pushed() const { return pushed_.load(std::memory_order_acquire); }
+  std::uint64_t pushed() const { return sent_; }
 
   // Consumer side.
   void wake(Alarm* consumer) override { alarm_ = consumer; }
-  void collect() override {
-    const std::uint64_t arrived = pushed_.load(std::memory_order_acquire);
-    if (arrived == collected_) return;
-    if (alarm_ != nullptr) alarm_->request(slots_[collected_ % slots_.size()].visible);
-    collected_ = arrived;
+  /// Takes note of what has arrived: the consumer's alarm is set. Between two cycles.
+  void collect() {
+    const std::uint64_t before = collected_;
+    while (collected_ - taken_ < places_.size() &&
+           places_[collected_ % places_.size()].visible.load(std::memory_order_acquire) != kNever) {
+      ++collected_;
+    }
+    if (collected_ == before) return;
+    if (alarm_ != nullptr) {
+      alarm_->request(places_[before % places_.size()].visible.load(std::memory_order_relaxed));
+    }
+    if (announced_ != nullptr) *announced_ |= announced_bit_;
+  }
+  bool announce(std::uint64_t* word, unsigned bit) override {
+    announced_ = word;
+    announced_bit_ = std::uint64_t{1} << bit;
+    return true;
   }
   /// Items that collect() has seen so far.
   std::uint64_t collected() const { return collected_; }
   const T* front(Cycle now) const override {
-    return next_visible() <= now ? &slots_[head_ % slots_.size()].item : nullptr;
+    return next_visible() <= now ? &places_[taken_ % places_.size()].item : nullptr;
   }
   void pop(Cycle now) override {
     assert(front(now) != nullptr);
-    taken_[head_ % taken_.size()] = now;
-    popped_.store(++head_, std::memory_order_release);
+    Place& place = places_[taken_++ % places_.size()];
+    place.visible.store(kNever, std::memory_order_relaxed);
+    place.left.store(now, std::memory_order_release);
   }
-  Cycle next_visible() const override { return head_ != collected_ ? slots_[head_ % slots_.size()].visible : kNever; }
+  Cycle next_visible() const override {
+    return taken_ != collected_ ? places_[taken_ % places_.size()].visible.load(std::memory_order_relaxed) : kNever;
+  }
 
-  /// Exact while neither thread works.
-  std::size_t size() const override {
-    return static_cast<std::size_t>(pushed() - popped_.load(std::memory_order_acquire));
-  }
+  /// While neither thread works.
+  std::size_t size() const override { return static_cast<std::size_t>(sent_ - taken_); }
   unsigned latency() const override { return latency_; }
 
  private:
-  struct Slot {
+  struct alignas(32) Place {
     T item{};
-    Cycle visible = 0;
+    std::atomic<Cycle> visible{kNever};  ///< of the item; kNever: there is none
+    std::atomic<Cycle> left{0};          ///< the cycle in which the last one was taken; kNever: there is one
   };
   // By what was taken before `now`, as far as is known.
   bool room(Cycle now) const {
-    if (sent_ - freed_ >= capacity_) {
-      const std::uint64_t popped = popped_.load(std::memory_order_acquire);
-      while (freed_ < popped && taken_[freed_ % taken_.size()] < now) ++freed_;
+    while (sent_ - freed_ >= capacity_) {
+      if (places_[freed_ % places_.size()].left.load(std::memory_order_acquire) >= now) return false;
+      ++freed_;
     }
-    return sent_ - freed_ < capacity_;
+    return true;
   }
 
   unsigned latency_;
@@ -103,15 +114,13 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T>, public I
   std::size_t ahead_;
   const ThreadProgress& consumer_;
   Patience patience_;
-  std::vector<Slot> slots_;
-  std::vector<Cycle> taken_;  ///< by slot: the cycle in which its item was taken
+  std::vector<Place> places_;
   Alarm* alarm_ = nullptr;
-  // What each side writes lies in lines of the host's cache of its own.
-  alignas(64) std::atomic<std::uint64_t> pushed_{0};
-  std::uint64_t sent_ = 0;
-  mutable std::uint64_t freed_ = 0;
-  alignas(64) std::atomic<std::uint64_t> popped_{0};
-  std::uint64_t head_ = 0;
+  std::uint64_t* announced_ = nullptr;
+  std::uint64_t announced_bit_ = 0;
+  alignas(64) std::uint64_t sent_ = 0;   ///< the producer's
+  mutable std::uint64_t freed_ = 0;      ///< of these, places known to be free again
+  alignas(64) std::uint64_t taken_ = 0;  ///< the consumer's
   std::uint64_t collected_ = 0;
 };
 

@@ -15,6 +15,7 @@ class IndexSet {
 
   void insert(unsigned i) { words_[i / 64] |= std::uint64_t{1} << i % 64; }
   void erase(unsigned i) { words_[i / 64] &= ~(std::uint64_t{1} << i % 64); }
+  bool contains(unsigned i) const { return (words_[i / 64] >> i % 64 & 1) != 0; }
   /// The word that holds number `i`, in its bit i % 64. It does not move.
   std::uint64_t* word_of(unsigned i) { return &words_[i / 64]; }
 

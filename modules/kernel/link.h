@@ -29,11 +29,10 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
   const std::string& name() const { return name_; }
   /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
   void wake(Alarm* consumer) override { consumer_ = consumer; }
-  /// A push into the empty link sets this bit of the consumer's, which so knows the few of its many links that are not
-  /// empty.
-  void announce(std::uint64_t* word, unsigned bit) {
+  bool announce(std::uint64_t* word, unsigned bit) override {
     announced_ = word;
     announced_bit_ = std::uint64_t{1} << bit;
+    return true;
   }
 
   // Producer side.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/kernel/link_if.h"
@@ -18,10 +19,9 @@ class LinkReader {
   LinkReader(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: a link is what it reads
   /// Whether there is a link.
   explicit operator bool() const { return any_ != nullptr; }
-  /// The link, when it is of our own kind, else nullptr.
-  Link<T>* own() const { return own_; }
 
   void wake(Alarm* consumer) const { any_->wake(consumer); }
+  bool announce(std::uint64_t* word, unsigned bit) const { return any_->announce(word, bit); }
   const T* front(Cycle now) const {
     if (own_ != nullptr) [[likely]]
       return own_->front(now);

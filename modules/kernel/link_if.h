@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <systemc>
 
 #include "grtx/base/strong.h"
@@ -43,6 +44,9 @@ class link_in_if : public virtual sc_core::sc_interface {
   /// Items sent and not taken, visible or not.
   virtual std::size_t size() const = 0;
   bool empty() const { return size() == 0; }
+  /// From now on the link sets this bit of the consumer's when next_visible() is no longer kNever, so that the consumer
+  /// knows the few of its many links that hold something. Returns false when the link does not do that.
+  virtual bool announce(std::uint64_t* /*word*/, unsigned /*bit*/) { return false; }
 };
 
 /// Ports of modules.

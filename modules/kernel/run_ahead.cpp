@@ -34,7 +34,7 @@ bool RunAhead::run() {
     ClockDomain* earliest = nullptr;
     bool unsure = false;  // what other threads will have sent the earliest one
     for (ClockDomain* domain : domains_) {
-      const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure() : kNever;
+      const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure(domain->next_) : kNever;
       const Cycle next = std::min(domain->next_, sure);
       if (next == kNever || next * domain->period_fs_ >= at) continue;
       earliest = domain;

@@ -20,6 +20,9 @@ struct Patience {
   unsigned spins = 2000;  ///< 0: at once, for hosts with fewer cores than threads
 };
 
+/// Of this thread: times yet that it sleeps rather than gives up its core, on a crowded host.
+inline thread_local unsigned crowded = 0;
+
 /// Spins, since most waits are far shorter than a call of the operating system; then leaves the core to others, which
 /// may be the ones that it waits for. On a crowded host somebody else takes it and keeps it for milliseconds: a thread
 /// that has just slept gets it back sooner than one that has given it up.
@@ -27,7 +30,6 @@ template <typename Ready>
 void wait_until(Patience patience, Ready&& ready) {
   constexpr unsigned kYields = 20'000;
   using Clock = std::chrono::steady_clock;
-  thread_local unsigned crowded = 0;  // times that it sleeps rather than yields
   unsigned tries = 0;
   for (unsigned i = 0; !ready(); ++i) {
     if (i >= patience.spins && (crowded > 0 || tries >= kYields)) {

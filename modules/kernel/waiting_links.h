@@ -8,19 +8,20 @@ namespace grtx::modules {
 
 class WaitingLinks {
  public:
-  explicit WaitingLinks(unsigned links) : numbers_(links) {}
+  explicit WaitingLinks(unsigned links) : numbers_(links), silent_(links) {}
 
-  /// Link number `i` of this module, the consumer. Neither is to move afterwards. A foreign link always counts as
-  /// waiting.
+  /// Link number `i` of this module, the consumer. Neither is to move afterwards. A link that does not announce what it
+  /// holds always counts as waiting.
   template <typename T>
   void watch(unsigned i, const LinkReader<T>& link) {
-    if (link.own() == nullptr) return numbers_.insert(i);
-    link.own()->announce(numbers_.word_of(i), i % 64);
+    if (link.announce(numbers_.word_of(i), i % 64)) return;
+    silent_.insert(i);
+    numbers_.insert(i);
   }
   /// To be called when something was taken from link number `i`.
   template <typename T>
   void popped(unsigned i, const LinkReader<T>& link) {
-    if (link.own() != nullptr && link.own()->empty()) numbers_.erase(i);
+    if (link.next_visible() == kNever && !silent_.contains(i)) numbers_.erase(i);
   }
 
   /// f(number) for each that may hold something, lowest first. f may take from the link.
@@ -36,6 +37,7 @@ class WaitingLinks {
 
  private:
   IndexSet numbers_;
+  IndexSet silent_;  ///< links that do not announce
 };
 
 }  // namespace grtx::modules

@@ -116,7 +116,10 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 
   if (threads_) threads_->watch(*distributor_, source.count());
   for (unsigned i = 0; i < config.sms; ++i) {
-    if (threads_ && threads_->bind(i, *sms_[i], *distributor_, *crossbar_)) continue;
+    if (threads_) {
+      threads_->bind(i, *sms_[i], *distributor_, *crossbar_);
+      continue;
+    }
     distributor_->launch[i].bind(*launches_[i]);
     distributor_->ended[i].bind(*ends_[i]);
     sms_[i]->launch.bind(*launches_[i]);

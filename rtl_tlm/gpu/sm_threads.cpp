@@ -27,32 +27,36 @@ std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads) {
   return thread_of;
 }
 
-SmThreads::Links::Links(const GpuConfig& config, const modules::ThreadProgress& kernel,
-                        const modules::ThreadProgress& own, modules::Patience patience, std::size_t ahead)
-    : launch(config.sm_links.message_latency, config.resident_warps, own, patience),
-      ended(config.sm_links.message_latency, config.resident_warps, kernel, patience),
-      request(config.links.latency, config.links.capacity, kernel, patience),
-      response(config.links.latency, config.links.capacity, own, patience, ahead) {}
+SmThreads::Links::Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
+                        modules::Patience patience, std::size_t ahead)
+    : launch(of.config_.sm_links.message_latency, of.config_.resident_warps, own, patience),
+      ended(of.config_.sm_links.message_latency, of.config_.resident_warps, kernel, patience),
+      request(of.config_.links.latency, of.config_.links.capacity, kernel, patience),
+      response(of.config_.links.latency, of.config_.links.capacity, own, patience, ahead),
+      threads(of) {}
 
 SmThreads::SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build)
     : config_(config),
-      core_(core),
-      thread_of_(threads_of_sms(config.sms, build.threads)),
-      links_(config.sms),
-      running_(core, std::min(config.links.latency, config.sm_links.message_latency)) {
+      running_(core, std::min(config.links.latency, config.sm_links.message_latency),
+               threads_of_sms(config.sms, build.threads).back()) {
   assert(build.run_ahead && build.threads > 1);
-  // Our own L1 takes each response in the cycle in which it comes; a link of one place would still hold it up.
-  if (!build.parts.sm.l1_cache && !build.parts.crossbar && config.links.capacity > config.links.latency) {
-    ahead_ = std::size_t{config.crossbar.latency} + config.crossbar.output_buffer;
-  }
-  const unsigned followers = thread_of_.back();
-  if (std::thread::hardware_concurrency() <= followers) patience_.spins = 0;
-  running_.be_patient(patience_);
-  for (unsigned t = 0; t < followers; ++t) {
-    clocks_.push_back(std::make_unique<modules::ClockDomain>(fmt::format("core_clock_{}", t + 1).c_str(),
-                                                             config.core_mhz, build.idle_skip));
-    threads_.push_back(std::make_unique<Thread>());
-    running_.follow(*clocks_[t], [this, &thread = *threads_[t]] { return reach(thread); });
+  // Our own L1 takes each response in the cycle in which it comes; a link of one place would still hold it up, and the
+  // crossbar waits for the SM.
+  const bool takes_all = config.links.capacity > config.links.latency;
+  const std::size_t ahead = takes_all ? std::size_t{config.crossbar.latency} + config.crossbar.output_buffer : 0;
+  response_reach_ = takes_all ? std::max(config.crossbar.latency, config.links.latency) : config.links.latency;
+  if (!takes_all) running_.leave_leader_alone();
+  const std::vector<unsigned> thread_of = threads_of_sms(config.sms, build.threads);
+  modules::Patience patience;
+  if (std::thread::hardware_concurrency() <= thread_of.back()) patience.spins = 0;
+  running_.be_patient(patience);
+  for (unsigned sm = 0; sm < config.sms; ++sm) {
+    clocks_.push_back(std::make_unique<modules::ClockDomain>(fmt::format("core_clock_{}", sm).c_str(), config.core_mhz,
+                                                             build.idle_skip));
+    const unsigned thread = takes_all ? thread_of[sm] : std::max(thread_of[sm], 1U);
+    const modules::ThreadProgress& own = running_.follow(*clocks_[sm], thread);
+    links_.push_back(std::make_unique<Links>(*this, running_.leader_progress(), own, patience, ahead));
+    running_.couple(sm, *links_[sm]);
   }
 }
 
@@ -63,12 +67,8 @@ void SmThreads::watch(const modules::WorkDistributorModule& distributor, std::ui
   });
 }
 
-bool SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor,
+void SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor,
                      modules::CrossbarModule& crossbar) {
-  if (thread_of_[index] == 0) return false;
-  const unsigned follower = thread_of_[index] - 1;
-  links_[index] =
-      std::make_unique<Links>(config_, running_.leader_progress(), running_.progress(follower), patience_, ahead_);
   Links& links = *links_[index];
   distributor.launch[index].bind(links.launch);
   distributor.ended[index].bind(links.ended);
@@ -78,43 +78,45 @@ bool SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& dis
   sm.from_memory.bind(links.response);
   crossbar.request_in[index].bind(links.request);
   crossbar.response_out[index].bind(links.response);
-  running_.add_leader_inbox(links.ended);
-  running_.add_leader_inbox(links.request);
-  running_.add_inbox(follower, links.launch);
-  running_.add_inbox(follower, links.response);
-  threads_[follower]->sms.push_back(&links);
-  return true;
+}
+
+// Launches that were sent before the look at the flag are collected after it.
+void SmThreads::Links::collect() {
+  if (!all_launched) {
+    all_launched = threads.all_launched_.load(std::memory_order_acquire);
+    launch.collect();
+  }
+  response.collect();
+}
+
+void SmThreads::Links::collect_for_leader() {
+  ended.collect();
+  request.collect();
 }
 
 // A response is sent as soon as it has won the arbitration, and is under way for as long as the crossbar takes. A warp
 // can only come to an SM with a free slot. An SM without warps keeps in step, so that it has not gone on when the run
 // ends.
-Cycle SmThreads::reach(Thread& thread) const {
-  // Launches that were sent before the look at the flag have been collected by the next call.
-  const bool all_launched = thread.all_launched;
-  thread.all_launched = all_launched_.load(std::memory_order_acquire);
-  bool busy = false, may_launch = false;
-  for (const Links* sm : thread.sms) {
-    const std::uint64_t warps = sm->launch.collected() - sm->ended.pushed();
-    busy = busy || warps > 0;
-    may_launch = may_launch || (warps < config_.resident_warps && !all_launched);
-  }
-  if (!busy) return 1;
-  const Cycle response =
-      ahead_ != 0 ? std::max(config_.crossbar.latency, config_.links.latency) : config_.links.latency;
-  return may_launch ? std::min<Cycle>(response, config_.sm_links.message_latency) : response;
+Cycle SmThreads::Links::reach() const {
+  const std::uint64_t warps = launch.collected() - ended.pushed();
+  if (warps == 0) return 1;
+  const bool may_launch = warps < threads.config_.resident_warps && !all_launched;
+  return may_launch ? std::min(threads.response_reach_, Cycle{launch.latency()}) : threads.response_reach_;
 }
+
+// Our own L1 sends at most one request a cycle. Warps that have ended always find room.
+bool SmThreads::Links::knows_room(Cycle cycle) const { return request.knows_room(cycle); }
 
 bool SmThreads::links_empty() const {
   return std::all_of(links_.begin(), links_.end(), [](const auto& l) {
-    return !l || (l->launch.empty() && l->ended.empty() && l->request.empty() && l->response.empty());
+    return (l->launch.empty() && l->ended.empty() && l->request.empty() && l->response.empty());
   });
 }
 
 std::uint64_t SmThreads::messages() const {
   std::uint64_t sum = 0;
   for (const auto& l : links_) {
-    if (l) sum += l->launch.pushed() + l->ended.pushed() + l->request.pushed() + l->response.pushed();
+    sum += l->launch.pushed() + l->ended.pushed() + l->request.pushed() + l->response.pushed();
   }
   return sum;
 }

@@ -1,5 +1,5 @@
-// SMs on threads of their own: which SM is on which thread, the links that cross, and how far an SM may be ahead of the
-// memory side (clock_threads.h says how threads keep in step). No hardware.
+// SMs with clocks of their own, stepped by several threads: the links that cross, and how far an SM may be ahead of the
+// memory side (clock_threads.h says how they keep in step). No hardware.
 #pragma once
 
 #include <atomic>
@@ -20,46 +20,43 @@ namespace grtx::sim {
 class Sm;
 struct BuildOptions;
 
-/// The thread of each SM, 0 being the kernel's: it gets as many as the memory side leaves room for.
+/// The thread of each SM at first, 0 being the kernel's: it gets as many as the memory side leaves room for.
 std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads);
 
-/// The kernel's thread keeps distributor, crossbar, L2, DRAM and the first few SMs; the others are shared out.
+/// The kernel's thread steps distributor, crossbar, L2 and DRAM; any thread steps an SM.
 class SmThreads {
  public:
   SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build);
 
   /// Of an SM's modules.
-  modules::ClockDomain& clock(unsigned sm) { return thread_of_[sm] == 0 ? core_ : *clocks_[thread_of_[sm] - 1]; }
+  modules::ClockDomain& clock(unsigned sm) { return *clocks_[sm]; }
   /// groups: that the distributor will launch.
   void watch(const modules::WorkDistributorModule& distributor, std::uint64_t groups);
-  /// Binds an SM to the rest of the GPU by links that cross threads; false: it is on the kernel's thread.
-  bool bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor, modules::CrossbarModule& crossbar);
+  /// Binds an SM to the rest of the GPU by links that cross threads.
+  void bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor, modules::CrossbarModule& crossbar);
   bool links_empty() const;
   std::uint64_t messages() const;  ///< sent so far, over all links that cross
 
  private:
-  struct Links {
-    Links(const GpuConfig& config, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
+  struct Links final : modules::ClockThreads::Coupling {
+    Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
           modules::Patience patience, std::size_t ahead);
     modules::CrossingLink<modules::LaunchWarp> launch;
     modules::CrossingLink<modules::WarpEnded> ended;
     modules::CrossingLink<modules::MemoryRequest> request;
     modules::CrossingLink<modules::MemoryResponse> response;
+    void collect() override;
+    void collect_for_leader() override;
+    Cycle reach() const override;
+    bool knows_room(Cycle cycle) const override;
+    const SmThreads& threads;
+    bool all_launched = false;
   };
-  struct Thread {
-    std::vector<const Links*> sms;
-    bool all_launched = false;  ///< as of the look before the last
-  };
-  Cycle reach(Thread& thread) const;
 
   const GpuConfig config_;
-  modules::ClockDomain& core_;
-  std::vector<unsigned> thread_of_;  ///< by SM; 0: the kernel's
-  modules::Patience patience_;
-  std::size_t ahead_ = 0;  ///< responses that may be sent before their cycle
-  std::vector<std::unique_ptr<modules::ClockDomain>> clocks_;
-  std::vector<std::unique_ptr<Thread>> threads_;
-  std::vector<std::unique_ptr<Links>> links_;  ///< by SM; none for those on the kernel's thread
+  Cycle response_reach_ = 0;
+  std::vector<std::unique_ptr<modules::ClockDomain>> clocks_;  ///< by SM
+  std::vector<std::unique_ptr<Links>> links_;                  ///< by SM
   std::atomic<bool> all_launched_{false};
   modules::ClockThreads running_;  ///< last: its threads end first
 };

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
@@ -42,12 +43,14 @@ class SmThreadsTest : public ::testing::Test {
     writer.finish();
   }
   /// Statistics without the host's, and what the run said.
-  std::string run(unsigned sms, const BuildOptions& build) const {
+  std::string run(unsigned sms, const BuildOptions& build, const std::vector<std::string>& settings = {},
+                  Cycle watchdog = 2'000'000) const {
     ChildProcess child("simulation", [&] {
-      GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
+      GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
       config.sms = sms;
       SimulationOptions options;
       options.build = build;
+      options.watchdog_cycles = watchdog;
       ::testing::internal::CaptureStderr();
       const SimulationResult result = test::simulate_priced(base_ + ".grtx", config, options);
       const std::string said = ::testing::internal::GetCapturedStderr();
@@ -75,6 +78,30 @@ TEST_F(SmThreadsTest, Baseline) { expect_the_same(frontend::AccelKind::tri20, fa
 TEST_F(SmThreadsTest, Software) { expect_the_same(frontend::AccelKind::tlas_sphere, false); }
 TEST_F(SmThreadsTest, Hardware) { expect_the_same(frontend::AccelKind::tri20, true); }
 TEST_F(SmThreadsTest, Grtx) { expect_the_same(frontend::AccelKind::tlas_sphere, true); }
+
+// The watchdog looks while all threads stand still, which is when SMs move from thread to thread.
+TEST_F(SmThreadsTest, SmsMoveFromThreadToThread) {
+  trace(frontend::AccelKind::tlas_sphere, true);
+  const std::string alone = run(8, {});
+  for (const unsigned threads : {2U, 3U}) {
+    BuildOptions build;
+    build.threads = threads;
+    EXPECT_EQ(run(8, build, {}, 2'000), alone) << threads << " threads";
+  }
+}
+
+// The crossbar then waits for an SM in the middle of a cycle.
+TEST_F(SmThreadsTest, LinksOfOnePlace) {
+  trace(frontend::AccelKind::tri20, true);
+  const std::vector<std::string> one_place = {"crossbar.link_capacity=1"};
+  const std::string alone = run(4, {}, one_place);
+  EXPECT_NE(alone, run(4, {}));
+  for (const unsigned threads : {2U, 3U}) {
+    BuildOptions build;
+    build.threads = threads;
+    EXPECT_EQ(run(4, build, one_place, 2'000), alone) << threads << " threads";
+  }
+}
 
 TEST_F(SmThreadsTest, MoreThreadsThanSms) {
   trace(frontend::AccelKind::tlas_sphere, true);
