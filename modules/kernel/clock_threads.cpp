@@ -103,7 +103,7 @@ Cycle ClockThreads::pause(Cycle next) {
     }
     wait_until(patience_, [&] {
       horizon_ = look(limit);
-      return horizon_ >= limit || failed_.load(std::memory_order_relaxed);
+      return (horizon_ >= limit && all_obey(limit)) || failed_.load(std::memory_order_relaxed);
     });
     check();
     if (limit > 0) {
@@ -113,6 +113,12 @@ Cycle ClockThreads::pause(Cycle next) {
     balance();
   }
   return leader_.cycles();
+}
+
+// A thread may be past the limit when the end of the run has lowered it, and not know that yet.
+bool ClockThreads::all_obey(Cycle limit) const {
+  return std::all_of(threads_.begin() + 1, threads_.end(),
+                     [limit](const Thread& thread) { return thread.obeys.load(std::memory_order_acquire) == limit; });
 }
 
 // While all stand still. The leader's thread may be left without a domain, others are not.
@@ -193,6 +199,7 @@ void ClockThreads::work(Thread& thread) {
   Cycle leader = 0;
   while (!stop_.load(std::memory_order_relaxed)) {
     const Cycle limit = limit_.load(std::memory_order_acquire);
+    if (limit != thread.obeys.load(std::memory_order_relaxed)) thread.obeys.store(limit, std::memory_order_release);
     if (step(thread, leader, limit)) continue;
     // Looked at only when nothing is left to do: the line of the host's cache is another thread's.
     std::uint64_t waited = 0;

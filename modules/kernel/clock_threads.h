@@ -87,6 +87,7 @@ class ClockThreads {
     std::vector<Follower*> own;            ///< changed while all stand still
     std::vector<Follower*> order;          ///< the same, the slowest first
     std::atomic<std::uint64_t> waited{0};  ///< times that it found nothing to do since the last balance()
+    std::atomic<Cycle> obeys{0};           ///< the limit that it knows; not the leader's
     ThreadProgress progress;               ///< the slowest of its own
     Cycle seen = 0;                        ///< by the leader: up to which all has been collected
     std::thread thread;                    ///< none: the leader's
@@ -100,6 +101,7 @@ class ClockThreads {
   bool step(Thread& thread, Cycle leader, Cycle limit);
   static void step(Follower& follower, Cycle leader, Cycle limit, Cycle up_to);
   Cycle look(Cycle up_to);
+  bool all_obey(Cycle limit) const;
   void balance();
   void check() const;
 
