@@ -127,8 +127,8 @@ void ClockThreads::balance() {
   Thread* least = nullptr;
   for (Thread& thread : threads_) {
     const bool leads = &thread == threads_.data();
-    if ((!leads || leader_takes_part_) && (most == nullptr || thread.waits_so_far() > most->waits_so_far()))
-      most = &thread;
+    const bool takes = !leads || leader_takes_part_;
+    if (takes && (most == nullptr || thread.waits_so_far() > most->waits_so_far())) most = &thread;
     const bool gives = thread.own.size() > (leads ? 0 : 1);
     if (gives && (least == nullptr || thread.waits_so_far() < least->waits_so_far())) least = &thread;
   }

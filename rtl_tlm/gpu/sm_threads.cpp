@@ -109,7 +109,7 @@ bool SmThreads::Links::knows_room(Cycle cycle) const { return request.knows_room
 
 bool SmThreads::links_empty() const {
   return std::all_of(links_.begin(), links_.end(), [](const auto& l) {
-    return (l->launch.empty() && l->ended.empty() && l->request.empty() && l->response.empty());
+    return l->launch.empty() && l->ended.empty() && l->request.empty() && l->response.empty();
   });
 }
 
