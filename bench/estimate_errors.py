@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""The page of estimate errors: what fast and sampled mode say against cycle mode, over every case of sweep databases.
+
+    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle
+    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode fast
+    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
+    python3 bench/estimate_errors.py paper=paper.sqlite modern=modern.sqlite [--csv F.csv] [--cases]
+
+A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
+then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
+worst case by name, and how often the interval of sampled mode held cycle mode's value. Coordinates that only an
+estimate has (a seed, a stride) make several cases of one point. --cases prints every case; --csv writes them.
+Exit code 1 when a limit of --max-mean, --max-worst or --max-speedup (percent) is exceeded or there is no case.
+"""
+import argparse
+import csv
+import json
+import math
+import sqlite3
+import sys
+from collections import defaultdict
+
+ESTIMATE_KEYS = {"fast.stride", "fast.seed", "fast.spread"}  # they do not reach cycle mode
+NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high", "gpu.sampled.share")
+
+
+def read(machine, path):
+    """[(machine, mode, scene, view, coordinates, design, values)] of the points that are done."""
+    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    rows = []
+    for number, mode, scene, design, coordinates in database.execute(
+            "SELECT id, mode, scene, design, coordinates FROM point WHERE status = 'done'"):
+        at = json.loads(coordinates)
+        values = dict(database.execute(
+            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",
+            (number, *NAMES)))
+        rows.append((machine, mode, scene, at.pop("view", 0), at, design, values))
+    return rows
+
+
+def text(coordinates):
+    return ", ".join(f"{key} = {value}" for key, value in sorted(coordinates.items()))
+
+
+def cases_of(rows):
+    """One case for each estimate whose point cycle mode has, too: a dictionary with errors in percent."""
+    truth = {}
+    for machine, mode, scene, view, at, design, values in rows:
+        if mode == "cycle":
+            truth[machine, scene, view, text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS}), design] = values["gpu.cycles"]
+    cases = []
+    for machine, mode, scene, view, at, design, values in rows:
+        same = text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS})
+        exact = truth.get((machine, scene, view, same, design))
+        if mode == "cycle" or exact is None:
+            continue
+        case = {"machine": machine, "mode": mode, "scene": scene, "view": view, "at": text(at), "design": design,
+                "cycles": exact, "estimate": values["gpu.cycles"], "error": 100 * (values["gpu.cycles"] / exact - 1)}
+        if "gpu.sampled.cycles_low" in values and values.get("gpu.sampled.share", 1) < 1:
+            case["held"] = values["gpu.sampled.cycles_low"] <= exact <= values["gpu.sampled.cycles_high"]
+        cases.append(case)
+    bases = {(c["machine"], c["mode"], c["scene"], c["view"], c["at"]): c for c in cases if c["design"] == "baseline"}
+    for case in cases:
+        base = bases.get((case["machine"], case["mode"], case["scene"], case["view"], case["at"]))
+        if base is not None and case is not base:
+            case["speed-up error"] = 100 * ((base["estimate"] / case["estimate"]) / (base["cycles"] / case["cycles"]) - 1)
+    return cases
+
+
+def quantile(sizes, share):
+    """The smallest size that at least `share` of them do not exceed."""
+    return sorted(sizes)[max(0, math.ceil(share * len(sizes)) - 1)]
+
+
+def name_of(case):
+    at = f", {case['at']}" if case["at"] else ""
+    return f"{case['scene']} {case['view']}, {case['machine']}, {case['design']}{at}"
+
+
+def distribution(cases, key):
+    """Cells of a row: count, mean size, 95th percentile, worst with its name."""
+    found = [c for c in cases if key in c]
+    if not found:
+        return ["0", "", "", "", ""]
+    sizes = [abs(c[key]) for c in found]
+    worst = max(found, key=lambda c: abs(c[key]))
+    return [str(len(found)), f"{sum(sizes) / len(sizes):.1f} %", f"{quantile(sizes, 0.95):.1f} %", f"{worst[key]:+.1f} %", name_of(worst)]
+
+
+def table(header, rows):
+    return "\n".join(["| " + " | ".join(header) + " |", "|" + "---|" * len(header)] +
+                     ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("databases", nargs="+", metavar="MACHINE=DB.sqlite")
+    options.add_argument("--csv")
+    options.add_argument("--cases", action="store_true")
+    for name in ("mean", "worst", "speedup"):
+        options.add_argument(f"--max-{name}", type=float)
+    arguments = options.parse_args()
+    rows = []
+    for entry in arguments.databases:
+        machine, _, path = entry.rpartition("=")
+        rows += read(machine or path, path)
+    cases = cases_of(rows)
+    if not cases:
+        print("estimate_errors.py: no point is there in cycle mode and in another one", file=sys.stderr)
+        return 1
+
+    groups = defaultdict(list)
+    for case in cases:
+        groups[case["mode"], case["machine"]].append(case)
+        groups[case["mode"], "all"].append(case)
+    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == "all", item[0][1]))
+    for key, title in (("error", "Cycles"), ("speed-up error", "Speed-up over the baseline")):
+        print(f"{title}:\n")
+        print(table(["mode", "machine", "cases", "mean size", "95 % within", "worst", "which"],
+                    [[mode, machine] + distribution(group, key) for (mode, machine), group in ordered]) + "\n")
+    held = [c["held"] for c in cases if "held" in c]
+    if held:
+        print(f"Intervals of sampled mode that held cycle mode's value: {sum(held)} of {len(held)}.\n")
+    if arguments.cases:
+        print(table(["mode", "machine", "scene", "view", "at", "design", "cycles", "error", "of the speed-up"],
+                    [[c["mode"], c["machine"], c["scene"], str(c["view"]), c["at"], c["design"], f"{c['cycles']:.0f}", f"{c['error']:+.1f} %",
+                      f"{c['speed-up error']:+.1f} %" if "speed-up error" in c else ""] for c in cases]))
+    if arguments.csv:
+        with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, ["machine", "mode", "scene", "view", "at", "design", "cycles", "estimate", "error", "speed-up error", "held"])
+            writer.writeheader()
+            writer.writerows(cases)
+    mean = sum(abs(c["error"]) for c in cases) / len(cases)
+    worst = max(abs(c["error"]) for c in cases)
+    speedup = max((abs(c["speed-up error"]) for c in cases if "speed-up error" in c), default=0.0)
+    failed = [f"{name} {value:.2f} % exceeds {limit} %" for name, value, limit in
+              (("mean error of cycles", mean, arguments.max_mean), ("worst error of cycles", worst, arguments.max_worst),
+               ("worst error of a speed-up", speedup, arguments.max_speedup)) if limit is not None and value > limit]
+    for line in failed:
+        print(f"estimate_errors.py: {line}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

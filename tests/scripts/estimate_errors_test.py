@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""bench/estimate_errors.py on a database whose errors are known: cycle mode 1000 and 500 cycles, estimates beside them."""
+import json
+import os
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bench", "estimate_errors.py")
+
+
+class EstimateErrors(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = os.path.join(folder.name, "d.sqlite")
+        self.database = sqlite3.connect(self.path)
+        self.database.executescript("""
+            CREATE TABLE point(id INTEGER PRIMARY KEY, mode TEXT, scene TEXT, design TEXT, coordinates TEXT, status TEXT);
+            CREATE TABLE value(point_id INTEGER, name TEXT, value REAL);""")
+
+    def point(self, mode, design, cycles, coordinates=None, status="done", **values):
+        number = self.database.execute("INSERT INTO point(mode, scene, design, coordinates, status) VALUES (?, 's', ?, ?, ?)",
+                                       (mode, design, json.dumps(coordinates or {}), status)).lastrowid
+        for name, value in {"cycles": cycles, **values}.items():
+            self.database.execute("INSERT INTO value VALUES (?, ?, ?)", (number, "gpu." + name.replace("__", "."), value))
+
+    def run_script(self, *arguments):
+        self.database.commit()
+        return subprocess.run([sys.executable, SCRIPT, f"m={self.path}", *arguments], capture_output=True, text=True)
+
+    def test_errors_are_those_of_cycles_and_of_speed_ups(self):
+        self.point("cycle", "baseline", 1000)
+        self.point("cycle", "grtx", 500)
+        self.point("fast", "baseline", 1010)
+        self.point("fast", "grtx", 490)  # speed-up 2.0612 in place of 2
+        out = self.run_script("--cases").stdout
+        self.assertIn("| fast | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertIn("| fast | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
+        self.assertIn("| fast | m | s | 0 |  | baseline | 1000 | +1.0 % |  |", out)
+
+    def test_seeds_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
+        self.point("cycle", "grtx", 500, {"tracer.k": 8})
+        for seed in (1, 2, 3):
+            self.point("fast", "grtx", 500 + seed, {"tracer.k": 8, "fast.seed": seed})
+        self.point("fast", "grtx", 900, {"tracer.k": 16, "fast.seed": 1})  # nothing to compare it with
+        self.point("fast", "grtx", 900, {"tracer.k": 8}, status="failed")
+        self.assertIn("| fast | m | 3 | 0.4 % | 0.6 % | +0.6 % | s 0, m, grtx, fast.seed = 3, tracer.k = 8 |", self.run_script().stdout)
+
+    def test_intervals_are_counted_where_less_than_all_was_simulated(self):
+        self.point("cycle", "grtx", 500)
+        self.point("sampled", "grtx", 505, {"fast.seed": 1}, sampled__cycles_low=495, sampled__cycles_high=510, sampled__share=0.1)
+        self.point("sampled", "grtx", 520, {"fast.seed": 2}, sampled__cycles_low=510, sampled__cycles_high=530, sampled__share=0.1)
+        self.point("sampled", "grtx", 500, {"fast.seed": 3}, sampled__cycles_low=500, sampled__cycles_high=500, sampled__share=1)
+        self.assertIn("held cycle mode's value: 1 of 2.", self.run_script().stdout)
+
+    def test_limits_and_an_empty_comparison_fail(self):
+        self.point("cycle", "grtx", 500)
+        self.assertEqual(self.run_script().returncode, 1)
+        self.point("fast", "grtx", 520)
+        self.assertEqual(self.run_script("--max-worst", "4.1", "--max-mean", "4.1").returncode, 0)
+        failed = self.run_script("--max-worst", "3.9")
+        self.assertEqual(failed.returncode, 1)
+        self.assertIn("worst error of cycles 4.00 % exceeds 3.9 %", failed.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
