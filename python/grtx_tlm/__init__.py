@@ -4,9 +4,7 @@ Plots are in ``grtx_tlm.plots``, which needs matplotlib. Guide: docs/guide/pytho
 """
 from .errors import GrtxError, StatisticsError, TraceError
 from .frames import DESIGNS, Results, read_results, read_statistics, read_sweep
-from .trace import EVENT_KINDS, Trace, read_trace
-from .trace_group import RayGroup
-from .trace_replay import OUTCOMES
+from .trace import EVENT_KINDS, OUTCOMES, RayGroup, Trace, read_trace
 
 __all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "RayGroup", "Results", "StatisticsError", "Trace", "TraceError",
            "read_results", "read_statistics", "read_sweep", "read_trace"]

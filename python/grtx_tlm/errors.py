@@ -14,7 +14,7 @@ class GrtxError(ValueError):
 
 
 class TraceError(GrtxError):
-    """A trace that is damaged, cut, of an unknown version, or that its own columns contradict."""
+    """A trace that the program refuses: damaged, cut, of an unknown version, or contradicting itself."""
 
 
 class StatisticsError(GrtxError):
