@@ -3,6 +3,7 @@
 #include <webp/decode.h>
 #include <zip.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -305,14 +306,15 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
     throw Error(file, "lodLevels",
                 "has " + std::to_string(levels) + " levels of detail, 0 the finest; not " + std::to_string(lod));
   const json& listed = member(meta, "", "filenames", file);
-  if (!listed.is_array()) throw Error(file, "filenames", "must be a list of file names");
+  constexpr auto is_name = [](const json& name) { return name.is_string(); };
+  if (!listed.is_array() || !std::all_of(listed.begin(), listed.end(), is_name))
+    throw Error(file, "filenames", "must be a list of file names");
   std::map<std::size_t, std::uint64_t> units;
   collect_level(member(meta, "", "tree", file), std::to_string(lod), listed.size(), 0, file, units);
   const Load load = beside(file, scene.content);
-  const auto read = [&](const json& name) {
-    if (!name.is_string()) throw Error(file, "filenames", "must be a list of file names");
-    const std::string path = (std::filesystem::path(file).parent_path() / name.get<std::string>()).string();
-    const std::string unit = load(name.get<std::string>());
+  const auto read = [&](const std::string& name) {
+    const std::string path = (std::filesystem::path(file).parent_path() / name).string();
+    const std::string unit = load(name);
     if (is_sog_archive(unit)) {
       const Archive archive(unit, path);
       read_unit(
@@ -322,7 +324,12 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
       read_unit(parse(unit, path), beside(path, scene.content), path, scene.rows);
     }
   };
-  if (meta.contains("environment")) read(meta.at("environment"));
+  // Writers say null where there is none.
+  if (const json environment = meta.value("environment", json()); environment.is_string()) {
+    read(environment);
+  } else if (!environment.is_null()) {
+    throw Error(file, "environment", "must be a file name or null");
+  }
   for (const auto& [unit, count] : units) {
     const std::size_t before = scene.rows.x.size();
     read(listed.at(unit));

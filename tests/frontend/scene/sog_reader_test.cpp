@@ -91,6 +91,20 @@ TEST_F(SogReader, HarmonicsComeFromThePaletteByLabel) {
   EXPECT_EQ(refusal(), "p.webp: must be 512 texels wide for degree 2");
 }
 
+TEST_F(SogReader, AStreamedSceneWhoseEnvironmentIsNullHasNone) {
+  write_file(path("meta.json"), meta_.dump());
+  nlohmann::json lods = {{"lodLevels", 1}, {"filenames", {"meta.json"}}};
+  lods["tree"]["lods"]["0"] = {{"file", 0}, {"offset", 0}, {"count", 1}};
+  const auto gaussians = [&](const nlohmann::json& environment) {
+    lods["environment"] = environment;
+    write_file(path("lod-meta.json"), lods.dump());
+    return load_rows(path("lod-meta.json"), {}).x.size();
+  };
+  EXPECT_EQ(gaussians(nullptr), 1U);
+  EXPECT_EQ(gaussians("meta.json"), 2U);
+  EXPECT_EQ(error_of([&] { gaussians(7); }), "environment: must be a file name or null");
+}
+
 TEST_F(SogReader, DamageIsRefused) {
   const nlohmann::json whole = meta_;
   const auto with = [&](const char* pointer, const nlohmann::json& value) {
