@@ -16,8 +16,9 @@ struct SceneReadOptions {
   unsigned sog_lod = 0;
 };
 
-/// INRIA .ply (binary or ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v2 (archive, folder with meta.json
-/// or lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place, rule}.
+/// INRIA .ply (binary or ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v1 and v2 (archive, folder with
+/// meta.json or lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place,
+/// rule}.
 /// The rows of a scene as its file stores them, before any is dropped or clamped.
 RawRows load_rows(const std::string& path, const SceneReadOptions& options);
 

@@ -147,27 +147,73 @@ void read_means(const json& means, const Load& load, const std::string& file, Ra
   }
 }
 
+/// What a byte stands for. Version 2 lists it; version 1 says the first and the last of 256 equal steps.
+using Codebook = std::vector<double>;
+
+Codebook steps(double low, double high) {
+  Codebook codebook;
+  for (int byte = 0; byte < 256; ++byte) codebook.push_back(low + (high - low) * (byte / 255.0));
+  return codebook;
+}
+
+/// Of each channel of a picture.
+std::vector<Codebook> codebooks(const json& part, const char* of, std::size_t channels, unsigned version,
+                                const std::string& file) {
+  const std::string place = std::string(of) + ".";
+  const auto list = [&](const char* name, std::size_t count) {
+    return numbers(member(part, place, name, file), count, place + name, file);
+  };
+  if (version == 2) return std::vector<Codebook>(channels, list("codebook", 256));
+  const std::vector<double> low = list("mins", channels), high = list("maxs", channels);
+  std::vector<Codebook> books;
+  for (std::size_t c = 0; c < channels; ++c) books.push_back(steps(low[c], high[c]));
+  return books;
+}
+
 /// Spherical harmonics beyond the constant: a label a Gaussian, which names a palette's entry; bytes of it name a code
 /// book's.
 struct Harmonics {
   unsigned degree = 0;
   std::size_t coefficients = 0;  ///< without the constant
-  std::vector<double> codebook;
+  Codebook codebook;
   Picture palette, labels;
   std::size_t entries = 0;
 };
 
-Harmonics read_harmonics(const json& meta, const Load& load, const std::string& file, std::size_t count) {
+constexpr std::size_t coefficients_of(unsigned degree) { return std::size_t{degree + 1} * (degree + 1) - 1; }
+
+/// Version 1 says degree and entries by the palette's size alone, and has numbers where others have lists.
+void read_palette_of_version_1(const json& part, const Load& load, const std::string& name, const std::string& file,
+                               Harmonics& harmonics) {
+  if (part.value("quantization", json(8)) != 8) throw Error(file, "shN.quantization", "must be 8");
+  const auto number = [&](const char* of) {
+    return numbers(json::array({member(part, "shN.", of, file)}), 1, std::string("shN.") + of, file).front();
+  };
+  harmonics.codebook = steps(number("mins"), number("maxs"));
+  harmonics.palette = picture(load, name, 1, file, kMostPaletteTexels);
+  while (harmonics.degree < 3 && harmonics.palette.width != kPaletteColumns * harmonics.coefficients)
+    harmonics.coefficients = coefficients_of(++harmonics.degree);
+  if (harmonics.palette.width != kPaletteColumns * harmonics.coefficients)
+    throw Error(file, name, "must be 192, 512 or 960 texels wide");
+  harmonics.entries = harmonics.palette.height * kPaletteColumns;
+}
+
+Harmonics read_harmonics(const json& meta, const Load& load, unsigned version, const std::string& file,
+                         std::size_t count) {
   Harmonics harmonics;
   if (!meta.contains("shN")) return harmonics;
   const json& part = meta.at("shN");
-  harmonics.degree = static_cast<unsigned>(whole(member(part, "shN.", "bands", file), 3, "shN.bands", file));
-  if (harmonics.degree == 0) return harmonics;
-  harmonics.coefficients = std::size_t{harmonics.degree + 1} * (harmonics.degree + 1) - 1;
-  harmonics.entries = whole(member(part, "shN.", "count", file), 65536, "shN.count", file);
-  harmonics.codebook = numbers(member(part, "shN.", "codebook", file), 256, "shN.codebook", file);
   const std::vector<std::string> files = names(part, "shN", 2, file);
-  harmonics.palette = picture(load, files[0], 1, file, kMostPaletteTexels);
+  if (version == 1) {
+    read_palette_of_version_1(part, load, files[0], file, harmonics);
+  } else {
+    harmonics.degree = static_cast<unsigned>(whole(member(part, "shN.", "bands", file), 3, "shN.bands", file));
+    if (harmonics.degree == 0) return harmonics;
+    harmonics.coefficients = coefficients_of(harmonics.degree);
+    harmonics.entries = whole(member(part, "shN.", "count", file), 65536, "shN.count", file);
+    harmonics.codebook = codebooks(part, "shN", 1, version, file).front();
+    harmonics.palette = picture(load, files[0], 1, file, kMostPaletteTexels);
+  }
   if (harmonics.palette.width != kPaletteColumns * harmonics.coefficients) {
     throw Error(file, files[0],
                 "must be " + std::to_string(kPaletteColumns * harmonics.coefficients) + " texels wide for degree " +
@@ -180,24 +226,33 @@ Harmonics read_harmonics(const json& meta, const Load& load, const std::string& 
   return harmonics;
 }
 
+std::size_t count_of(const json& meta, const json& means, unsigned version, const std::string& file) {
+  if (version == 2) return whole(member(meta, "", "count", file), kMostRows, "count", file);
+  const json& shape = member(means, "means.", "shape", file);
+  return whole(shape.is_array() && !shape.empty() ? shape.front() : json(), kMostRows, "means.shape", file);
+}
+
 /// Appends a unit's rows. All units of a scene have the degree of the first.
 void read_unit(const json& meta, const Load& load, const std::string& file, RawRows& rows) {
-  const json version = meta.value("version", json());
-  if (version != 2) throw Error(file, "version", "must be 2");
-  const std::size_t count = whole(member(meta, "", "count", file), kMostRows, "count", file);
+  const unsigned version = meta.contains("version") ? 2 : 1;
+  if (version == 2 && meta.at("version") != 2) throw Error(file, "version", "must be 2, or not there: version 1");
+  const json& means = member(meta, "", "means", file);
   const json& scales = member(meta, "", "scales", file);
   const json& quats = member(meta, "", "quats", file);
   const json& sh0 = member(meta, "", "sh0", file);
-  const std::vector<double> scale_of =
-      numbers(member(scales, "scales.", "codebook", file), 256, "scales.codebook", file);
-  const std::vector<double> colour_of = numbers(member(sh0, "sh0.", "codebook", file), 256, "sh0.codebook", file);
-  const Harmonics harmonics = read_harmonics(meta, load, file, count);
+  const std::size_t count = count_of(meta, means, version, file);
+  const std::vector<Codebook> scale_of = codebooks(scales, "scales", 3, version, file);
+  std::vector<Codebook> colour_of = codebooks(sh0, "sh0", 4, version, file);
+  if (version == 2) {  // its alpha is the opacity itself
+    for (std::size_t byte = 0; byte < 256; ++byte) colour_of[3][byte] = logit_of(static_cast<double>(byte) / 255.0);
+  }
+  const Harmonics harmonics = read_harmonics(meta, load, version, file, count);
   const bool first = rows.x.empty();
   if (first) rows.sh_degree = harmonics.degree;
   if (rows.sh_degree != harmonics.degree) throw Error(file, "shN.bands", "must be the same in all parts of a scene");
   if (count == 0) return;
 
-  read_means(member(meta, "", "means", file), load, file, rows, count);
+  read_means(means, load, file, rows, count);
   const Picture scale = picture(load, names(scales, "scales", 1, file)[0], count, file);
   const Picture quat = picture(load, names(quats, "quats", 1, file)[0], count, file);
   const Picture colour = picture(load, names(sh0, "sh0", 1, file)[0], count, file);
@@ -208,14 +263,15 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   rows.sh.reserve(all * (harmonics.coefficients + 1) * 3);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      rows.log_scale.push_back(static_cast<float>(scale_of[scale.texel(i)[axis]]));
+      rows.log_scale.push_back(static_cast<float>(scale_of[axis][scale.texel(i)[axis]]));
     for (const float component : rotation(quat.texel(i))) rows.rotation.push_back(component);
-    rows.opacity_logit.push_back(logit_of(colour.texel(i)[3] / 255.0));
-    for (std::size_t c = 0; c < 3; ++c) rows.sh.push_back(static_cast<float>(colour_of[colour.texel(i)[c]]));
+    rows.opacity_logit.push_back(static_cast<float>(colour_of[3][colour.texel(i)[3]]));
+    for (std::size_t c = 0; c < 3; ++c) rows.sh.push_back(static_cast<float>(colour_of[c][colour.texel(i)[c]]));
     if (harmonics.coefficients == 0) continue;
     const std::size_t label = harmonics.labels.texel(i)[0] | std::size_t{harmonics.labels.texel(i)[1]} << 8;
     if (label >= harmonics.entries) {
-      throw Error(file, "Gaussian " + std::to_string(i), "its SH label must be below shN.count");
+      throw Error(file, "Gaussian " + std::to_string(i),
+                  "its SH label must be below " + std::to_string(harmonics.entries));
     }
     const std::size_t begin =
         label / kPaletteColumns * harmonics.palette.width + label % kPaletteColumns * harmonics.coefficients;

@@ -1,5 +1,5 @@
-// SOG version 2 (PlayCanvas): attributes as lossless WebP pictures beside a meta.json, in a folder or in a zip archive
-// (.sog); and its streamed form, lod-meta.json over several of them.
+// SOG versions 1 and 2 (PlayCanvas): attributes as lossless WebP pictures beside a meta.json, in a folder or in a zip
+// archive (.sog); and its streamed form, lod-meta.json over several of them.
 #pragma once
 
 #include <string>

@@ -86,9 +86,61 @@ TEST_F(SogReader, HarmonicsComeFromThePaletteByLabel) {
   EXPECT_EQ(rows.sh, (std::vector<float>{0.0f, 1.0f, -1.0f, -1.0f, 0.0f, 1.0f, -2.0f, -2.0f, -2.0f, 1.0f / 64 - 2,
                                          2.0f / 64 - 2, 3.0f / 64 - 2}));
   texels("n.webp", 1, {{66, 0, 0, 255}});
-  EXPECT_EQ(refusal(), "Gaussian 0: its SH label must be below shN.count");
+  EXPECT_EQ(refusal(), "Gaussian 0: its SH label must be below 66");
   meta_["shN"]["bands"] = 2;
   EXPECT_EQ(refusal(), "p.webp: must be 512 texels wide for degree 2");
+}
+
+/// Version 1, as the format's first writer made it: no version, no count, 256 equal steps in place of a codebook.
+class SogVersion1 : public SogReader {
+ protected:
+  SogVersion1() {
+    meta_.erase("version");
+    meta_.erase("count");
+    meta_["means"]["shape"] = {1, 3};
+    meta_["scales"] = {{"mins", {-3.0, -2.0, -1.0}}, {"maxs", {0.0, 2.0, 4.0}}, {"files", {"s.webp"}}};
+    meta_["sh0"] = {{"mins", {-1.0, 0.0, 1.0, -5.0}}, {"maxs", {1.0, 2.0, 5.0, 5.0}}, {"files", {"c.webp"}}};
+  }
+};
+
+TEST_F(SogVersion1, BytesAreStepsBetweenMinsAndMaxsOfTheirChannel) {
+  const RawRows rows = read();
+  ASSERT_EQ(rows.x.size(), 1U);
+  EXPECT_DOUBLE_EQ(rows.x[0], -std::expm1(1.0 - 2.0 * 0x1234 / 65535.0));
+  EXPECT_EQ(rows.log_scale, (std::vector<float>{-3.0f, static_cast<float>(-2.0 + 4.0 * (64 / 255.0)), 4.0f}));
+  EXPECT_EQ(rows.sh,
+            (std::vector<float>{static_cast<float>(-1.0 + 2.0 * (128 / 255.0)), static_cast<float>(2.0 * (192 / 255.0)),
+                                static_cast<float>(1.0 + 4.0 * (64 / 255.0))}));
+  EXPECT_FLOAT_EQ(rows.opacity_logit[0], -5.0f + 10.0f * 51 / 255);  // not through the sigmoid
+  EXPECT_FLOAT_EQ(rows.rotation[0], static_cast<float>(1.0 / std::numbers::sqrt2));
+  EXPECT_EQ(rows.sh_degree, 0U);
+}
+
+TEST_F(SogVersion1, TheWidthOfThePaletteSaysTheDegree) {
+  meta_["shN"] = {{"mins", -1.0}, {"maxs", 1.0}, {"quantization", 8}, {"files", {"p.webp", "n.webp"}}};
+  texels("n.webp", 1, {{65, 0, 0, 255}});
+  for (const int degree : {1, 2, 3}) {
+    const int coefficients = (degree + 1) * (degree + 1) - 1, width = 64 * coefficients;
+    std::vector<std::array<std::uint8_t, 4>> palette(static_cast<std::size_t>(width) * 2, {0, 0, 0, 255});
+    palette[static_cast<std::size_t>(width + coefficients)] = {51, 102, 255, 255};  // second row, second entry
+    texels("p.webp", width, palette);
+    const RawRows rows = read();
+    EXPECT_EQ(rows.sh_degree, static_cast<unsigned>(degree));
+    ASSERT_EQ(rows.sh.size(), static_cast<std::size_t>(coefficients + 1) * 3);
+    EXPECT_FLOAT_EQ(rows.sh[3], -0.6f);
+    EXPECT_FLOAT_EQ(rows.sh[4], -0.2f);
+    EXPECT_FLOAT_EQ(rows.sh[5], 1.0f);
+    EXPECT_FLOAT_EQ(rows.sh[6], -1.0f);
+  }
+  texels("n.webp", 1, {{128, 0, 0, 255}});
+  EXPECT_EQ(refusal(), "Gaussian 0: its SH label must be below 128");
+  meta_["shN"]["quantization"] = 6;
+  EXPECT_EQ(refusal(), "shN.quantization: must be 8");
+  meta_["shN"].erase("quantization");
+  texels("p.webp", 64, std::vector<std::array<std::uint8_t, 4>>(64, {0, 0, 0, 255}));
+  EXPECT_EQ(refusal(), "p.webp: must be 192, 512 or 960 texels wide");
+  meta_["means"]["shape"] = "many";
+  EXPECT_EQ(refusal(), "means.shape: must be a whole number from 0 to 268435456");
 }
 
 TEST_F(SogReader, AStreamedSceneWhoseEnvironmentIsNullHasNone) {
@@ -112,7 +164,7 @@ TEST_F(SogReader, DamageIsRefused) {
     meta_[nlohmann::json::json_pointer(pointer)] = value;
     return refusal();
   };
-  EXPECT_EQ(with("/version", 1), "version: must be 2");
+  EXPECT_EQ(with("/version", 1), "version: must be 2, or not there: version 1");
   EXPECT_EQ(with("/count", -1), "count: must be a whole number from 0 to 268435456");
   EXPECT_EQ(with("/count", 2), "l.webp: has 1 texels; must have 2 to 65544");
   EXPECT_EQ(with("/scales/codebook", {1.0}), "scales.codebook: must be a list of 256 finite numbers");
