@@ -5,13 +5,19 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <climits>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
+#include <optional>
 
+#include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 
 namespace grtx {
 namespace {
@@ -27,24 +33,35 @@ class Targets {
   }
   bool add(const std::string& target) {
     const std::lock_guard lock(mutex_);
-    return names_.insert(target).second;
+    return partial_files_.try_emplace(target).second;
+  }
+  void add_partial_file(const std::string& target, const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    partial_files_.at(target).emplace(name);
   }
   void remove(const std::string& target) {
     const std::lock_guard lock(mutex_);
-    names_.erase(target);
+    partial_files_.erase(target);
   }
 
  private:
   std::mutex mutex_;
-  std::set<std::string> names_;
+  std::map<std::string, std::optional<RemovedBySignal>> partial_files_;  ///< by target
 };
+
+/// /dev/stdout, /dev/fd/3 and the like lead there.
+bool is_descriptor(const fs::path& path) {
+  std::error_code none;
+  const fs::path descriptors = fs::canonical("/proc/self/fd", none);
+  return !none && fs::canonical(path.parent_path(), none) == descriptors;
+}
 
 /// Where a path leads when its last part is a symbolic link, whether or not there is something.
 std::string followed(const std::string& path) {
   constexpr int kMostLinks = 40;  // as Linux
   fs::path at = path;
   std::error_code none;
-  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(at, none)); ++i) {
+  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(at, none)) && !is_descriptor(at); ++i) {
     const fs::path link = fs::read_symlink(at, none);
     if (none) break;
     at = link.is_absolute() ? link : at.parent_path() / link;
@@ -52,11 +69,24 @@ std::string followed(const std::string& path) {
   return at.string();
 }
 
+/// target + ending, or, where the file system has no names as long, one with a hash in place of the name's end.
+std::string beside(const fs::path& target, const std::string& ending) {
+  const std::string name = target.filename().string();
+  const fs::path folder = target.parent_path();
+  const long told = ::pathconf(folder.empty() ? "." : folder.c_str(), _PC_NAME_MAX);
+  const std::size_t most = told > 0 ? static_cast<std::size_t>(told) : NAME_MAX;
+  if (name.size() + ending.size() <= most) return target.string() + ending;
+  const std::string end = "-" + hex(xxh3(name)) + ending;
+  std::size_t kept = most - std::min(most, end.size());
+  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // whole characters of UTF-8
+  return (folder / (name.substr(0, kept) + end)).string();
+}
+
 /// Opens the file in which `target` is written until it is complete, and locks it: "target.partial", which a killed run
 /// may have left, or, while another process writes that, or where there are no locks, one with this process's number.
 /// Returns the descriptor, or -1 with errno.
 int open_partial(const std::string& target, std::string& name) {
-  name = target + ".partial";
+  name = beside(target, ".partial");
   for (;;) {
     const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (file < 0 && errno != ELOOP && errno != ENXIO) return -1;
@@ -72,7 +102,7 @@ int open_partial(const std::string& target, std::string& name) {
     if (::stat(name.c_str(), &named) == 0 && named.st_ino == opened.st_ino && ::ftruncate(file, 0) == 0) return file;
     ::close(file);
   }
-  name += "." + std::to_string(::getpid());
+  name = beside(target, ".partial." + std::to_string(::getpid()));
   return ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 }
 
@@ -94,11 +124,19 @@ void AtomicFile::fail(const std::string& place) const {
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(followed(path_)) {
   struct stat status {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) fail("");
   if (exists && S_ISDIR(status.st_mode)) throw Error(path_, "", "cannot be written: is a folder");
   if (!Targets::all().add(target_)) throw Error(path_, "", "is written already: two outputs have one name");
-  const bool regular = !exists || S_ISREG(status.st_mode);
-  const int descriptor =
-      regular ? open_partial(target_, partial_) : ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+  int descriptor = -1;
+  if (is_descriptor(target_)) {
+    std::fflush(stdout);  // what was printed before comes before
+    descriptor = ::fcntl(std::atoi(fs::path(target_).filename().c_str()), F_DUPFD_CLOEXEC, 3);
+  } else if (exists && !S_ISREG(status.st_mode)) {
+    descriptor = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+  } else {
+    descriptor = open_partial(target_, partial_);
+    if (descriptor >= 0) Targets::all().add_partial_file(target_, partial_);
+  }
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
   if (file_ != nullptr) return;
   const int why = errno;
@@ -123,20 +161,20 @@ void AtomicFile::write(const void* bytes, std::size_t count) {
 
 void AtomicFile::commit() {
   const bool regular = !partial_.empty();
-  const bool flushed = std::fflush(file_) == 0 && (!regular || ::fsync(::fileno(file_)) == 0);
-  const int why = errno;
-  const bool closed = std::fclose(file_) == 0;
+  bool done = std::fflush(file_) == 0 && (!regular || ::fsync(::fileno(file_)) == 0);
+  int why = errno;
+  const auto then = [&](bool succeeded) {
+    if (done && !succeeded) why = errno;
+    done = done && succeeded;
+  };
+  then(std::fclose(file_) == 0);
   file_ = nullptr;
+  if (done && regular) then(std::rename(partial_.c_str(), target_.c_str()) == 0);
+  if (!done && regular) std::remove(partial_.c_str());
   Targets::all().remove(target_);
-  if (!flushed) errno = why;
-  if (flushed && closed && (!regular || std::rename(partial_.c_str(), target_.c_str()) == 0)) {
-    if (regular) sync_folder_of(target_);
-    return;
-  }
-  const int reason = errno;
-  if (regular) std::remove(partial_.c_str());
-  errno = reason;
-  fail("");
+  errno = why;
+  if (!done) fail("");
+  if (regular) sync_folder_of(target_);
 }
 
 void write_file(const std::string& path, std::string_view content) {

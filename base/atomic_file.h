@@ -8,11 +8,12 @@
 
 namespace grtx {
 
-/// Writes to "path.partial" (another name while another process writes that) and renames to `path` on commit(), when
-/// all of it is on the disk; removes the partial file when destroyed uncommitted, and takes over what a killed run has
-/// left. A symbolic link is followed: its target is replaced. What is no regular file (a device, a FIFO) is written
-/// directly. Throws Error when the folder is missing or not writable, when the disk is full, and when this process is
-/// writing the same file already.
+/// Writes to "path.partial" (or a like name: long ones are cut) and renames to `path` on commit(), when all of it is on
+/// the disk. Removes the partial file when destroyed uncommitted or ended by a signal (end_by_signal.h); takes over
+/// what a killed run has left. A symbolic link is followed: its target is replaced. A device, a FIFO and what is open
+/// already
+/// (/dev/stdout) are written directly. Throws Error when the folder is missing or not writable, when the disk is full,
+/// and when this process is writing the same file already.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);

@@ -1,5 +1,7 @@
 #include "grtx/base/error.h"
 
+#include "grtx/base/printable.h"
+
 namespace grtx {
 namespace {
 
@@ -15,10 +17,7 @@ std::string one_line(const std::string& file, const std::string& place, const st
   std::string text = shortened(file);
   if (!place.empty()) text += (text.empty() ? "" : ": ") + shortened(place);
   if (!rule.empty()) text += (text.empty() ? "" : ": ") + shortened(rule);
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';  // input quoted in a message must not break the line
-  }
-  return text;
+  return printable(text);
 }
 
 }  // namespace

@@ -16,12 +16,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Beside the program as it was installed, else where it was built from.
-fs::path machines_folder() {
+/// Where they may be: beside the program as it was installed, else where it was built from.
+std::vector<fs::path> machines_folders() {
   std::error_code failed;
   const fs::path program = fs::read_symlink("/proc/self/exe", failed);
   const fs::path installed = program.parent_path() / ".." / GRTX_MACHINES_INSTALLED;
-  return !failed && fs::is_directory(installed) ? installed : fs::path(GRTX_MACHINES_SOURCE);
+  return {installed.lexically_normal(), GRTX_MACHINES_SOURCE};
+}
+
+fs::path machines_folder() {
+  std::error_code failed;
+  const std::vector<fs::path> folders = machines_folders();
+  return fs::is_directory(folders.front(), failed) ? folders.front() : folders.back();
 }
 
 std::vector<std::string> machine_names() {
@@ -37,6 +43,11 @@ std::vector<std::string> machine_names() {
 std::string path_of(const std::string& machine) {
   if (machine.ends_with(".toml")) return machine;
   const std::vector<std::string> names = machine_names();
+  if (names.empty()) {
+    throw Error("--machine", machine,
+                fmt::format("no machines are in {} or {}; a file of your own ends in .toml",
+                            machines_folders().front().string(), machines_folders().back().string()));
+  }
   if (std::find(names.begin(), names.end(), machine) == names.end()) {
     throw Error("--machine", machine,
                 fmt::format("is none of {}; the nearest is {}; a file of your own ends in .toml",

@@ -1,4 +1,5 @@
-// The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
+// The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error;
+// by a signal what a shell makes of it.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <systemc>
 #include <vector>
 
@@ -21,8 +23,10 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
+#include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 
 namespace {
@@ -34,7 +38,7 @@ constexpr int kInternalError = 3;
 
 void print_error(const grtx::Error& error, const std::vector<std::string>& arguments) {
   const std::string step = grtx::sim::next_step(error, arguments);
-  std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", step.c_str());
+  std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", grtx::printable(step).c_str());
 }
 
 // Lines of 80 columns.
@@ -113,11 +117,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
-    const int code = app.exit(success);
-    if (std::cout.flush().fail() || std::fflush(stdout) != 0) {
-      throw grtx::Error("standard output", "", "cannot be written");
-    }
-    return code;
+    return app.exit(success);
   } catch (const CLI::ParseError& error) {
     print_error(usage_error(app, error), arguments);
     return kBadInput;
@@ -130,9 +130,26 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
     std::fputs(kFirstSession, stderr);
     return kBadInput;
   }
-  const int code = common.action();
-  if (std::fflush(stdout) != 0) throw grtx::Error("standard output", "", "cannot be written");
-  return code;
+  grtx::end_tidily_by_signals();
+  return common.action();
+}
+
+/// What was printed is there.
+void require_standard_output() {
+  const bool flushed = std::fflush(stdout) == 0 && !std::cout.flush().fail();
+  if (!flushed || std::ferror(stdout) != 0) throw grtx::Error("standard output", "", "cannot be written");
+}
+
+/// The program, whose printing may have failed at any place.
+int run_and_flush(int argc, char** argv, const std::vector<std::string>& arguments) {
+  try {
+    const int code = run(argc, argv, arguments);
+    require_standard_output();
+    return code;
+  } catch (const std::system_error&) {  // of fmt::print
+    require_standard_output();
+    throw;
+  }
 }
 
 }  // namespace
@@ -145,7 +162,7 @@ int sc_main(int argc, char** argv) {
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
   try {
     grtx::sim::register_dram_simulators();
-    return run(argc, argv, arguments);
+    return run_and_flush(argc, argv, arguments);
   } catch (const grtx::Error& error) {
     print_error(error, arguments);
     return kBadInput;

@@ -192,6 +192,7 @@ std::string next_step(const Error& error, const std::vector<std::string>& argume
     if (said.find(words) != std::string::npos) return "";
   }
   const std::string& command = arguments.front();
+  if (command == "trace" && error.rule().find("has no Gaussians") != std::string::npos) return "--no-trace renders it";
   return command.starts_with("-") ? "see grtx --help" : fmt::format("see grtx {} --help", command);
 }
 

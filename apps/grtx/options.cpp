@@ -52,6 +52,9 @@ std::vector<NamedFile> named_files(const CLI::App& command) {
 
 void refuse_overwriting(const CLI::App& command) {
   const std::vector<NamedFile> files = named_files(command);
+  for (const NamedFile& file : files) {
+    if (file.output && file.text.empty()) throw Error(file.option, "", "must name a file");
+  }
   for (const NamedFile& a : files) {
     std::error_code unknown;
     if (!a.output || std::filesystem::is_character_file(a.path, unknown)) continue;  // /dev/null takes all

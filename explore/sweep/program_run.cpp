@@ -28,7 +28,11 @@ constexpr bool kLimitsMemory = true;
 /// In the child: nothing here may allocate.
 [[noreturn]] void become(char* const* arguments, const char* output, const char* errors, std::uint64_t memory,
                          pid_t parent) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // A terminal's Ctrl-C is the parent's to answer; its end is a signal that grtx answers by removing half a file.
+  ::signal(SIGINT, SIG_IGN);
+  ::signal(SIGHUP, SIG_IGN);
+  ::signal(SIGTERM, SIG_DFL);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(kCannotStart);
   const int out = ::open(output, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   const int err = ::open(errors, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);

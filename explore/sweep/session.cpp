@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/explore/sweep/program_run.h"
@@ -44,6 +45,7 @@ std::string temporary_file() {
 /// Asks `grtx sim` whether it knows a mode, so that a mistyped one is no failure of every point.
 void check_mode(const std::string& mode, const std::string& program, const std::string& plan) {
   const std::string errors = temporary_file();
+  const RemovedBySignal temporary(errors);
   ProgramLimits limits;
   limits.seconds = 60.0;
   const ProgramEnd end =
@@ -108,6 +110,7 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
 SweepSession::~SweepSession() = default;
 
 void SweepSession::run(const SweepPoints& points, const std::string& what) {
+  say_when_ended_by_signal("; start again to resume");
   database_.add(points);
   setting_.what = what;
   run_points(points, database_, *launcher_, work_, setting_, sound_traces_);

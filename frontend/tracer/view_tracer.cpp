@@ -48,7 +48,7 @@ void trace_into(TracedView& view, const TracedStructure& structure, const std::v
                 const TracerOptions& options, std::vector<RenderOptions> render, traces::Header header,
                 const std::string& trace_file, const std::map<std::string, std::string>& inputs) {
   if (!trace_file.empty() && header.gaussians == 0) {
-    throw Error(header.inputs["scene"], "", "has no Gaussians, so there is nothing to trace: --no-trace renders it");
+    throw Error(header.inputs["scene"], "", "has no Gaussians, so there is nothing to trace");
   }
   header.inputs.insert(inputs.begin(), inputs.end());
   view.inputs = header.inputs;

@@ -35,6 +35,14 @@ bool parse(const std::string& text, T& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+/// A key that takes any text takes other values as their text. False: it does not.
+bool assign_as_text(const Parameter& key, const std::string& text) {
+  const auto* names = std::get_if<Choice>(&key.value);
+  if (names == nullptr || !names->names.empty()) return false;
+  names->set(text);
+  return true;
+}
+
 }  // namespace
 
 std::string value_text(const Parameter& key) {
@@ -64,6 +72,7 @@ std::string range_text(const Parameter& key) {
 }
 
 std::string assign_integer(const Parameter& key, std::int64_t value) {
+  if (assign_as_text(key, std::to_string(value))) return {};
   if (std::holds_alternative<double*>(key.value)) return assign_real(key, static_cast<double>(value));
   if (std::holds_alternative<bool*>(key.value) || std::holds_alternative<Choice>(key.value)) {
     return wrong_type(key, fmt::format("the integer {}", value));
@@ -83,6 +92,7 @@ std::string assign_integer(const Parameter& key, std::int64_t value) {
 }
 
 std::string assign_real(const Parameter& key, double value) {
+  if (assign_as_text(key, number_text(value))) return {};
   if (!std::holds_alternative<double*>(key.value)) return wrong_type(key, "the number " + number_text(value));
   if (!std::isfinite(value) || value < key.range.min || value > key.range.max) {
     return fmt::format("must be {}, not {}", range_text(key), number_text(value));
@@ -92,6 +102,7 @@ std::string assign_real(const Parameter& key, double value) {
 }
 
 std::string assign_bool(const Parameter& key, bool value) {
+  if (assign_as_text(key, value ? "true" : "false")) return {};
   if (!std::holds_alternative<bool*>(key.value)) return wrong_type(key, value ? "true" : "false");
   *std::get<bool*>(key.value) = value;
   return {};

@@ -25,6 +25,11 @@ class CliFaults : public ::testing::Test {
     EXPECT_LT(outcome.err.size(), 1200u) << arguments;
     EXPECT_THAT(outcome.err, HasSubstr(text)) << arguments;
   }
+  /// Exit code of a shell's line in the folder, whose redirections are its own.
+  int shell(const std::string& line) const {
+    const std::string start = "cd '" + folder_.path("") + "'; grtx() { '" + grtx::paths::program() + "' \"$@\"; }; ";
+    return WEXITSTATUS(std::system((start + line).c_str()));
+  }
 
   Folder folder_;
   const std::string trace_ =
@@ -105,9 +110,16 @@ TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {
 
 TEST_F(CliFaults, AnEmptySceneHasNoTraceAndIsAnInternalError) {
   ASSERT_EQ(folder_.run("synth --preset stress-empty --quiet -o s.ply").code, 0);
-  expect_refused(trace_ + "-o t.grtx", "has no Gaussians");
+  expect_refused(trace_ + "-o t.grtx", "has no Gaussians, so there is nothing to trace; --no-trace renders it");
   EXPECT_FALSE(folder_.has("t.grtx"));
   EXPECT_EQ(folder_.run(trace_ + "--no-trace --image i.png --quiet").code, 0);
+}
+
+TEST_F(CliFaults, AnEmptySceneInRunAdvisesAnOptionThatRunHasNot) {
+  ASSERT_EQ(folder_.run("synth --preset stress-empty --quiet -o s.ply").code, 0);
+  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 8 --height 8 -o out";
+  expect_refused(run, "has no Gaussians");
+  EXPECT_EQ(folder_.run(run).err.find("--no-trace"), std::string::npos);
 }
 
 TEST_F(CliFaults, ObjectsBeyondFloatRangeAbortTheBuilder) {
@@ -162,10 +174,71 @@ TEST_F(CliFaults, AnErrorLineRepeatsThousandsOfCharactersOfInput) {
   }
 }
 
-TEST_F(CliFaults, HelpIntoAFullDeviceSucceeds) {
-  for (const char* what : {"--help", "sim --help", "--version"}) {
-    EXPECT_EQ(std::system(("'" + grtx::paths::program() + "' " + what + " > /dev/full 2>/dev/null").c_str()) >> 8, 2)
-        << what;
+TEST_F(CliFaults, TextIntoAFullDeviceSucceedsOrIsAnInternalError) {
+  make_scene();
+  for (const char* what : {"--help", "sim --help", "--version", "--list-json", "sim --list-config", "trace-dump t.grtx",
+                           "trace-dump t.grtx --json", "info s.ply", "info s.ply --json"}) {
+    EXPECT_EQ(shell(std::string("grtx ") + what + " >/dev/full 2>err"), 2) << what;
+    EXPECT_EQ(folder_.read("err"), "grtx: standard output: cannot be written\n") << what;
+  }
+}
+
+TEST_F(CliFaults, DevStdoutAndFifosAsOutputs) {
+  make_scene();
+  ASSERT_EQ(shell("grtx " + trace_ + "--quiet -o /dev/stdout | cat >piped.grtx"), 0);
+  EXPECT_EQ(folder_.read("piped.grtx"), folder_.read("t.grtx"));
+  ASSERT_EQ(shell("grtx " + trace_ + "--quiet -o /dev/stdout >redirected.grtx"), 0);
+  EXPECT_EQ(folder_.read("redirected.grtx"), folder_.read("t.grtx"));
+  ASSERT_EQ(::mkfifo(folder_.path("f").c_str(), 0600), 0);
+  ASSERT_EQ(shell("grtx " + trace_ + "--quiet -o f & cat f >read.grtx; wait $!"), 0);
+  EXPECT_EQ(folder_.read("read.grtx"), folder_.read("t.grtx"));
+  EXPECT_TRUE(std::filesystem::is_fifo(folder_.path("f")));
+}
+
+TEST_F(CliFaults, AnOutputWithoutANameIsAsIfItWereNotAskedFor) {
+  make_scene();
+  expect_refused("sim t.grtx --stats ''", "--stats: must name a file");
+  expect_refused("sim t.grtx --vcd ''", "--vcd: must name a file");
+  expect_refused(trace_ + "-o ''", "must name a file");
+}
+
+TEST_F(CliFaults, ANameOf250BytesIsTooLong) {
+  make_scene();
+  const std::string name = std::string(245, 'n') + ".grtx";
+  EXPECT_EQ(folder_.run(trace_ + "--quiet -o " + name).code, 0);
+  EXPECT_EQ(folder_.read(name), folder_.read("t.grtx"));
+}
+
+TEST_F(CliFaults, AHintSteersTheTerminal) {
+  folder_.write("s\x1b[31m\n.ply", "");
+  expect_refused("info \"$(printf 's\\033[31m\\nx.ply')\"", "s\\x1b[31m\\nx.ply: No such file");
+  expect_refused("info \"$(printf 's\\033[31m\\nx.ply')\"", "s\\x1b[31m\\n.ply is there");
+}
+
+TEST_F(CliFaults, AProgramAwayFromItsSourcesKnowsMachinesOfNoName) {
+  make_scene();
+  std::filesystem::create_directories(folder_.path("bin"));
+  std::filesystem::create_directories(folder_.path("share/grtx_tlm/configs/machines"));
+  std::filesystem::copy_file(grtx::paths::program(), folder_.path("bin/grtx"));
+  EXPECT_EQ(shell("bin/grtx sim t.grtx --machine paper 2>err"), 2);
+  EXPECT_THAT(folder_.read("err"), HasSubstr("share/grtx_tlm/configs/machines or "));
+}
+
+TEST_F(CliFaults, CtrlCLeavesHalfATrace) {
+  make_scene();
+  for (const auto& [signal, name, code] :
+       {std::tuple("INT", "SIGINT", 130), {"TERM", "SIGTERM", 143}, {"HUP", "SIGHUP", 129}}) {
+    const std::string large =
+        "trace --scene s.ply --cameras s.cameras.json --width 4096 --height 4096 --accel tlas-tri20 -o l.grtx --quiet";
+    // bash, whose background jobs do not ignore SIGINT with job control.
+    const std::string script = "set -m; '" + grtx::paths::program() + "' " + large +
+                               " & for i in $(seq 3000); do test -e l.grtx.partial && break; sleep 0.01; done; kill -" +
+                               signal + " $!; wait $!";
+    folder_.write("script", script);
+    EXPECT_EQ(shell("bash script >out 2>err"), code);
+    EXPECT_THAT(folder_.read("err"),
+                HasSubstr(std::string("grtx: ended by ") + name + ": what was being written is removed\n"));
+    EXPECT_FALSE(folder_.has("l.grtx.partial") || folder_.has("l.grtx"));
   }
 }
 

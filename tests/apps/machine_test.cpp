@@ -107,6 +107,19 @@ TEST_F(MachineTest, SweepPutsItBelowThePlan) {
   EXPECT_EQ(tracer.at("child_order"), "near_first");
 }
 
+TEST_F(MachineTest, NumbersOfTheTracerAreRefusedUnlessTheyAreText) {
+  folder_.write("own.toml", "[tracer]\nk = 16\nert = 0.02\n");
+  folder_.write("text.toml", "[tracer]\nk = \"16\"\nert = \"0.02\"\n");
+  const std::string trace = std::string("trace") + kView + "--accel tlas-tri20 ";
+  must(trace + "-o own.grtx --machine own.toml");
+  must(trace + "-o text.grtx --machine text.toml");
+  must(trace + "-o named.grtx --k 16 --ert 0.02");
+  must(trace + "-o other.grtx");
+  EXPECT_EQ(folder_.read("own.grtx"), folder_.read("named.grtx"));
+  EXPECT_EQ(folder_.read("text.grtx"), folder_.read("named.grtx"));
+  EXPECT_NE(folder_.read("other.grtx"), folder_.read("named.grtx"));
+}
+
 TEST_F(MachineTest, BadInputIsOneLine) {
   folder_.write("a.toml", "[tracer]\nchild_ordr = \"slot\"\n");
   folder_.write("b.toml", "[tracer]\nchild_order = \"slott\"\n");

@@ -119,4 +119,37 @@ TEST_F(AtomicFileTest, GoesByAnotherNameWhileAnotherProcessWrites) {
   ::close(theirs);
 }
 
+TEST_F(AtomicFileTest, ANameOf250BytesLeavesNoRoomForThatOfTheTemporaryFile) {
+  for (const std::string& name : {std::string(250, 'n'), std::string(255, 'n'), "n" + std::string(254, '\xc3')}) {
+    grtx::write_file(folder / name, "text");
+    EXPECT_EQ(grtx::read_file(folder / name), "text");
+  }
+  EXPECT_EQ(files_in(folder), 3u);
+  EXPECT_THROW(grtx::AtomicFile(folder / std::string(256, 'n')), grtx::Error) << "at once, not when it is complete";
+  // Names that are cut differ where the whole ones do, and are found again.
+  grtx::AtomicFile a(folder / (std::string(250, 'm') + "a")), b(folder / (std::string(250, 'm') + "b"));
+  EXPECT_EQ(files_in(folder), 5u);
+}
+
+TEST_F(AtomicFileTest, DevStdoutIsReplacedByAFile) {
+  int ends[2] = {};
+  ASSERT_EQ(::pipe(ends), 0);
+  const int file = ::open((folder / "redirected").c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_EQ(::write(file, "before ", 7), 7);
+  for (const char* folder_of : {"/dev/fd/", "/proc/self/fd/"}) {
+    grtx::write_file(folder_of + std::to_string(ends[1]), "text");
+    char text[8] = {};
+    EXPECT_EQ(::read(ends[0], text, sizeof text), 4);
+    EXPECT_STREQ(text, "text");
+    grtx::write_file(folder_of + std::to_string(file), "text ");
+  }
+  std::filesystem::create_symlink("/dev/fd/" + std::to_string(file), folder / "link");
+  grtx::write_file(folder / "link", "linked");
+  EXPECT_EQ(grtx::read_file(folder / "redirected"), "before text text linked");
+  EXPECT_THROW(grtx::write_file("/dev/fd/999", "text"), grtx::Error);
+  ::close(ends[0]);
+  ::close(ends[1]);
+  ::close(file);
+}
+
 }  // namespace

@@ -13,3 +13,8 @@ TEST(Error, OmitsAnEmptyPlace) { EXPECT_STREQ(grtx::Error("a", "", "is empty").w
 TEST(Error, StaysOneLineWhenInputIsQuoted) {
   EXPECT_EQ(std::string(grtx::Error("a", "key 'x\ny'", "bad").what()).find('\n'), std::string::npos);
 }
+
+TEST(Error, EscapesWhatWouldSteerATerminal) {
+  EXPECT_STREQ(grtx::Error("a\nb", "\x1b[31mkey\x7f", "bad \xc2\x9bm \xc3\xa4 \t").what(),
+               "a\\nb: \\x1b[31mkey\\x7f: bad \\x9bm \xc3\xa4 \\x09");
+}

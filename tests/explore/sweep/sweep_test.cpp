@@ -88,6 +88,31 @@ TEST_F(Sweep, KilledTwiceAndResumedEqualsAnUndisturbedOne) {
   EXPECT_FALSE(std::filesystem::exists(folder + "/killed.sqlite.work"));
 }
 
+TEST_F(Sweep, CtrlCLeavesHalfATraceAndDoesNotSayThatItResumes) {
+  write_file(folder + "/plan.toml", "base = '" + grtx::paths::source_dir() +
+                                        "/configs/small.toml'\n[[scene]]\npreset = 'object'\ncount = 300\n"
+                                        "width = 4096\nheight = 4096\n");
+  const auto half_a_trace = [&] {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+      if (entry.path().filename().string().find(".grtx.partial") != std::string::npos) return true;
+    }
+    return false;
+  };
+  // To all processes of the terminal's job, as a terminal does.
+  write_file(folder + "/script", "cd " + folder + "; set -m; " + grtx::paths::program() + " " +
+                                     arguments("a.sqlite", "--quiet") +
+                                     " & for i in $(seq 3000); do ls a.sqlite.work/scratch/*/trace.grtx.partial "
+                                     ">/dev/null 2>&1 && break; sleep 0.01; done; kill -INT -$!; wait $!");
+  const Outcome stopped = test::shell("bash " + folder + "/script");
+  EXPECT_EQ(stopped.code, 130);
+  EXPECT_NE(stopped.output.find("grtx: ended by SIGINT: what was being written is removed; start again to resume\n"),
+            std::string::npos)
+      << stopped.output;
+  for (int i = 0; i < 500 && half_a_trace(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_FALSE(half_a_trace());
+  EXPECT_EQ(rows("a.sqlite", "SELECT status FROM trace"), std::vector<std::string>{"running"}) << "it runs again";
+}
+
 TEST_F(Sweep, ADifferenceIsFound) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);

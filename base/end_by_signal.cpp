@@ -1,0 +1,126 @@
+#include "grtx/base/end_by_signal.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+namespace grtx {
+namespace {
+
+struct Signal {
+  int number;
+  const char* name;
+};
+constexpr std::array kSignals{Signal{SIGHUP, "SIGHUP"}, Signal{SIGINT, "SIGINT"}, Signal{SIGTERM, "SIGTERM"}};
+
+constexpr int kMostTries = 1'000'000;  ///< for the list; only a child that was forked at a bad moment needs so many
+
+// The handler may run at any instruction of any thread, so the list has no lock that a handler could wait for in vain:
+// who changes it has signals blocked, allocates nothing, and is soon done.
+std::atomic_flag list_taken = ATOMIC_FLAG_INIT;
+RemovedBySignal* list_begin = nullptr;
+std::atomic<const char*> advice_text{""};
+pid_t main_process = 0;
+bool on_terminal = false;
+
+class ListAccess {
+ public:
+  ListAccess() {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_BLOCK, &all, &before_);
+    while (list_taken.test_and_set(std::memory_order_acquire)) ::sched_yield();
+  }
+  ~ListAccess() {
+    list_taken.clear(std::memory_order_release);
+    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  ListAccess(const ListAccess&) = delete;
+  ListAccess& operator=(const ListAccess&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+void print_line(int signal) {
+  std::array<char, 160> line{};
+  const auto append = [&line](const char* text) {
+    const std::size_t used = std::strlen(line.data());
+    std::strncpy(line.data() + used, text, line.size() - 1 - used);
+  };
+  if (on_terminal) append("\r\033[K");  // over a progress bar
+  append("grtx: ended by ");
+  for (const Signal& known : kSignals) {
+    if (known.number == signal) append(known.name);
+  }
+  append(": what was being written is removed");
+  append(advice_text.load());
+  append("\n");
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), std::strlen(line.data()));
+}
+
+}  // namespace
+
+/// Async-signal-safe. Nobody changes the list afterwards.
+void remove_by_signal() {
+  for (int i = 0; i < kMostTries && list_taken.test_and_set(std::memory_order_acquire); ++i) ::sched_yield();
+  for (const RemovedBySignal* file = list_begin; file != nullptr; file = file->next_) {
+    if (file->owner_ == ::getpid()) ::unlink(file->path_.c_str());
+  }
+}
+
+namespace {
+
+void end(int signal) {
+  remove_by_signal();
+  if (::getpid() == main_process) print_line(signal);
+  // As by the signal, so that a shell's loop ends, too.
+  struct sigaction plain {};
+  plain.sa_handler = SIG_DFL;
+  ::sigaction(signal, &plain, nullptr);
+  sigset_t one;
+  ::sigemptyset(&one);
+  ::sigaddset(&one, signal);
+  ::pthread_sigmask(SIG_UNBLOCK, &one, nullptr);
+  ::raise(signal);
+  ::_exit(128 + signal);  // process 1 of a container survives that
+}
+
+}  // namespace
+
+RemovedBySignal::RemovedBySignal(std::string path) : path_(std::move(path)), owner_(::getpid()) {
+  const ListAccess access;
+  next_ = list_begin;
+  if (next_ != nullptr) next_->before_ = this;
+  list_begin = this;
+}
+
+RemovedBySignal::~RemovedBySignal() {
+  const ListAccess access;
+  (before_ != nullptr ? before_->next_ : list_begin) = next_;
+  if (next_ != nullptr) next_->before_ = before_;
+}
+
+void end_tidily_by_signals() {
+  main_process = ::getpid();
+  on_terminal = ::isatty(STDERR_FILENO) == 1;
+  for (const Signal& signal : kSignals) {
+    struct sigaction now {};
+    ::sigaction(signal.number, nullptr, &now);
+    if (now.sa_handler == SIG_IGN) continue;
+    struct sigaction tidy {};
+    tidy.sa_handler = end;
+    ::sigfillset(&tidy.sa_mask);
+    ::sigaction(signal.number, &tidy, nullptr);
+  }
+}
+
+void say_when_ended_by_signal(const char* advice) { advice_text = advice; }
+
+}  // namespace grtx
