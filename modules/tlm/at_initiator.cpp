@@ -3,6 +3,7 @@
 #include <bit>
 #include <cassert>
 #include <sstream>
+#include <string>
 #include <utility>
 
 #include "grtx/modules/tlm/at_payload_attributes.h"
@@ -77,7 +78,10 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
 }
 
 void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& delay) {
-  if (responding_ != nullptr) SC_REPORT_ERROR(kReport, "BEGIN_RESP before END_RESP of the previous response");
+  if (responding_ != nullptr) {
+    const std::string text = std::string(socket.name()) + ": BEGIN_RESP before END_RESP of the previous response";
+    SC_REPORT_ERROR(kReport, text.c_str());
+  }
   complete(payload, delay);
   responding_ = &payload;
   end_cycle_ = clock_.edge_after(delay.value());

@@ -6,6 +6,7 @@
 #include <ostream>
 #include <utility>
 
+#include "grtx/base/error.h"
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
@@ -191,14 +192,27 @@ void Gpu::dump_state(std::ostream& out) const {
   for (const auto& slice : slices_) slice->dump_state(out);
 }
 
+namespace {
+
+/// The kernel cannot be started again: what follows would fail without a word of why.
+void require_not_stopped(const Gpu& gpu) {
+  if ((sc_core::sc_get_status() & (sc_core::SC_STOPPED | sc_core::SC_END_OF_SIMULATION)) == 0) return;
+  throw Error("simulation", fmt::format("core cycle {}", gpu.core().edge_at_or_after_now()),
+              "a unit has called sc_stop(): only the run itself may end");
+}
+
+}  // namespace
+
 void run_for(Gpu& gpu, Cycle cycles) {
   const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
   gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
   sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
+  require_not_stopped(gpu);
   // Paused with the clocks ahead: the kernel follows.
   gpu.core().allow_ahead(0);
   const sc_core::sc_time ahead = gpu.core().ahead_of_kernel();
   if (ahead != sc_core::SC_ZERO_TIME) sc_core::sc_start(ahead, sc_core::SC_RUN_TO_TIME);
+  require_not_stopped(gpu);
 }
 
 }  // namespace grtx::sim

@@ -132,8 +132,16 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
 }
 
+/// Of the kernel's own reports, which have a number, and of ours. What is left comes from a user's unit.
+bool is_of_a_users_unit(const sc_core::sc_report& report) {
+  const std::string_view text = report.what();
+  const std::size_t severity = text.find(": ");
+  const bool numbered = severity != text.npos && text.substr(severity + 2).starts_with("(");
+  return !numbered && !std::string_view(report.get_msg_type()).starts_with("/grtx/");
+}
+
 /// What a process of the model threw arrives as the kernel's report. A trace that contradicts itself is bad input: then
-/// its check says where. Everything else is an internal error.
+/// its check says where. A user's unit may report what it likes. Everything else is an internal error.
 [[noreturn]] void rethrow(const traces::Reader& reader, const MeasuredSource& source,
                           const sc_core::sc_report& report) {
   if (source.failure()) std::rethrow_exception(source.failure());
@@ -146,7 +154,12 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
     throw Error(text.substr(0, unit), "", text.substr(unit + 2));
   }
   traces::check(reader, true);
-  throw std::runtime_error(report.get_msg());
+  const char* process = report.get_process_name();
+  const std::string where =
+      fmt::format("{}at {}", process == nullptr ? "" : fmt::format("{}, ", process), report.get_time().to_string());
+  const std::string what = fmt::format("{}: {}", report.get_msg_type(), report.get_msg());
+  if (is_of_a_users_unit(report)) throw Error("simulation", where, what);
+  throw std::runtime_error(fmt::format("{} ({})", what, where));
 }
 
 /// Why a run has one thread, whatever was asked for; empty: it may have several.
