@@ -1,5 +1,5 @@
 // Simulation time against error: cycle mode on one thread and on several, fast mode at several strides, sampled mode at
-// several shares, model mode, over scenes and the four designs, with the coverage of sampled mode's intervals over many
+// several shares, over scenes and the four designs, with the coverage of sampled mode's intervals over many
 // seeds; a picture a scene. Every result is a file in the output folder and is not simulated again, so the program can
 // be interrupted, and rerun with more seeds or after a change to one mode (delete its files, or its folder).
 //
@@ -40,12 +40,10 @@ struct Options {
   unsigned room = 0;                ///< Gaussians of a generated room; 0: none
   std::string output;
   std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
-  std::vector<std::string> shares = {"0.0625"};
+  std::vector<std::string> shares = {"0.1"};
   std::string machine;                     ///< in place of a configuration; "": none
   std::vector<unsigned> strides = {1, 4};  ///< of fast mode
   std::vector<unsigned> threads;           ///< of cycle mode, beside one
-  bool model_mode = false;
-  std::vector<std::string> models = {"visits"};
   std::vector<std::string> engines = {"cycle"};
   unsigned seeds = 10;
   bool existing = false;  ///< simulate nothing, evaluate the seeds whose four files are there
@@ -56,8 +54,7 @@ struct Setting {
   std::string name, arguments;
   std::string seed;  ///< the argument before a seed; none: runs do not depend on one
   bool sampled = false;
-  bool wall = false;   ///< its time is wall time: it has several threads
-  bool keeps = false;  ///< a first run leaves files beside the trace, which later ones read: that is what is measured
+  bool wall = false;  ///< its time is wall time: it has several threads
   std::string mode() const { return name.substr(0, name.find(' ')); }
 };
 
@@ -78,9 +75,7 @@ Outcome outcome_of(const std::string& path, bool sampled) {
   Outcome outcome;
   outcome.cycles = stats.at("gpu.cycles").at("value").get<double>();
   outcome.wall = stats.at("host.wall_seconds").at("value").get<double>();
-  // Model mode gives its wall time alone.
-  outcome.cpu =
-      stats.contains("host.cpu_seconds") ? stats.at("host.cpu_seconds").at("value").get<double>() : outcome.wall;
+  outcome.cpu = stats.at("host.cpu_seconds").at("value").get<double>();
   if (sampled) outcome.estimate = grtx::sim::estimate_from_json(document.at("sampled"));
   return outcome;
 }
@@ -101,7 +96,6 @@ Outcome simulate(const Options& options, const std::string& scene, const std::st
                                                         : fmt::format("--machine '{}'", options.machine);
     const std::string command = fmt::format("sim '{}' {} {} {} --stats '{}'", trace, machine, setting.arguments,
                                             setting.seed.empty() ? "" : fmt::format("{}{}", setting.seed, seed), path);
-    if (setting.keeps) run_program(command);
     run_program(command);
   }
   return outcome_of(path, setting.sampled);
@@ -220,7 +214,7 @@ void write_results(const Options& options, const std::vector<Summary>& all) {
 void draw_scenes(const Options& options, const std::vector<Summary>& all) {
   std::map<std::string, std::vector<Summary>> by_scene;
   for (const Summary& s : all) by_scene[s.scene].push_back(s);
-  const std::vector<std::string> modes = {"cycle", "fast", "sampled", "model"};
+  const std::vector<std::string> modes = {"cycle", "fast", "sampled"};
   for (const auto& [scene, settings] : by_scene) {
     std::vector<grtx::bench::ScatterPoint> points;
     for (const Summary& s : settings) {
@@ -251,20 +245,11 @@ int run(Options options) {
     settings.push_back({fmt::format("fast stride {}", stride), fmt::format("--mode fast --set fast.stride={}", stride),
                         stride == 1 ? "" : "--set fast.seed="});
   }
-  for (const std::string& model : options.models) {
-    for (const std::string& engine : options.engines) {
-      for (const std::string& share : options.shares) {
-        settings.push_back(
-            {fmt::format("sampled {} {} {}", share, model, engine),
-             fmt::format("--mode sampled --share {} --sample-model {} --sample-engine {}", share, model, engine),
-             "--seed ", true});
-      }
+  for (const std::string& engine : options.engines) {
+    for (const std::string& share : options.shares) {
+      settings.push_back({fmt::format("sampled {} {}", share, engine),
+                          fmt::format("--mode sampled --share {} --sample-engine {}", share, engine), "--seed ", true});
     }
-  }
-  if (options.model_mode) {
-    Setting setting{"model", "--mode model", ""};
-    setting.keeps = true;
-    settings.push_back(setting);
   }
   std::vector<Summary> all;
   for (const std::string& scene : options.traces) {
@@ -306,17 +291,15 @@ int main(int argc, char** argv) {
 
 int sc_main(int argc, char* argv[]) {
   Options options;
-  CLI::App app("Simulation time against error for cycle, fast, sampled and model mode");
+  CLI::App app("Simulation time against error for cycle, fast and sampled mode");
   app.add_option("--traces", options.traces, "NAME=FOLDER with the traces of the four designs; repeatable");
   app.add_option("--room", options.room, "Gaussians of a generated room to trace and simulate too; 0: none");
   app.add_option("-o,--output", options.output, "Folder for results")->required();
   app.add_option("--config", options.config, "Configuration file")->capture_default_str();
   app.add_option("--machine", options.machine, "Machine, in place of a configuration file");
   app.add_option("--threads", options.threads, "Thread counts of cycle mode, by wall time; repeatable");
-  app.add_flag("--model-mode", options.model_mode, "Model mode too, with the files that it keeps");
   app.add_option("--share", options.shares, "Shares of sampled mode; repeatable")->capture_default_str();
   app.add_option("--stride", options.strides, "Strides of fast mode; repeatable")->capture_default_str();
-  app.add_option("--model", options.models, "Models of sampled mode; repeatable")->capture_default_str();
   app.add_option("--engine", options.engines, "Engines of sampled mode; repeatable")->capture_default_str();
   app.add_option("--seeds", options.seeds, "Seeds of sampled mode, and of fast mode with a stride above 1")
       ->check(CLI::PositiveNumber)

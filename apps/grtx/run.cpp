@@ -316,16 +316,13 @@ int run(const RunArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  const SampledOptions sampled = sampled_options(options.sampled, options.mode, 1);
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode);
   warn_of_ignored_keys(config, options.mode, sampled);
   const bool objects = frontend::is_object_list(options.scene) && !options.flatten;
   const Comparison comparison(objects);
   for (const Design& design : comparison.designs()) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
-  }
-  if (options.mode == SimulationMode::model) {
-    throw Error("--mode", "model", "screens many configurations of a trace: it is for grtx sim, sweep and search");
   }
   if (!options.view.views.empty() && options.mode == SimulationMode::sampled) {
     throw Error("--mode", "sampled", "has no caches to keep warm from frame to frame: --views needs cycle or fast");

@@ -27,36 +27,29 @@ double parse_error(const std::string& text) {
 }  // namespace
 
 void add_sampled_options(CLI::App* command, SampledCli& cli) {
-  command->add_option(
-      "--share", cli.share,
-      "Sampled mode: share of the warps to simulate, above 0, at most 1 (default: 0.0625, of windows 0.1)");
+  command->add_option("--share", cli.share,
+                      "Sampled mode: share of the warps to simulate, in windows of the trace, above 0, at most 1");
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
-  command->add_option("--seed", cli.seed, "Sampled mode: which warps are chosen; the same for every design");
-  add_choice(command, "--sample-model", cli.model,
-             "Sampled mode: what carries samples over to the whole run: node visits, traceRay calls (faster, less "
-             "exact), or windows of a large trace (fastest there)");
-  add_choice(command, "--sample-engine", cli.engine, "Sampled mode: what simulates the samples",
+  command->add_option("--seed", cli.seed, "Sampled mode: where the windows are; the same for every design");
+  add_choice(command, "--sample-engine", cli.engine, "Sampled mode: what simulates the windows",
              {SimulationMode::cycle, SimulationMode::fast});
 }
 
-SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsigned jobs) {
+SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode) {
   const SampledCli defaults;
   if (mode != SimulationMode::sampled) {
     const auto refuse = [](const char* option) { throw Error(option, "", "needs --mode sampled"); };
-    if (cli.share) refuse("--share");
+    if (cli.share != defaults.share) refuse("--share");
     if (!cli.target_error.empty()) refuse("--target-error");
     if (cli.seed != defaults.seed) refuse("--seed");
-    if (cli.model != defaults.model) refuse("--sample-model");
     if (cli.engine != defaults.engine) refuse("--sample-engine");
   }
   SampledOptions options;
   options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
-  options.model = cli.model;
   options.engine = cli.engine;
-  options.jobs = jobs;
   options.price = describe_energy;
   check_sampled(options);
   return options;
@@ -64,23 +57,17 @@ SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsig
 
 void warn_of_ignored_keys(const GpuConfig& config, SimulationMode mode, const SampledOptions& sampled) {
   std::vector<SimulationMode> modes = {mode};
-  if (mode == SimulationMode::sampled) {
-    modes = {sampled.engine};
-    // Windows fall back to visits where the trace does not suit them.
-    if (sampled.model != SampleModel::calls) modes.push_back(SimulationMode::fast);
-  }
+  // A trace that windows do not suit is run in cycle mode.
+  if (mode == SimulationMode::sampled) modes = {sampled.engine, SimulationMode::cycle};
   warn_of_ignored_keys(config, modes, "--mode " + std::string(name_of(mode)));
 }
 
 void print_sampled(const SampledResult& r) {
   const auto& stats = r.result.document.at("stats");
   const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
-  if (r.estimate.whole) {
-    say("sampled: {}", stats.at("gpu.sampled.share").at("description").get<std::string>());
-    return;
-  }
-  say("sampled: {:.0f} groups ({:.1f} %) in {:.0f} simulations; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %",
-      number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.samples"),
+  if (r.estimate.whole) return;  // which a line on stderr has said
+  say("sampled: {:.0f} groups ({:.1f} %) in {:.0f} windows; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %",
+      number("gpu.sampled.groups"), 100.0 * number("gpu.sampled.share"), number("gpu.sampled.windows"),
       100.0 * number("gpu.sampled.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <optional>
 #include <string>
 
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
@@ -10,17 +9,16 @@
 namespace grtx::sim {
 
 struct SampledCli {
-  std::optional<double> share;
+  double share = SampledOptions{}.share;
   std::string target_error;
   std::uint64_t seed = SampledOptions{}.seed;
-  SampleModel model = SampledOptions{}.model;
   SimulationMode engine = SampledOptions{}.engine;
 };
 
-/// --share, --target-error, --seed, --sample-model, --sample-engine.
+/// --share, --target-error, --seed, --sample-engine.
 void add_sampled_options(CLI::App* command, SampledCli& cli);
 /// Throws Error for options out of range, and for those given without `--mode sampled`.
-SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode, unsigned jobs);
+SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode);
 /// Names on stderr the keys that are set and have no effect in that mode.
 void warn_of_ignored_keys(const GpuConfig& config, SimulationMode mode, const SampledOptions& sampled);
 /// "x ± half-width" of a confidence interval, as a line for people: what was simulated, how sure the estimate is.

@@ -15,7 +15,6 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
-#include "grtx/rtl_tlm/estimate/model/model_simulation.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -38,7 +37,6 @@ struct SimArguments {
   bool list_statistics = false;
   bool no_idle_skip = false;
   SampledCli sampled;
-  unsigned jobs = 1;
   SimulationOptions simulation;
 };
 
@@ -75,23 +73,6 @@ void check_estimate(const SimArguments& options) {
   }
 }
 
-int run_model(const SimArguments& options, const GpuConfig& config, const CommonOptions& common) {
-  check_estimate(options);
-  SimulationOptions simulation;
-  simulation.price = describe_energy;
-  const SimulationResult result = simulate_model(options.trace, config, simulation);
-  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
-  if (common.json) {
-    print_json(result.document);
-  } else if (!common.quiet) {
-    const nlohmann::ordered_json& d = result.document;
-    say("{} cycles, {:.1f} us at {} MHz, estimated from {:.0f} fast runs; {:.3f} s", result.cycles,
-        number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), number(d, "gpu.model.anchors"),
-        number(d, "host.wall_seconds"));
-  }
-  return 0;
-}
-
 int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
                 const CommonOptions& common) {
   check_estimate(options);
@@ -122,11 +103,10 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
-  const SampledOptions sampled = sampled_options(options.sampled, options.mode, options.jobs);
+  const SampledOptions sampled = sampled_options(options.sampled, options.mode);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   warn_of_ignored_keys(config, options.mode, sampled);
   if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, common);
-  if (options.mode == SimulationMode::model) return run_model(options, config, common);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
@@ -171,15 +151,12 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
   add_choice(command, "--mode", options->mode,
-             "How time is modelled: cycle by cycle, loosely timed, or estimated, from a share of the warps or (for "
-             "screening) from fast runs of other sizes");
+             "How time is modelled: cycle by cycle, loosely timed, or (large traces) estimated from windows of it");
   add_sampled_options(command, options->sampled);
   command
       ->add_option("--threads", options->simulation.build.threads,
                    "Cycle mode: threads of the host for one simulation; results do not depend on it")
       ->check(in_range(1U, 256U));
-  command->add_option("--jobs", options->jobs, "Sampled mode: simulations at a time, each a process of its own")
-      ->check(CLI::PositiveNumber);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")
       ->type_name(kOutputFile);
   command->add_option(

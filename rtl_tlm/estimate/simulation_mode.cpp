@@ -10,7 +10,6 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
                           SimulationMode mode) {
   if (mode == SimulationMode::cycle) return simulate(trace_path, config, options);
   if (mode == SimulationMode::sampled) throw std::logic_error("a sampled run is simulate_sampled()");
-  if (mode == SimulationMode::model) throw std::logic_error("a run of the model is simulate_model()");
   FastEngine engine;
   return simulate(trace_path, config, options, engine);
 }

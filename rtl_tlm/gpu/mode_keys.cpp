@@ -23,16 +23,11 @@ class Settings {
   nlohmann::ordered_json values_, defaults_;
 };
 
-/// Model mode stands on fast runs: what these do not know, it does not.
-bool concerns(const ModeKey& key, SimulationMode mode) {
-  return key.mode == mode || (mode == SimulationMode::model && key.mode == SimulationMode::fast);
-}
-
 }  // namespace
 
 const std::vector<ModeKey>& mode_keys() {
   constexpr SimulationMode kFast = SimulationMode::fast, kCycle = SimulationMode::cycle,
-                           kSampled = SimulationMode::sampled, kModel = SimulationMode::model;
+                           kSampled = SimulationMode::sampled;
   static const std::vector<ModeKey> keys = {
       {kFast, "rt.memory.by_shader", "is not modelled by --mode fast"},
       {kFast, "rt.checkpoint.read_ahead", "must be 0 with --mode fast, which is 6 % off with it"},
@@ -56,7 +51,6 @@ const std::vector<ModeKey>& mode_keys() {
       {kFast, "l2.reply_queue"},
       {kFast, "dram.age_cap"},
       {kFast, "simt.cost.node_fetch"},
-      {kModel, "rt.checkpoint.lanes"},
       {kCycle, "fast.stride"},
       {kCycle, "fast.seed"},
       {kCycle, "fast.spread"},
@@ -67,7 +61,7 @@ const std::vector<ModeKey>& mode_keys() {
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
   const Settings settings(config);
   for (const ModeKey& key : mode_keys()) {
-    if (concerns(key, mode) && key.refused != nullptr && settings.differ(key.key)) return {key.key, key.refused};
+    if (key.mode == mode && key.refused != nullptr && settings.differ(key.key)) return {key.key, key.refused};
   }
   return {};
 }
@@ -76,12 +70,12 @@ std::vector<std::string_view> ignored_keys(const GpuConfig& config, const std::v
   const Settings settings(config);
   const auto ignores = [](SimulationMode mode, std::string_view name) {
     return std::any_of(mode_keys().begin(), mode_keys().end(), [&](const ModeKey& key) {
-      return concerns(key, mode) && key.key == name && key.refused == nullptr;
+      return key.mode == mode && key.key == name && key.refused == nullptr;
     });
   };
   std::vector<std::string_view> ignored;
   for (const ModeKey& key : mode_keys()) {
-    if (modes.empty() || !concerns(key, modes.front()) || key.refused != nullptr || !settings.differ(key.key)) continue;
+    if (modes.empty() || key.mode != modes.front() || key.refused != nullptr || !settings.differ(key.key)) continue;
     if (std::all_of(modes.begin(), modes.end(), [&](SimulationMode mode) { return ignores(mode, key.key); })) {
       ignored.push_back(key.key);
     }

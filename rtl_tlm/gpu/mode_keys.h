@@ -14,15 +14,13 @@ namespace grtx::sim {
 
 /// How a trace is run (estimate/simulation_mode.h).
 enum class SimulationMode : std::uint8_t {
-  cycle,    ///< every module, cycle by cycle, in SystemC
-  fast,     ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
-  sampled,  ///< estimated from a share of the warps, which one of the others simulates (estimate/sampled)
-  model     ///< estimated from counts of the trace and fast runs of other sizes (estimate/model)
+  cycle,   ///< every module, cycle by cycle, in SystemC
+  fast,    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
+  sampled  ///< estimated from windows of the trace, which one of the others simulates (estimate/sampled)
 };
 constexpr auto enum_names(SimulationMode) {
   using enum SimulationMode;
-  return std::to_array<EnumName<SimulationMode>>(
-      {{cycle, "cycle"}, {fast, "fast"}, {sampled, "sampled"}, {model, "model"}});
+  return std::to_array<EnumName<SimulationMode>>({{cycle, "cycle"}, {fast, "fast"}, {sampled, "sampled"}});
 }
 
 /// A key that has no effect in a mode.

@@ -13,7 +13,6 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/base/stopwatch.h"
-#include "grtx/rtl_tlm/estimate/model/model_simulation.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -153,7 +152,6 @@ SimulationResult simulate_case(const RegressionCase& regression_case, const GpuC
   if (regression_case.mode != SimulationMode::sampled) {
     SimulationOptions options;
     options.price = price;
-    if (regression_case.mode == SimulationMode::model) return simulate_model(regression_case.trace, config, options);
     return simulate(regression_case.trace, config, options, regression_case.mode);
   }
   SampledOptions options = regression_case.sampled;

@@ -97,10 +97,9 @@ class CaseReader {
     } else if (name == "tolerance") {
       read_tolerances(node);
     } else if (name != "update" && name != "title" && !read_sampled(name, node)) {  // those two are for people
-      fail(node,
-           fmt::format("unknown key '{}', the nearest is '{}'", name,
-                       nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed", "sample_model",
-                                           "sample_engine", "statistics", "tolerance", "title", "update"})));
+      fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
+                             nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
+                                                 "sample_engine", "statistics", "tolerance", "title", "update"})));
     }
   }
 
@@ -113,8 +112,6 @@ class CaseReader {
       const auto* seed = node.as_integer();
       if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");
       case_.sampled.seed = static_cast<std::uint64_t>(seed->get());
-    } else if (name == "sample_model") {
-      case_.sampled.model = choice<SampleModel>(node, name);
     } else if (name == "sample_engine") {
       case_.sampled.engine = choice<SimulationMode>(node, name);
       if (case_.sampled.engine != SimulationMode::cycle && case_.sampled.engine != SimulationMode::fast) {

@@ -52,22 +52,14 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   EXPECT_THAT(folder_.run("regress d --cases 'below/*'").out, HasSubstr("1 cases: 1 equal"));
 }
 
-TEST_F(Regress, ACaseChoosesModelAndEngineOfItsSamples) {
-  for (const char* model : {"visits", "calls"}) {
-    for (const char* engine : {"cycle", "fast"}) {
-      const std::string name = std::string(model) + "_" + engine;
-      write_case(name,
-                 std::string("mode = 'sampled'\nsample_model = '") + model + "'\nsample_engine = '" + engine + "'\n");
-    }
+TEST_F(Regress, ACaseChoosesTheEngineOfItsWindows) {
+  for (const std::string engine : {"cycle", "fast"}) {
+    write_case(engine, "mode = 'sampled'\nsample_engine = '" + engine + "'\n");
   }
   const Outcome recorded = record();
   ASSERT_EQ(recorded.code, 0) << recorded.out << recorded.err;
-  for (const char* model : {"visits", "calls"}) {
-    for (const char* engine : {"cycle", "fast"}) {
-      const std::string text = folder_.read("d/" + std::string(model) + "_" + engine + ".stats.json");
-      EXPECT_THAT(text, HasSubstr("\"sampled.model\": \"" + std::string(model) + "\""));
-      EXPECT_THAT(text, HasSubstr("\"sampled.engine\": \"" + std::string(engine) + "\""));
-    }
+  for (const std::string engine : {"cycle", "fast"}) {
+    EXPECT_THAT(folder_.read("d/" + engine + ".stats.json"), HasSubstr("\"sampled.engine\": \"" + engine + "\""));
   }
 }
 
@@ -141,22 +133,21 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   ASSERT_EQ(record().code, 0);
   const struct {
     const char *more, *text;
-  } cases[] = {
-      {"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
-      {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
-      {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
-      {"sample_model = 'calls'\n", "line 3: needs mode = \"sampled\""},
-      {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
-      {"mode = 'sampled'\nshare = 0\n", "line 4: share: must be above 0"},
-      {"mode = 'sampled'\nsample_model = 'window'\n", "line 4: sample_model: unknown 'window', the nearest is"},
-      {"mode = 'sampled'\nsample_engine = 'model'\n", "line 4: sample_engine: must be cycle or fast"},
-      {"statistics = []\n", "line 3: statistics: the list is empty"},
-      {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
-      {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
-      {"x = = 1\n", "line 3: "},
-      {"machine = 'papr'\n", "papr: is none of"},
-      {"config = 'none.toml'\n", "none.toml: "},
-      {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
+  } cases[] = {{"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
+               {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
+               {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
+               {"mode = 'model'\n", "line 3: mode: unknown 'model', the nearest is"},
+               {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
+               {"mode = 'sampled'\nshare = 0\n", "line 4: share: must be above 0"},
+               {"mode = 'sampled'\nsample_model = 'calls'\n", "line 4: unknown key 'sample_model', the nearest is"},
+               {"mode = 'sampled'\nsample_engine = 'model'\n", "line 4: sample_engine: must be cycle or fast"},
+               {"statistics = []\n", "line 3: statistics: the list is empty"},
+               {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
+               {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
+               {"x = = 1\n", "line 3: "},
+               {"machine = 'papr'\n", "papr: is none of"},
+               {"config = 'none.toml'\n", "none.toml: "},
+               {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
   for (const auto& c : cases) {
     write_case("b", c.more);
     expect_refused("regress d", c.text);

@@ -168,9 +168,6 @@ class Tables(unittest.TestCase):
             text = text.replace("\n  ", " ")
             self.assertIn(f"{stat(document, 'gpu.cycles')} cycles, {stat(document, 'gpu.time_us'):.1f} us", text)
             self.assertIn(f"{stat(document, 'gpu.rt.node_visits'):.0f} node visits in {stat(document, 'gpu.rt.node_fetches'):.0f} fetches", text)
-        text, document = self.both("sim scene.grtx --machine paper --mode model")
-        self.assertIn(f"{stat(document, 'gpu.cycles')} cycles, {stat(document, 'gpu.time_us'):.1f} us", text)
-        self.assertIn(f" {stat(document, 'gpu.model.anchors'):.0f} fast runs", text.replace("\n  ", " "))
         text, document = self.both("stalls stats.json")
         for section in document:
             self.assertIn(section["title"], text)

@@ -35,21 +35,15 @@ ConfidenceInterval interval(double log_value, double variance, double reach) {
   return result;
 }
 
-/// Variance of the estimate of the rates (sandwich estimator with its correction for few groups), and of the residual
-/// with which a single end of a run follows the model.
+/// Variance of the estimate: sandwich estimator with its correction for few windows.
 double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
-  double influence = 0.0, residual = 0.0, weight = 0.0;
-  for (const GroupEvidence& e : evidence) {
-    influence += e.influence * e.influence;
-    residual += e.weight * e.residual * e.residual;
-    weight += e.weight;
-  }
-  const double correction = (degrees + 2.0) / degrees;
-  return correction * (influence + (weight > 0.0 ? residual / weight : 0.0));
+  double influence = 0.0;
+  for (const GroupEvidence& e : evidence) influence += e.influence * e.influence;
+  return (degrees + 2.0) / degrees * influence;
 }
 
-/// The variance of the samples and the square of the bias are known with degrees of freedom of their own: together with
-/// Welch's and Satterthwaite's. Where samples add little their degrees make Student's quantile fall faster than the
+/// The variance of the windows and the square of the bias are known with degrees of freedom of their own: together with
+/// Welch's and Satterthwaite's. Where windows add little their degrees make Student's quantile fall faster than the
 /// deviation grows; no interval is narrower than the bias alone.
 ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias) {
   const double square = bias * bias, all = variance + square;
@@ -73,48 +67,36 @@ double student_quantile(double p, double degrees) {
 
 ConfidenceInterval cycles_interval(const SampledEstimate& e) {
   if (e.whole) return interval(e.log_cycles, 0.0, 0.0);
-  return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom) + e.prior_variance,
-                            e.degrees_of_freedom, e.bias.cycles);
+  return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom), e.degrees_of_freedom,
+                            e.bias.cycles);
 }
 
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other) {
   const double log_ratio = base.log_cycles - other.log_cycles;
   if (base.whole && other.whole) return interval(log_ratio, 0.0, 0.0);
   std::map<std::uint64_t, GroupEvidence> differences;
-  for (const GroupEvidence& e : base.evidence) {
-    GroupEvidence& d = differences[e.group];
-    d.weight += 0.5 * e.weight;
-    d.residual += e.residual;
-    d.influence += e.influence;
-  }
-  for (const GroupEvidence& e : other.evidence) {
-    GroupEvidence& d = differences[e.group];
-    d.weight += 0.5 * e.weight;
-    d.residual -= e.residual;
-    d.influence -= e.influence;
-  }
+  for (const GroupEvidence& e : base.evidence) differences[e.group].influence += e.influence;
+  for (const GroupEvidence& e : other.evidence) differences[e.group].influence -= e.influence;
   std::vector<GroupEvidence> evidence;
   for (const auto& [group, e] : differences) evidence.push_back(e);
   double degrees = 1e9;
   for (const SampledEstimate* e : {&base, &other}) {
     if (!e->whole) degrees = std::min(degrees, e->degrees_of_freedom);
   }
-  const double prior = std::max(base.prior_variance, other.prior_variance);
   // A design that was simulated as a whole has no bias of its own.
   const double bias = base.whole ? other.bias.cycles : other.whole ? base.bias.cycles : base.bias.ratio;
-  return interval_with_bias(log_ratio, variance_of(evidence, degrees) + prior, degrees, bias);
+  return interval_with_bias(log_ratio, variance_of(evidence, degrees), degrees, bias);
 }
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
   nlohmann::ordered_json json;
   json["log_cycles"] = estimate.log_cycles;
   json["whole"] = estimate.whole;
-  json["prior_variance"] = estimate.prior_variance;
   json["degrees_of_freedom"] = estimate.degrees_of_freedom;
   json["bias"] = {estimate.bias.cycles, estimate.bias.ratio};
   json["evidence"] = nlohmann::ordered_json::array();
   for (const GroupEvidence& e : estimate.evidence) {
-    json["evidence"].push_back({e.group, e.weight, e.residual, e.influence});
+    json["evidence"].push_back({e.group, e.residual, e.influence});
   }
   return json;
 }
@@ -123,12 +105,10 @@ SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
   SampledEstimate estimate;
   estimate.log_cycles = json.at("log_cycles").get<double>();
   estimate.whole = json.at("whole").get<bool>();
-  estimate.prior_variance = json.at("prior_variance").get<double>();
   estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();
   estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>()};
   for (const auto& e : json.at("evidence")) {
-    estimate.evidence.push_back(
-        {e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>(), e.at(3).get<double>()});
+    estimate.evidence.push_back({e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>()});
   }
   return estimate;
 }

@@ -1,4 +1,4 @@
-// The estimate of a run's cycles from samples, and what it says about ratios of two runs.
+// The estimate of a run's cycles from windows, and what it says about ratios of two runs.
 #pragma once
 
 #include <cstdint>
@@ -8,33 +8,28 @@
 namespace grtx::sim {
 
 inline constexpr double kConfidence = 0.95;
-/// What a model and scaled machines leave over however large the samples are, as standard deviations on the logarithm:
-/// of cycles and of a ratio of two designs. Root mean squares of measured errors, docs/results/sampled-mode.md.
+/// What windows leave over however many they are, as standard deviations on the logarithm: of cycles and of a ratio of
+/// two designs. Of four designs of a full frame, docs/results/windows.md.
 struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
 };
-inline constexpr ModelBias kVisitsBias{0.015, 0.02};  ///< five scenes of four designs, rounded up
-inline constexpr ModelBias kCallsBias{0.09, 0.16};    ///< two scenes of four designs
-// Of windows: four designs of a full frame, docs/results/windows.md.
 inline constexpr ModelBias kWindowsBias{0.012, 0.02};      ///< in cycle mode
 inline constexpr ModelBias kFastWindowsBias{0.02, 0.025};  ///< in fast mode
 /// From so many independent scenes is a bias known, less one: degrees of freedom of its square.
 inline constexpr double kBiasDegrees = 4.0;
 
-/// What one simulated group contributed.
+/// What one window contributed.
 struct GroupEvidence {
-  std::uint64_t group = 0;
-  double weight = 0.0;     ///< share of the samples' information on single ends of runs
-  double residual = 0.0;   ///< (modelled - simulated end) / cycles of its sample
-  double influence = 0.0;  ///< on the logarithm of the estimate: its sum of squares estimates the variance
+  std::uint64_t group = 0;  ///< its first
+  double residual = 0.0;    ///< what it took beyond what its costs explain, over its cycles
+  double influence = 0.0;   ///< on the logarithm of the estimate: its sum of squares estimates the variance
 };
 
 struct SampledEstimate {
   double log_cycles = 0.0;
-  bool whole = false;           ///< everything was simulated: exact
-  double prior_variance = 0.0;  ///< of log_cycles, of what the samples do not tell and the prior does
+  bool whole = false;  ///< everything was simulated: exact
   double degrees_of_freedom = 1.0;
-  ModelBias bias = kVisitsBias;
+  ModelBias bias = kWindowsBias;
   std::vector<GroupEvidence> evidence;
 };
 
@@ -48,7 +43,7 @@ struct ConfidenceInterval {
 double student_quantile(double p, double degrees);
 
 ConfidenceInterval cycles_interval(const SampledEstimate& estimate);
-/// Of cycles(base) / cycles(other). Groups that both simulated are pairs: what they have in common cancels.
+/// Of cycles(base) / cycles(other). Windows that both simulated are pairs: what they have in common cancels.
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other);
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate);

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "grtx/rtl_tlm/run/trace_source.h"
-
 namespace grtx::sim {
 namespace {
 
@@ -77,13 +75,12 @@ void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
 
 GroupWork WorkCounter::count(const traces::RayGroup& group) {
   GroupWork work;
-  work.kind = group.kind;
   l1_.clear();
   l2_.clear();
   std::size_t rounds = 0;
   for (const traces::Ray& ray : group.rays) rounds = std::max(rounds, ray.rounds.size());
-  work.rounds.resize(rounds);
   std::vector<const traces::Event*> next;
+  std::vector<LaneWork> done;
   for (const traces::Ray& ray : group.rays) next.push_back(ray.events.data());
   for (std::size_t r = 0; r < rounds; ++r) {
     lanes_.clear();
@@ -94,7 +91,6 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
       lane.event = next[i];
       lane.left = round.event_count;
       lane.work.far = traffic_.processed * static_cast<float>(round.processed_count);
-      work.processed += round.processed_count;
       next[i] += round.event_count;
       if (lane.left > 0) lanes_.push_back(lane);
     }
@@ -105,7 +101,7 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
         if (lane.left == 0) --stepping;
       }
     }
-    std::vector<LaneWork>& done = work.rounds[r].lanes;
+    done.clear();
     for (const Lane& lane : lanes_) {
       if (lane.work.steps > 0.0F) done.push_back(lane.work);
     }
@@ -115,23 +111,6 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
       work.far += static_cast<double>(lane.far);
     }
     if (!done.empty()) work.steps += static_cast<double>(done.back().steps);
-  }
-  return work;
-}
-
-TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config) {
-  TraceWork work;
-  work.groups.reserve(reader.group_count());
-  WorkCounter counter(reader.header(), config);
-  const ChainLatencies latencies(config, reader.header());
-  traces::RayGroup group;
-  for (std::uint64_t index = 0; index < reader.group_count(); ++index) {
-    reader.read(index, group);
-    check_group(group, reader.header(), reader.path());
-    work.groups.push_back(counter.count(group));
-    const Chain chain = measure_chain(group, latencies);
-    work.longest.ray = std::max(work.longest.ray, chain.ray);
-    work.longest.warp = std::max(work.longest.warp, chain.warp);
   }
   return work;
 }

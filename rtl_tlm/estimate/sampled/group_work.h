@@ -1,4 +1,5 @@
-// What the groups of a trace ask of the hardware, counted without simulating it: the auxiliary variables of a sample.
+// What the groups of a trace ask of the hardware, counted without simulating it: the auxiliary variables of the
+// windows.
 #pragma once
 
 #include <algorithm>
@@ -6,10 +7,8 @@
 #include <vector>
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
-#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 
@@ -20,18 +19,10 @@ struct LaneWork {
   float far = 0.0F;      ///< sectors asked of the DRAM, about
 };
 
-/// One traceRay call of a warp.
-struct RoundWork {
-  std::vector<LaneWork> lanes;  ///< those that visit a node, by ascending steps
-};
-
 struct GroupWork {
-  std::vector<RoundWork> rounds;
-  traces::RayKind kind = traces::RayKind::primary;
-  std::uint64_t processed = 0;  ///< k-buffer entries looked at: the same for every structure and for checkpointing
-  double sectors = 0.0;         ///< of all rounds
+  double sectors = 0.0;  ///< of all traceRay calls
   double far = 0.0;
-  double steps = 0.0;  ///< longest lane of each round, added up
+  double steps = 0.0;  ///< longest lane of each call, added up
 };
 
 // In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
@@ -82,12 +73,5 @@ class WorkCounter {
   Tags l1_, l2_;
   std::vector<Lane> lanes_;
 };
-
-struct TraceWork {
-  std::vector<GroupWork> groups;
-  Chain longest;  ///< a lower bound, as in lower_bounds.h
-};
-/// Of every group of the trace: decodes it once, one group at a time.
-TraceWork measure_work(const traces::Reader& reader, const GpuConfig& config);
 
 }  // namespace grtx::sim

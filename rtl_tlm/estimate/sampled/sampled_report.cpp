@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "grtx/base/child_process.h"
@@ -49,8 +50,7 @@ std::map<std::string, std::string> SampledReport::inputs() const {
   std::map<std::string, std::string> all = simulation_inputs(reader_, config_);
   all["mode"] = name_of(SimulationMode::sampled);
   all["sampled.seed"] = std::to_string(options_.seed);
-  all["sampled.share"] = fmt::format("{}", *options_.share);
-  all["sampled.model"] = name_of(options_.model);
+  all["sampled.share"] = fmt::format("{}", options_.share);
   all["sampled.engine"] = name_of(options_.engine);
   if (options_.target_error > 0.0) all["sampled.target_error"] = fmt::format("{}", options_.target_error);
   return all;
@@ -65,15 +65,15 @@ void SampledReport::describe(const SampledResult& r, const Sample& sample, const
   add("share", all == 0 ? 0.0 : static_cast<double>(sample.groups) / static_cast<double>(all), "ratio",
       "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
   add("groups", sample.groups, "groups", "groups simulated");
-  add("samples", sample.runs, "runs", sample.runs_of);
   add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
   add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");
   add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
   add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
   add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
   add("bias", r.estimate.whole ? 0.0 : r.estimate.bias.cycles, "ratio",
-      "of it, what model and scaled machines leave over however large the samples are; a measured constant");
-  add("residual", r.estimate.whole ? 0.0 : sample.residual, "ratio", sample.residual_of);
+      "of it, what windows leave over however many they are; a measured constant");
+  add("residual", r.estimate.whole ? 0.0 : sample.residual, "ratio",
+      "root mean square of what a window took beyond what its costs explain, over its cycles");
   add("degrees_of_freedom", r.estimate.whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
 }
 
@@ -111,6 +111,7 @@ void SampledReport::finish(SampledResult& r) const {
 }
 
 SampledResult SampledReport::whole(const std::string& why) const {
+  fmt::print(stderr, "grtx: sampled mode: {}: all of it is simulated, in cycle mode: {}\n", reader_.path(), why);
   ChildProcess child("whole trace", [this] {
     SimulationOptions options;
     options.price = options_.price;
@@ -135,7 +136,7 @@ SampledResult SampledReport::whole(const std::string& why) const {
   r.result.inputs = inputs();
   for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
   modules::StatisticList list;
-  describe(r, {reader_.group_count(), 1, kRunsOfClasses, 0.0, kResidualOfEnds}, why, list);
+  describe(r, {reader_.group_count(), 0.0}, why, list);
   const ordered_json sampled = statistics_object(list);
   ordered_json all = ordered_json::object();  // host.* stays last
   for (const auto& [name, entry] : stats.items()) {

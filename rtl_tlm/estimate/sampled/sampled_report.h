@@ -13,24 +13,15 @@ namespace grtx::sim {
 
 inline constexpr double kWholeFrom = 0.5;  ///< beyond this share the whole trace costs little more
 
-/// Descriptions of samples that are classes of groups on scaled machines.
-inline constexpr const char* kRunsOfClasses = "simulations: each a class of the groups on a scaled machine of its own";
-inline constexpr const char* kResidualOfEnds =
-    "standard deviation between modelled and simulated ends of warps over the cycles of their sample";
-
 class SampledReport {
  public:
-  /// Starts the clocks of the host. All three outlive it; `options` has a share, and may change until the
-  /// first call.
+  /// Starts the clocks of the host. All three outlive it.
   SampledReport(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options);
 
   /// What the interval rests on, beside itself.
   struct Sample {
     std::uint64_t groups = 0;  ///< simulated, distinct
-    std::uint64_t runs = 0;
-    std::string runs_of;  ///< its description
     double residual = 0.0;
-    std::string residual_of;  ///< its description
   };
   /// gpu.sampled.*. note: why the whole trace was simulated, if it was.
   void describe(const SampledResult& result, const Sample& sample, const std::string& note,
@@ -39,7 +30,7 @@ class SampledReport {
   void add_energy(modules::StatisticList& list) const;
   /// Inputs, host.* and the document of a result whose statistics are complete.
   void finish(SampledResult& result) const;
-  /// The whole trace in cycle mode: nothing is estimated.
+  /// The whole trace in cycle mode: nothing is estimated. Says on stderr why.
   SampledResult whole(const std::string& why) const;
 
  private:

@@ -1,38 +1,19 @@
-// Sampled mode: simulates a share of a trace's groups on scaled machines and estimates the whole run.
+// Sampled mode: simulates windows of a large trace, one after the other on the whole machine, and estimates the run.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 
-#include "grtx/base/named_enum.h"
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 
 namespace grtx::sim {
 
-/// What the estimate of the whole run is made with.
-enum class SampleModel : std::uint8_t {
-  visits,  ///< fast mode of the whole trace, corrected by samples; `calls` where it lacks what is configured
-  calls,   ///< the warp model, fitted to samples: faster, less exact
-  windows  ///< windows of a large trace, and regression on what every group costs; `visits` for smaller ones
-};
-constexpr auto enum_names(SampleModel) {
-  using enum SampleModel;
-  return std::to_array<EnumName<SampleModel>>({{visits, "visits"}, {calls, "calls"}, {windows, "windows"}});
-}
-
-/// Of the groups.
-double default_share(SampleModel model);
-
 struct SampledOptions {
-  std::optional<double> share;  ///< of the groups, to begin with, above 1/2 the whole trace; none: default_share(model)
-  double target_error = 0.0;    ///< relative half-width of the interval on cycles to reach; 0: none
+  double share = 0.1;         ///< of the groups, to begin with, above 0; above 1/2 the whole trace
+  double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
-  SampleModel model = SampleModel::visits;
-  SimulationMode engine = SimulationMode::cycle;  ///< that simulates the samples
-  unsigned jobs = 1;                              ///< simulations at a time, each a process of its own
+  SimulationMode engine = SimulationMode::cycle;  ///< that simulates the windows
   EnergyPricing price;                            ///< none: the estimate has no energy statistics
 };
 
@@ -46,7 +27,9 @@ struct SampledResult {
 /// Throws Error for options out of range.
 void check_sampled(const SampledOptions& options);
 
-/// Every simulation runs in a ChildProcess: may be called more than once a process. Throws what simulate() throws.
+/// A trace that windows do not suit (too few groups, secondary rays) is simulated as a whole, in cycle mode, and a line
+/// on stderr says so. Every simulation runs in a ChildProcess: may be called more than once a process. Throws what
+/// simulate() throws, and Error for a sequence of frames.
 SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SampledOptions& options);
 
 }  // namespace grtx::sim

@@ -29,18 +29,6 @@ double value_in(const ordered_json& stats, const std::string& name) {
   return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
 }
 
-/// Integers are counts: added up over the samples. Means and rates: averaged, each sample alike.
-double combined(const std::vector<const ordered_json*>& sample, const std::string& name, bool count) {
-  double sum = 0.0, largest = 0.0;
-  for (const ordered_json* stats : sample) {
-    const double value = value_in(*stats, name);
-    sum += value;
-    largest = std::max(largest, value);
-  }
-  if (count && is_maximum(name)) return largest;
-  return count ? sum : sum / static_cast<double>(sample.size());
-}
-
 std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
   const traces::Totals& t = whole.totals;
   return {{"gpu.rt.node_visits", t.visits()},
@@ -58,18 +46,18 @@ std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
 
 }  // namespace
 
-modules::StatisticList whole_statistics(const std::vector<const ordered_json*>& sample, double factor,
-                                        const WholeRun& whole, const GpuConfig& config) {
+modules::StatisticList whole_statistics(const ordered_json& sample, double factor, const WholeRun& whole,
+                                        const GpuConfig& config) {
   modules::StatisticList list;
   const auto cycles = static_cast<std::uint64_t>(std::llround(whole.cycles));
   const std::map<std::string, std::uint64_t> exact = exact_counts(whole);
   const double sms = config.sms;
   std::vector<modules::Statistic> bounds;
-  for (const auto& [name, entry] : sample.front()->items()) {
+  for (const auto& [name, entry] : sample.items()) {
     if (!name.starts_with("gpu.") || of_one_part(name) || name.starts_with("gpu.energy")) continue;
     const std::string unit = entry.at("unit"), description = entry.at("description");
     const bool count = entry.at("value").is_number_integer();
-    const double value = combined(sample, name, count);
+    const double value = entry.at("value").get<double>();
     const auto whole_number = [](double x) { return static_cast<std::uint64_t>(std::llround(x)); };
     if (name == "gpu.cycles") {
       list.add(name, cycles, unit, description + "; estimated");
@@ -83,19 +71,19 @@ modules::StatisticList whole_statistics(const std::vector<const ordered_json*>& 
       bounds.push_back({name, whole.longest.warp, unit, description});
     } else if (name == "gpu.bound.dram_bandwidth" || name == "gpu.bound.l2_port") {
       const bool dram = name == "gpu.bound.dram_bandwidth";
-      const double all = factor * combined(sample, dram ? "gpu.dram.bursts" : "gpu.l2.accesses", true);
+      const double all = factor * value_in(sample, dram ? "gpu.dram.bursts" : "gpu.l2.accesses");
       const double each = dram ? config.dram.channel.timing.ccd * config.core_mhz / config.memory_mhz : 1.0;
       const bool none = value == 0.0;  // a perfect memory
       bounds.push_back({name, none ? 0 : whole_number(all * each / config.interleave.slices), unit, description});
     } else if (name == "gpu.bound.largest" || name == "gpu.bound.fraction") {
       continue;
     } else if (name.starts_with("gpu.bound.")) {
-      bounds.push_back({name, whole_number(factor * value * whole.busiest_share), unit, description});
+      bounds.push_back({name, whole_number(factor * value), unit, description});
     } else if (exact.contains(name)) {
       list.add(name, exact.at(name), unit, description);
     } else if (name == "gpu.rt.occupancy") {
       const double entries = sms * whole.cycles;
-      list.add(name, factor * combined(sample, "gpu.rt.occupancy_integral", true) / entries, unit, description);
+      list.add(name, factor * value_in(sample, "gpu.rt.occupancy_integral") / entries, unit, description);
     } else if (count) {
       list.add(name, is_maximum(name) ? whole_number(value) : whole_number(factor * value), unit, description);
     } else {

@@ -1,8 +1,7 @@
-// The statistics of a whole run as estimated from samples.
+// The statistics of a whole run as estimated from its windows.
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
@@ -11,19 +10,18 @@
 
 namespace grtx::sim {
 
-/// What is known of the whole run beyond the samples.
+/// What is known of the whole run beyond them.
 struct WholeRun {
-  double cycles = 0.0;         ///< estimated
-  double busiest_share = 0.0;  ///< of all work, of the SM with most of it; from the warp model
+  double cycles = 0.0;  ///< estimated
   std::uint64_t groups = 0;
   traces::Totals totals;
   Chain longest;
 };
 
-/// `sample`: statistics of runs on half SMs, whose contention is that of the whole run. Counts are scaled by `factor`
-/// (work of the trace over work of the samples), times and ratios stay, maxima are those of the samples, counts that
-/// the trace itself gives are exact. Statistics of single SMs and channels are left out; energy is not in the list yet.
-modules::StatisticList whole_statistics(const std::vector<const nlohmann::ordered_json*>& sample, double factor,
-                                        const WholeRun& whole, const GpuConfig& config);
+/// sample: statistics of the run of the windows. Counts are scaled by `factor` (work of the trace over work of the
+/// windows), times and ratios stay, maxima are those of the windows, counts that the trace itself gives are exact.
+/// Statistics of single SMs and channels are left out; energy is not in the list yet.
+modules::StatisticList whole_statistics(const nlohmann::ordered_json& sample, double factor, const WholeRun& whole,
+                                        const GpuConfig& config);
 
 }  // namespace grtx::sim

@@ -84,7 +84,7 @@ WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Windo
       explained += price(estimate.rates, parts[kParts * i + part].costs);
     }
     beyond.push_back(cycles - explained);
-    estimate.evidence.push_back({windows[i].first, 0.0, beyond.back() / std::max(1.0, cycles), 0.0});
+    estimate.evidence.push_back({windows[i].first, beyond.back() / std::max(1.0, cycles), 0.0});
     estimate.cycles += expansion[i] * beyond.back();
   }
   const double last = times.launched.back(), end = *std::max_element(times.ended.begin(), times.ended.end());

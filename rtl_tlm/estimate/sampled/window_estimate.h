@@ -13,7 +13,7 @@
 
 namespace grtx::sim {
 
-/// What the cycles of a window are explained by, of one group or of several: what the warp model is made of.
+/// What the cycles of a window are explained by, of one group or of several.
 inline constexpr std::size_t kCosts = 3;
 struct GroupCosts : std::array<double, kCosts> {
   GroupCosts() : array{} {}

@@ -1,13 +1,15 @@
-// Sampled mode as a whole, on random traces: exact at the whole trace, deterministic, honest about its error.
+// Sampled mode, on a random trace that is large for a small machine: near cycle mode and honest about its error, exact
+// where all is simulated.
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/estimate/sampled/window_plan.h"
 #include "paths.h"
 #include "rtl_tlm/estimate/sampled/random_trace_run.h"
 
@@ -18,10 +20,17 @@ using nlohmann::ordered_json;
 
 class SampledSimulation : public test::RandomTraceRun {
  protected:
-  static constexpr unsigned kGroups = 160;
+  static constexpr unsigned kGroups = 2400;
 
-  SampledSimulation() : RandomTraceRun(5, kGroups) {}
-
+  explicit SampledSimulation(unsigned secondary = 0) : RandomTraceRun(11, kGroups, secondary) {
+    config_.resident_warps = 8 / config_.sms;
+  }
+  static SampledOptions windows(std::uint64_t seed = 1) {
+    SampledOptions options;
+    options.price = describe_energy;
+    options.seed = seed;
+    return options;
+  }
   static ordered_json without_host(const ordered_json& stats) {
     ordered_json rest;
     for (const auto& [name, entry] : stats.items()) {
@@ -29,42 +38,121 @@ class SampledSimulation : public test::RandomTraceRun {
     }
     return rest;
   }
-  static SampledOptions share(double share, std::uint64_t seed = 1) {
-    SampledOptions options;
-    options.price = describe_energy;
-    options.share = share;
-    options.seed = seed;
-    return options;
+  /// What the whole trace gives in cycle mode, and a line that says why.
+  void expect_whole(const SampledOptions& options, const std::string& why) const {
+    ::testing::internal::CaptureStderr();
+    const SampledResult sampled = simulate_sampled(file_.path(), config_, options);
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("all of it is simulated, in cycle mode: " + why), std::string::npos) << said;
+    EXPECT_TRUE(sampled.estimate.whole);
+    const ordered_json& stats = sampled.result.document.at("stats");
+    const ordered_json full = without_host(cycle_mode().at("stats"));
+    for (const auto& [name, entry] : full.items()) {
+      EXPECT_EQ(stats.at(name), entry) << name;
+    }
+    EXPECT_EQ(stats.at("gpu.sampled.share").at("value"), 1.0);
+    EXPECT_NE(stats.at("gpu.sampled.share").at("description").get<std::string>().find(why), std::string::npos);
+    EXPECT_EQ(stats.at("gpu.sampled.half_width").at("value"), 0.0);
+    EXPECT_EQ(sampled.cycles.low, stats.at("gpu.cycles").at("value").get<double>());
+    EXPECT_EQ(sampled.cycles.high, sampled.cycles.low);
   }
 };
 
-TEST_F(SampledSimulation, TheWholeTraceIsTheFullRun) {
-  const SampledResult sampled = simulate_sampled(file_.path(), config_, share(1.0));
+TEST_F(SampledSimulation, EstimatesTheRunAndCoversIt) {
   const ordered_json full = cycle_mode().at("stats");
-  const ordered_json& stats = sampled.result.document.at("stats");
-  for (const auto& [name, entry] : full.items()) {
-    if (name.starts_with("host.")) continue;
-    EXPECT_EQ(stats.at(name), entry) << name;
+  const double truth = full.at("gpu.cycles").at("value").get<double>();
+  unsigned covered = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const SampledResult sampled = simulate_sampled(file_.path(), config_, windows(seed));
+    ASSERT_FALSE(sampled.estimate.whole);
+    EXPECT_TRUE(sampled.result.violations.empty());
+    EXPECT_NEAR(sampled.cycles.value / truth, 1.0, 0.1) << seed;
+    covered += sampled.cycles.low <= truth && truth <= sampled.cycles.high ? 1U : 0U;
+    const ordered_json& stats = sampled.result.document.at("stats");
+    const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
+    EXPECT_EQ(stats.at("gpu.rt.node_visits"), full.at("gpu.rt.node_visits"));
+    EXPECT_EQ(stats.at("gpu.bound.longest_warp").at("value"), full.at("gpu.bound.longest_warp").at("value"));
+    EXPECT_NEAR(value("gpu.l2.accesses") / full.at("gpu.l2.accesses").at("value").get<double>(), 1.0, 0.2);
+    EXPECT_NEAR(value("gpu.energy_nj") / full.at("gpu.energy_nj").at("value").get<double>(), 1.0, 0.2);
+    EXPECT_NEAR(value("gpu.sampled.share"), 0.1, 0.02);
+    EXPECT_GE(value("gpu.sampled.windows"), kFewestWindows);
+    EXPECT_EQ(sampled.result.inputs.at("mode"), "sampled");
+    EXPECT_EQ(sampled.result.inputs.at("sampled.share"), "0.1");
   }
-  EXPECT_EQ(stats.at("gpu.sampled.share").at("value"), 1.0);
-  EXPECT_EQ(stats.at("gpu.sampled.half_width").at("value"), 0.0);
-  EXPECT_EQ(sampled.cycles.low, full.at("gpu.cycles").at("value").get<double>());
-  EXPECT_EQ(sampled.cycles.high, sampled.cycles.low);
+  EXPECT_GE(covered, 3U);
 }
 
-TEST_F(SampledSimulation, GivesTheSameEachTimeWhateverRunsBesideIt) {
-  SampledOptions options = share(0.0625);
-  const ordered_json first = simulate_sampled(file_.path(), config_, options).result.document;
-  options.jobs = 2;
-  const ordered_json second = simulate_sampled(file_.path(), config_, options).result.document;
-  EXPECT_EQ(without_host(first.at("stats")), without_host(second.at("stats")));
+TEST_F(SampledSimulation, GivesTheSameEachTime) {
+  const ordered_json first = simulate_sampled(file_.path(), config_, windows()).result.document;
+  const ordered_json second = simulate_sampled(file_.path(), config_, windows()).result.document;
   EXPECT_EQ(first.at("sampled"), second.at("sampled"));
+  EXPECT_EQ(without_host(first.at("stats")), without_host(second.at("stats")));
   EXPECT_EQ(first.at("inputs"), second.at("inputs"));
-  EXPECT_FALSE(first.at("sampled").at("whole").get<bool>());
+}
+
+TEST_F(SampledSimulation, FastModeRunsTheSameWindows) {
+  SampledOptions options = windows();
+  const SampledResult cycle = simulate_sampled(file_.path(), config_, options);
+  options.engine = SimulationMode::fast;
+  const SampledResult fast = simulate_sampled(file_.path(), config_, options);
+  ASSERT_EQ(cycle.estimate.evidence.size(), fast.estimate.evidence.size());
+  for (std::size_t i = 0; i < cycle.estimate.evidence.size(); ++i) {
+    EXPECT_EQ(cycle.estimate.evidence[i].group, fast.estimate.evidence[i].group);
+  }
+  EXPECT_NEAR(fast.cycles.value / cycle.cycles.value, 1.0, 0.1);
+  EXPECT_GT(fast.estimate.bias.cycles, cycle.estimate.bias.cycles);
+}
+
+TEST_F(SampledSimulation, WhatFastModeLacksIsRefusedByItAndRunsInCycleMode) {
+  config_.rt.memory.by_shader = true;
+  SampledOptions options = windows();
+  EXPECT_FALSE(simulate_sampled(file_.path(), config_, options).estimate.whole);
+  options.engine = SimulationMode::fast;
+  EXPECT_THROW(simulate_sampled(file_.path(), config_, options), Error);
+}
+
+TEST_F(SampledSimulation, OfATraceTooSmallForWindowsAllIsSimulatedAndItSaysSo) {
+  config_.resident_warps = 64;
+  expect_whole(windows(), "2400 warps are too few for 20 windows at a share of 0.1");
+}
+
+class SampledSimulationOfTwoLaunches : public SampledSimulation {
+ protected:
+  SampledSimulationOfTwoLaunches() : SampledSimulation(kGroups / 4) {}
+};
+
+TEST_F(SampledSimulationOfTwoLaunches, AllIsSimulated) {
+  expect_whole(windows(), "secondary rays are a second launch");
+}
+
+TEST_F(SampledSimulation, AShareOfMostIsTheWholeTrace) {
+  SampledOptions options = windows();
+  options.share = 1.0;
+  expect_whole(options, "as asked for");
+}
+
+TEST_F(SampledSimulation, TargetsBelowTheBiasAreNotTriedWithWindows) {
+  SampledOptions options = windows();
+  options.target_error = 2.0 * kWindowsBias.cycles;
+  expect_whole(options, "to reach --target-error, which is below what windows leave over");
+}
+
+TEST_F(SampledSimulation, TargetsAskForMoreWindowsAndInTheEndForAll) {
+  SampledOptions options = windows();
+  options.target_error = 0.5;
+  const SampledResult loose = simulate_sampled(file_.path(), config_, options);
+  EXPECT_FALSE(loose.estimate.whole);
+  EXPECT_LE(loose.cycles.half_width, 0.5);
+  options.target_error = 0.8 * loose.cycles.half_width;
+  const SampledResult closer = simulate_sampled(file_.path(), config_, options);
+  EXPECT_FALSE(closer.estimate.whole);
+  EXPECT_LE(closer.cycles.half_width, options.target_error);
+  EXPECT_EQ(closer.result.inputs.at("sampled.share"), "0.1");  // as asked for
+  EXPECT_GT(closer.estimate.evidence.size(), loose.estimate.evidence.size());
 }
 
 TEST_F(SampledSimulation, NamesWhatTheFullRunNames) {
-  const SampledResult sampled = simulate_sampled(file_.path(), config_, share(0.0625));
+  const SampledResult sampled = simulate_sampled(file_.path(), config_, windows());
   const ordered_json& stats = sampled.result.document.at("stats");
   const ordered_json full = cycle_mode().at("stats");
   for (const auto& [name, entry] : full.items()) {
@@ -80,62 +168,19 @@ TEST_F(SampledSimulation, NamesWhatTheFullRunNames) {
                             "gpu.bound.longest_warp"}) {
     EXPECT_EQ(stats.at(exact).at("value"), full.at(exact).at("value")) << exact;
   }
-  for (const char* name : {"share", "groups", "samples", "confidence", "cycles_low", "cycles_high", "half_width",
+  for (const char* name : {"share", "groups", "windows", "confidence", "cycles_low", "cycles_high", "half_width",
                            "deviation", "bias", "residual"}) {
     EXPECT_TRUE(stats.contains(std::string("gpu.sampled.") + name)) << name;
   }
-  EXPECT_EQ(stats.at("gpu.sampled.groups").at("value"), kGroups / 16);
   EXPECT_TRUE(sampled.result.violations.empty());
   EXPECT_EQ(sampled.result.document.at("inputs").at("mode"), "sampled");
 }
 
-TEST_F(SampledSimulation, IntervalsCoverTheTruth) {
-  const double truth = cycle_mode().at("stats").at("gpu.cycles").at("value").get<double>();
-  unsigned covered = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const SampledResult sampled = simulate_sampled(file_.path(), config_, share(0.125, seed));
-    ASSERT_FALSE(sampled.estimate.whole);
-    EXPECT_NEAR(sampled.cycles.value / truth, 1.0, 0.3) << seed;
-    covered += sampled.cycles.low <= truth && truth <= sampled.cycles.high ? 1U : 0U;
-  }
-  EXPECT_GE(covered, 5U);
-}
-
-TEST_F(SampledSimulation, TakesTheWarpModelForWhatFastModeLacks) {
-  const auto model = [&] {
-    return simulate_sampled(file_.path(), config_, share(0.25)).result.inputs.at("sampled.model");
-  };
-  EXPECT_EQ(model(), "visits");
-  config_.rt.memory.by_shader = true;
-  EXPECT_EQ(model(), "calls");
-}
-
-TEST_F(SampledSimulation, FastEngineTakesTheSameGroups) {
-  SampledOptions options = share(0.0625);
-  const SampledResult cycle = simulate_sampled(file_.path(), config_, options);
-  options.engine = SimulationMode::fast;
-  const SampledResult fast = simulate_sampled(file_.path(), config_, options);
-  ASSERT_EQ(cycle.estimate.evidence.size(), fast.estimate.evidence.size());
-  for (std::size_t i = 0; i < cycle.estimate.evidence.size(); ++i) {
-    EXPECT_EQ(cycle.estimate.evidence[i].group, fast.estimate.evidence[i].group);
-  }
-  EXPECT_NEAR(fast.cycles.value / cycle.cycles.value, 1.0, 0.15);
-}
-
-TEST_F(SampledSimulation, GoesOnToTheWholeTraceWhenTheTargetIsTighter) {
-  SampledOptions options = share(0.25);
-  options.target_error = 0.001;
-  const SampledResult sampled = simulate_sampled(file_.path(), config_, options);
-  EXPECT_TRUE(sampled.estimate.whole);
-  EXPECT_EQ(sampled.result.document.at("stats").at("gpu.cycles"), cycle_mode().at("stats").at("gpu.cycles"));
-  EXPECT_NE(sampled.result.document.dump().find("to reach --target-error"), std::string::npos);
-  options.target_error = 0.9;
-  EXPECT_FALSE(simulate_sampled(file_.path(), config_, options).estimate.whole);
-}
-
 TEST_F(SampledSimulation, RefusesSharesAndTargetsOutOfRange) {
   for (const double bad : {0.0, -0.5, 1.5, std::nan("")}) {
-    EXPECT_THROW(simulate_sampled(file_.path(), config_, share(bad)), Error) << bad;
+    SampledOptions options;
+    options.share = bad;
+    EXPECT_THROW(simulate_sampled(file_.path(), config_, options), Error) << bad;
   }
   SampledOptions options;
   options.target_error = 1.0;
@@ -162,8 +207,10 @@ TEST_F(SampledSimulation, CommandLineRefusesInOneLine) {
               {"--mode sampled --target-error 2%%", "--target-error"},
               {"--mode sampled --target-error none", "--target-error"},
               {"--mode sampled --target-error 150%", "--target-error"},
-              {"--mode fast --share 0.1", "needs --mode sampled"},
-              {"--seed 2", "needs --mode sampled"}};
+              {"--mode fast --share 0.2", "needs --mode sampled"},
+              {"--seed 2", "needs --mode sampled"},
+              {"--mode model", "--mode: unknown value 'model', the nearest is 'cycle' (known: cycle, fast, sampled)"},
+              {"--mode sampled --sample-model visits", "--sample-model"}};
   for (const auto& row : rows) {
     const auto [code, text] = command("'" + file_.path() + "' " + row.arguments);
     EXPECT_EQ(code, 2) << row.arguments;
