@@ -1,5 +1,5 @@
 // Render time against error, over acceleration structure, k, checkpointing, termination threshold, kernel radius,
-// precision of the stored boxes and precision of the response. Prints the Pareto front, writes NAME.csv and NAME.svg.
+// precision of the stored boxes and precision of the response. Prints the Pareto front, writes NAME.csv.
 //
 //   build/bench/bench/error_vs_time SCENE CAMERAS.json -o FOLDER [--view I --width W --height H --full]
 //
@@ -17,7 +17,6 @@
 #include <memory>
 #include <tuple>
 
-#include "bench/scatter_svg.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/reference/reference.h"
@@ -111,7 +110,7 @@ ReferenceProxy reference_proxy(AccelKind kind) {
   }
 }
 
-// PSNR is capped where the plot would otherwise end at infinity.
+// Beyond this all settings are equally exact.
 double capped(double psnr) { return std::min(psnr, 160.0); }
 
 void mark_front(std::vector<Measured>& all) {
@@ -197,7 +196,6 @@ void run(const Options& options) {
   std::filesystem::create_directories(options.output);
   std::string csv =
       "accel,k,checkpoint,ert,kernel_radius,box_bits,response,relative_time,psnr_db,max_error,visits,front\n";
-  std::vector<ScatterPoint> points;
   for (const Measured& m : all) {
     const Setting& s = m.setting;
     static const char* const responses[] = {"fp32", "fp16", "bf16"};
@@ -205,14 +203,8 @@ void run(const Options& options) {
                        s.checkpoint ? "on" : "off", static_cast<double>(s.ert), s.adaptive ? "adaptive" : "3sigma",
                        s.box_bits, responses[static_cast<int>(s.response)], m.seconds, m.error.psnr, m.error.max_error,
                        m.visits, m.front ? 1 : 0);
-    points.push_back({m.seconds, capped(m.error.psnr), static_cast<unsigned>(s.accel), m.front, s.name()});
   }
   write_file(options.output + "/" + name + ".csv", csv);
-  const ScatterText text{
-      fmt::format("{}, {}x{}: error against time ({} settings)", name, camera.width, camera.height, all.size()),
-      "time of one thread, tri20 with the defaults = 1", "PSNR to the fp64 reference, dB", names_of<AccelKind>()};
-  write_file(options.output + "/" + name + ".svg", scatter_svg(text, points));
-
   fmt::print("\n{}: {} Gaussians, {}x{}, {} settings; the Pareto front:\n\n", name, scene.size(), camera.width,
              camera.height, all.size());
   fmt::print("| setting | time | PSNR, dB | largest error |\n|---|---|---|---|\n");
@@ -241,7 +233,7 @@ int main(int argc, char** argv) {
   CLI::App app("Render time against error");
   app.add_option("scene", options.scene, "Scene file")->required();
   app.add_option("cameras", options.cameras, "Cameras")->required();
-  app.add_option("-o,--output", options.output, "Folder for the CSV and the picture")->required();
+  app.add_option("-o,--output", options.output, "Folder for the CSV")->required();
   app.add_option("--view", options.view, "Camera")->capture_default_str();
   app.add_option("--width", options.width, "Pixels")->capture_default_str();
   app.add_option("--height", options.height, "Pixels")->capture_default_str();

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Readings of the paper against its six ratios, from the databases of configs/sweeps/readings*.toml.
 
-    python3 bench/readings.py readings.sqlite readings_write_back.sqlite [--svg F.svg] [--csv F.csv]
+    python3 bench/readings.py readings.sqlite readings_write_back.sqlite [--csv F.csv]
 
 Prints a table of all readings in the order of their distance to the paper (mean squared log ratio over the six ratios
-and all scenes), then the best reading scene by scene; the picture is a waterfall from the first reading to the best, and what one more change would do.
+and all scenes), then the best reading scene by scene, the steps from the first reading to it, and what one more change would do.
 """
 import argparse
 import csv
@@ -78,39 +78,9 @@ def other_steps(best, table):
     return steps
 
 
-def waterfall(path, others, table):
-    """path: steps one after the other; others: steps from its end, each alone, drawn hollow."""
-    root = lambda reading: math.sqrt(distance(table[reading]))
-    values = [root(r) for _, r in path]
-    bars = [(label, values[i - 1] if i else 0.0, values[i], False) for i, (label, _) in enumerate(path)]
-    bars += [(label, values[-1], root(r), True) for label, r in others]
-    step, left, top, bar, high_bar = 120, 60, 60, 80, 220
-    width, height = left + step * len(bars) + 20, top + high_bar + 60
-    scale = high_bar / max(max(before, value) for _, before, value, _ in bars)
-    y = lambda v: top + high_bar - v * scale
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
-           'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/>',
-           f'<text x="{left}" y="22" font-size="14">Distance to the paper: root mean squared log ratio, six ratios, '
-           'all scenes. Hollow: what one more change alone would do</text>',
-           f'<line x1="{left - 10}" y1="{y(0)}" x2="{width - 20}" y2="{y(0)}" stroke="black"/>',
-           f'<line x1="{left}" y1="{y(values[-1]):.1f}" x2="{width - 20}" y2="{y(values[-1]):.1f}" '
-           'stroke="#888" stroke-dasharray="3 3"/>']
-    for i, (label, before, value, hollow) in enumerate(bars):
-        x = left + step * i
-        high, low = max(value, before), min(value, before)
-        colour = "#8a8a8a" if i == 0 else "#2a7f62" if value < before else "#b4442c"
-        out.append(f'<rect x="{x}" y="{y(high):.1f}" width="{bar}" height="{max(1.0, (high - low) * scale):.1f}" '
-                   f'stroke="{colour}" fill="{"white" if hollow else colour}"/>')
-        out.append(f'<text x="{x}" y="{y(high) - 6:.1f}">{value:.3f}</text>')
-        name, _, what = label.partition(": ")
-        out.append(f'<text x="{x}" y="{y(0) + 18}">{name}</text><text x="{x}" y="{y(0) + 34}">{what}</text>')
-    return "\n".join(out + ["</svg>\n"])
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("databases", nargs="+")
-    parser.add_argument("--svg", help="waterfall picture")
     parser.add_argument("--csv", help="all ratios of all scenes")
     options = parser.parse_args()
     by_scene = {}
@@ -140,9 +110,7 @@ def main():
     if FIRST in table:
         path = steps_to(best, table)
         print("\nSteps: " + "; ".join(f"{label} {distance(table[r]):.4f}" for label, r in path))
-        if options.svg:
-            with open(options.svg, "w") as file:
-                file.write(waterfall(path, other_steps(best, table), table))
+        print("One more: " + "; ".join(f"{label} {distance(table[r]):.4f}" for label, r in other_steps(best, table)))
     if options.csv:
         with open(options.csv, "w", newline="") as file:
             writer = csv.writer(file)

@@ -1,6 +1,6 @@
 // Simulation time against error: cycle mode on one thread and on several, fast mode at several strides, sampled mode at
 // several shares, over scenes and the four designs, with the coverage of sampled mode's intervals over many
-// seeds; a picture a scene. Every result is a file in the output folder and is not simulated again, so the program can
+// seeds. Every result is a file in the output folder and is not simulated again, so the program can
 // be interrupted, and rerun with more seeds or after a change to one mode (delete its files, or its folder).
 //
 //   bench/sim_error_vs_time -o out --room 3000                  a generated room, traced here
@@ -20,7 +20,6 @@
 #include <systemc>
 #include <vector>
 
-#include "bench/scatter_svg.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
@@ -55,7 +54,6 @@ struct Setting {
   std::string seed;  ///< the argument before a seed; none: runs do not depend on one
   bool sampled = false;
   bool wall = false;  ///< its time is wall time: it has several threads
-  std::string mode() const { return name.substr(0, name.find(' ')); }
 };
 
 /// One run, as its statistics file says.
@@ -122,7 +120,7 @@ std::string make_room(const Options& options) {
 
 /// Errors of one setting on one scene.
 struct Summary {
-  std::string scene, setting, mode;
+  std::string scene, setting;
   double speed = 0.0;                    ///< time of cycle mode over its own, four designs together
   std::array<double, 4> cycles_bias{};   ///< mean of estimate / truth - 1, by design
   std::array<double, 4> cycles_error{};  ///< mean of its absolute value
@@ -147,7 +145,6 @@ Summary summarise(const std::string& scene, const Setting& setting, const std::a
   Summary s;
   s.scene = scene;
   s.setting = setting.name;
-  s.mode = setting.mode();
   s.seeds = static_cast<unsigned>(runs.size());
   const double n = static_cast<double>(runs.size());
   double own = 0.0, reference = 0.0;
@@ -210,28 +207,6 @@ void write_results(const Options& options, const std::vector<Summary>& all) {
   grtx::write_file(options.output + "/sim_error_vs_time.csv", csv);
 }
 
-/// One picture a scene: the settings, coloured by mode, and the front of those that no other beats in time and error.
-void draw_scenes(const Options& options, const std::vector<Summary>& all) {
-  std::map<std::string, std::vector<Summary>> by_scene;
-  for (const Summary& s : all) by_scene[s.scene].push_back(s);
-  const std::vector<std::string> modes = {"cycle", "fast", "sampled"};
-  for (const auto& [scene, settings] : by_scene) {
-    std::vector<grtx::bench::ScatterPoint> points;
-    for (const Summary& s : settings) {
-      const bool beaten = std::any_of(settings.begin(), settings.end(), [&s](const Summary& o) {
-        return o.speed >= s.speed && o.mean_ratio_error() <= s.mean_ratio_error() &&
-               (o.speed > s.speed || o.mean_ratio_error() < s.mean_ratio_error());
-      });
-      const auto mode = static_cast<unsigned>(std::find(modes.begin(), modes.end(), s.mode) - modes.begin());
-      points.push_back({1.0 / s.speed, 100 * s.mean_ratio_error(), mode, !beaten, s.setting});
-    }
-    const grtx::bench::ScatterText text{"Simulation time against error: " + scene, "time, cycle mode on one thread = 1",
-                                        "mean error of the speed-ups, %", modes};
-    grtx::write_file(fmt::format("{}/sim_error_vs_time_{}.svg", options.output, scene),
-                     grtx::bench::scatter_svg(text, points));
-  }
-}
-
 int run(Options options) {
   if (options.room > 0) options.traces.push_back(make_room(options));
   if (options.traces.empty()) throw grtx::Error("sim_error_vs_time", "--traces", "or --room is needed");
@@ -278,7 +253,6 @@ int run(Options options) {
     }
   }
   write_results(options, all);
-  draw_scenes(options, all);
   return 0;
 }
 
