@@ -15,7 +15,7 @@
 #include "grtx/base/stopwatch.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
-#include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/statistics_table.h"
 
 namespace grtx::sim {
 namespace {
@@ -47,6 +47,40 @@ std::string run_case(const RegressionCase& c, const RegressionOptions& options) 
       .dump();
 }
 
+/// A case's column of the table: statistics by their names, and what they are of.
+ordered_json column_of(const ordered_json& document) {
+  ordered_json values = ordered_json::object();
+  for (const char* part : {"config", "inputs"}) {
+    for (const auto& [key, value] : document.at(part).items()) values[fmt::format("{}.{}", part, key)] = value;
+  }
+  for (const auto& [name, statistic] : document.at("stats").items()) values[name] = statistic.at("value");
+  return values;
+}
+
+/// As column_of() found it.
+ordered_json document_of(const ordered_json& column) {
+  ordered_json document = {{"config", ordered_json::object()}, {"inputs", ordered_json::object()}};
+  ordered_json& stats = document["stats"] = ordered_json::object();
+  for (const auto& [name, value] : column.items()) {
+    if (name.starts_with("config.")) {
+      document["config"][name.substr(7)] = value;
+    } else if (name.starts_with("inputs.")) {
+      document["inputs"][name.substr(7)] = value;
+    } else {
+      stats[name] = {{"value", value}};
+    }
+  }
+  return document;
+}
+
+/// A record of a version before 2026-11-26.
+void refuse_old_record(const RegressionCase& c) {
+  const std::string old = (std::filesystem::path(c.record).parent_path() / (c.column + ".stats.json")).string();
+  if (std::filesystem::exists(old)) {
+    throw Error(old, "", "is the record of an earlier version: --update --reason TEXT writes records.tsv in its place");
+  }
+}
+
 /// Compares, and records when it is asked to. Throws Error.
 void judge(RegressionOutcome& outcome, const ordered_json& found, const RegressionOptions& options) {
   const RegressionCase& c = outcome.regression_case;
@@ -58,14 +92,16 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
     outcome.message = "conservation law violated: " + violations.front().get<std::string>();
     return;
   }
-  const bool is_new = !std::filesystem::exists(c.record);
+  StatisticsTable records(c.record);
+  const bool is_new = !records.has(c.column);
   if (is_new && options.reason.empty()) {
-    throw Error(c.record, "", "there is no record: --update --reason TEXT makes one");
+    refuse_old_record(c);
+    throw Error(c.record, c.column, "there is no record: --update --reason TEXT makes one");
   }
   if (!is_new) {
-    outcome.comparison = compare_statistics(c, read_statistics(c.record), document);
-    if (outcome.comparison.compared == 0 && outcome.comparison.unrecorded.empty()) {
-      throw Error(c.record, "stats", "holds none of the case's statistics");
+    outcome.comparison = compare_statistics(c, document_of(records.of(c.column)), document);
+    if (outcome.comparison.compared == 0 && (options.reason.empty() || outcome.comparison.unrecorded.empty())) {
+      throw Error(c.record, c.column, "holds none of the case's statistics");
     }
     const bool grown = !outcome.comparison.unrecorded.empty() && !options.reason.empty();
     if (outcome.comparison.equal() && !grown) return;
@@ -76,7 +112,8 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
   outcome.kind = Kind::differs;
   if (options.reason.empty()) return;
   note_update(c, options.program, options.reason);  // first: a record without its reason would be lost knowledge
-  write_file(c.record, statistics_text(document));
+  records.put(c.column, column_of(document));
+  write_file(c.record, records.text());
   outcome.kind = Kind::recorded;
 }
 

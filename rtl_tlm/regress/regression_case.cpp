@@ -35,7 +35,9 @@ class CaseReader {
       throw Error(path_, fmt::format("line {}", error.source().begin.line), std::string(error.description()));
     }
     case_.file = path_;
-    case_.record = path_.substr(0, path_.size() - kEnding.size()) + ".stats.json";
+    case_.record = (folder_ / "records.tsv").string();
+    case_.column = fs::path(path_).filename().string();
+    case_.column.resize(case_.column.size() - kEnding.size());
     for (const auto& [name, node] : table) read_key(std::string(name.str()), node);
     if (case_.trace.empty()) throw Error(path_, "trace", "is needed: the trace's file");
     if (case_.mode != SimulationMode::sampled && sampled_ != nullptr) fail(*sampled_, "needs mode = \"sampled\"");

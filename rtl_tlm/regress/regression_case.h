@@ -19,13 +19,14 @@ struct RegressionTolerance {
 struct RegressionCase {
   std::string name;  ///< below the regression's folder, without the ending
   std::string file;
-  std::string record;  ///< NAME.stats.json beside the file
+  std::string record;  ///< the table of its folder, records.tsv
+  std::string column;  ///< of the case in it: its NAME
   std::string trace;
   std::string machine;                ///< a name, or the path of a file .toml; "" for none
   std::string config;                 ///< "" for none
   std::vector<std::string> settings;  ///< key=value
   SimulationMode mode = SimulationMode::cycle;
-  SampledOptions sampled;                       ///< sampled mode: share, seed, model and engine
+  SampledOptions sampled;                       ///< sampled mode: share, seed and engine
   std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
   std::vector<RegressionTolerance> tolerances;  ///< the last that matches holds; none: exact
 };

@@ -101,22 +101,30 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
   StatisticsComparison comparison;
   const ordered_json& recorded = record.at("stats");
   const ordered_json& stats = found.at("stats");
-  for (const auto& [name, statistic] : recorded.items()) {
-    if (!is_compared(regression_case, name)) continue;
+  for (const auto& [name, now] : stats.items()) {
+    const auto statistic = recorded.find(name);
+    if (!is_compared(regression_case, name) || statistic == recorded.end()) continue;
     ++comparison.compared;
-    StatisticDifference difference{
-        name, unit_of_statistic(name), is_time(name, statistic.value("unit", "")), text_of_value(statistic), "", 0.0};
-    if (const auto now = stats.find(name); now != stats.end()) {
-      const ordered_json &old_value = statistic.at("value"), &new_value = now->at("value");
-      if (old_value == new_value) continue;
-      difference.found = text_of_value(*now);
-      if (old_value.is_number() && new_value.is_number()) {
-        const double before = old_value.get<double>(), change = new_value.get<double>() - before;
-        if (std::abs(change) <= tolerance_of(regression_case, name) * std::abs(before)) continue;
-        difference.relative = before == 0.0 ? 0.0 : change / before;
-      }
+    const ordered_json &old_value = statistic->at("value"), &new_value = now.at("value");
+    if (old_value == new_value) continue;
+    StatisticDifference difference{name,
+                                   unit_of_statistic(name),
+                                   is_time(name, now.value("unit", "")),
+                                   text_of_value(*statistic),
+                                   text_of_value(now),
+                                   0.0};
+    if (old_value.is_number() && new_value.is_number()) {
+      const double before = old_value.get<double>(), change = new_value.get<double>() - before;
+      if (std::abs(change) <= tolerance_of(regression_case, name) * std::abs(before)) continue;
+      difference.relative = before == 0.0 ? 0.0 : change / before;
     }
     comparison.differences.push_back(std::move(difference));
+  }
+  for (const auto& [name, statistic] : recorded.items()) {
+    if (!is_compared(regression_case, name) || stats.contains(name)) continue;
+    ++comparison.compared;
+    comparison.differences.push_back(
+        {name, unit_of_statistic(name), is_time(name, ""), text_of_value(statistic), "", 0.0});
   }
   std::stable_sort(comparison.differences.begin(), comparison.differences.end(),
                    [](const auto& a, const auto& b) { return a.unit.place < b.unit.place; });

@@ -29,14 +29,14 @@ struct StatisticDifference {
 
 struct StatisticsComparison {
   std::size_t compared = 0;
-  std::vector<StatisticDifference> differences;  ///< by unit, then in the record's order
+  std::vector<StatisticDifference> differences;  ///< by unit, then in the run's order
   std::vector<std::string> unrecorded;           ///< new statistics; no difference
   std::vector<std::string> configuration;        ///< keys that differ, "key: old -> new"; no difference by itself
   std::vector<std::string> inputs;               ///< of the inputs: trace_hash and the like
   bool equal() const { return differences.empty(); }
 };
 
-/// record, found: grtx.stats/1.
+/// record, found: grtx.stats/1; of the record "config", "inputs" and the statistics' values are enough.
 StatisticsComparison compare_statistics(const RegressionCase& regression_case, const nlohmann::ordered_json& record,
                                         const nlohmann::ordered_json& found);
 

@@ -1,7 +1,7 @@
 // grtx regress: what is equal, what differs and where, what is recorded and why, and what is refused.
 #include <gmock/gmock.h>
 
-#include <nlohmann/json.hpp>
+#include <fmt/format.h>
 
 #include "apps/program.h"
 
@@ -27,6 +27,17 @@ class Regress : public ::testing::Test {
     folder_.write("d/" + name + ".case.toml", "trace = '" + trace + "'\nset = ['gpu.sms=1'" + settings_ + "]\n" + more);
   }
   Outcome record() { return folder_.run("regress d --update --reason 'the first'"); }
+  /// The line of a statistic in d/records.tsv, which has one case.
+  std::string record_of(const std::string& statistic) {
+    const std::string text = folder_.read("d/records.tsv");
+    const std::size_t begin = text.find('\n' + statistic + '\t') + 1;
+    return text.substr(begin, text.find('\n', begin) + 1 - begin);
+  }
+  void replace_record(const std::string& statistic, const std::string& line) {
+    std::string text = folder_.read("d/records.tsv");
+    const std::string old = record_of(statistic);
+    folder_.write("d/records.tsv", text.replace(text.find(old), old.size(), line));
+  }
 
   Folder folder_;
   std::string settings_;
@@ -41,7 +52,7 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   EXPECT_THAT(recorded.out, HasSubstr("3 cases: 0 equal, 0 differ, 3 recorded, 0 refused"));
   const std::string file = folder_.read("d/cycle.case.toml");
   EXPECT_THAT(file, AllOf(HasSubstr("[[update]]"), HasSubstr("reason = \"the first\"")));
-  EXPECT_THAT(folder_.read("d/cycle.stats.json"), Not(HasSubstr("host.")));
+  EXPECT_THAT(folder_.read("d/records.tsv"), AllOf(HasSubstr("\ngpu.cycles\t"), Not(HasSubstr("host."))));
   for (const char* how : {"", "--jobs 3", "--update --reason 'nothing to do'"}) {
     const Outcome again = folder_.run(std::string("regress d ") + how);
     EXPECT_EQ(again.code, 0) << again.out << again.err;
@@ -59,14 +70,14 @@ TEST_F(Regress, ACaseChoosesTheEngineOfItsWindows) {
   const Outcome recorded = record();
   ASSERT_EQ(recorded.code, 0) << recorded.out << recorded.err;
   for (const std::string engine : {"cycle", "fast"}) {
-    EXPECT_THAT(folder_.read("d/" + engine + ".stats.json"), HasSubstr("\"sampled.engine\": \"" + engine + "\""));
+    EXPECT_THAT(record_of("inputs.sampled.engine"), HasSubstr("\t\"" + engine + "\""));
   }
 }
 
 TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
   write_case("a");
   ASSERT_EQ(record().code, 0);
-  const std::string before = folder_.read("d/a.stats.json");
+  const std::string before = folder_.read("d/records.tsv");
   settings_ = ", 'simt.cost.trace_call=999'";
   write_case("a");
   const Outcome differs = folder_.run("regress d --each 1 --junit out.xml");
@@ -78,19 +89,17 @@ TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
   EXPECT_THAT(xml, AllOf(HasSubstr("tests=\"1\" failures=\"1\" errors=\"0\""),
                          HasSubstr("<testcase classname=\"d\" name=\"a\""), HasSubstr("<failure message=\""),
                          HasSubstr("moved first: SIMT core"), HasSubstr("-&gt;")));
-  EXPECT_EQ(folder_.read("d/a.stats.json"), before);
+  EXPECT_EQ(folder_.read("d/records.tsv"), before);
   EXPECT_EQ(folder_.run("regress d --update --reason 'calls are \"dear\"'").code, 0);
   EXPECT_THAT(folder_.read("d/a.case.toml"), HasSubstr(R"(reason = "calls are \"dear\"")"));
-  EXPECT_NE(folder_.read("d/a.stats.json"), before);
+  EXPECT_NE(folder_.read("d/records.tsv"), before);
   EXPECT_EQ(folder_.run("regress d").code, 0);
 }
 
 TEST_F(Regress, ToleranceAndChoiceOfStatistics) {
   const auto with_cycles = [&](double factor) {
-    auto document = nlohmann::ordered_json::parse(folder_.read("d/a.stats.json"));
-    auto& value = document["stats"]["gpu.cycles"]["value"];
-    value = static_cast<std::uint64_t>(value.get<double>() * factor);
-    folder_.write("d/a.stats.json", document.dump());
+    const double cycles = std::stod(record_of("gpu.cycles").substr(std::string("gpu.cycles\t").size()));
+    replace_record("gpu.cycles", fmt::format("gpu.cycles\t{:.0f}\n", cycles * factor));
   };
   write_case("a");
   ASSERT_EQ(record().code, 0);
@@ -103,14 +112,11 @@ TEST_F(Regress, ToleranceAndChoiceOfStatistics) {
   write_case("a", "statistics = ['gpu.l1.*', 'gpu.l2.*']\n");
   EXPECT_EQ(folder_.run("regress d").code, 0);
   // A statistic on record that is gone differs; one that is not on record is named.
-  auto document = nlohmann::ordered_json::parse(folder_.read("d/a.stats.json"));
-  document["stats"].erase("gpu.l1.accesses");
-  folder_.write("d/a.stats.json", document.dump());
+  replace_record("gpu.l1.accesses", "");
   const Outcome grown = folder_.run("regress d");
   EXPECT_EQ(grown.code, 0);
   EXPECT_THAT(grown.out, HasSubstr("1 statistics are not on record: gpu.l1.accesses"));
-  document["stats"]["gpu.l1.gone"] = {{"value", 1}};
-  folder_.write("d/a.stats.json", document.dump());
+  folder_.write("d/records.tsv", folder_.read("d/records.tsv") + "gpu.l1.gone\t1\n");
   const Outcome gone = folder_.run("regress d");
   EXPECT_EQ(gone.code, 1);
   EXPECT_THAT(gone.out, HasSubstr("gpu.l1.gone 1 -> missing"));
@@ -126,7 +132,9 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   expect_refused("regress none", "none: is no folder");
   expect_refused("regress d", "d: holds no case (NAME.case.toml)");
   write_case("a");
-  expect_refused("regress d", "a.stats.json: there is no record: --update --reason TEXT makes one");
+  expect_refused("regress d", "records.tsv: a: there is no record: --update --reason TEXT makes one");
+  folder_.write("d/a.stats.json", "{}");
+  expect_refused("regress d", "a.stats.json: is the record of an earlier version: --update --reason TEXT writes");
   expect_refused("regress d --update", "--update: needs --reason TEXT");
   expect_refused("regress d --reason x", "--reason: needs --update");
   expect_refused("regress d --cases b", "d: b: is the name of no case");
@@ -158,8 +166,11 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.out, HasSubstr("2 cases: 1 equal, 0 differ, 0 recorded, 1 refused"));
   EXPECT_THAT(folder_.read("out.xml"), HasSubstr("<error message=\"none.grtx: cannot be read"));
-  folder_.write("d/a.stats.json", "{\"schema\": \"grtx.stats/1\"");
-  EXPECT_EQ(folder_.run("regress d --cases a").code, 2);
+  for (const char* table : {"", "gpu.cycles\t1\n", "statistic\ta\ngpu.cycles\t1", "statistic\ta\ngpu.cycles\n",
+                            "statistic\ta\ngpu.cycles\tone\n", "statistic\ta\tb\n"}) {
+    folder_.write("d/records.tsv", table);
+    expect_refused("regress d --cases a", "records.tsv: ");
+  }
 }
 
 TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {

@@ -1,14 +1,14 @@
 // Whole runs give the statistics on record, to the last count: a change that is meant to make the model faster must not
-// change what it says. A change that is meant to alter timing writes the records anew and says so:
-//   GRTX_WRITE_GOLDEN=tests/rtl_tlm/run/golden rtl_tlm_tests --gtest_filter='*Golden*'
+// change what it says. A change that is meant to alter timing writes the table anew and says so:
+//   GRTX_WRITE_GOLDEN=tests/rtl_tlm/run/golden.tsv rtl_tlm_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/run/statistics_table.h"
 #include "paths.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
@@ -85,15 +85,16 @@ TEST_P(GoldenStatistics, AreReproduced) {
   for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
 
-  const char* const folder = std::getenv("GRTX_WRITE_GOLDEN");
-  const std::string golden = folder != nullptr ? folder : grtx::paths::source_dir() + "/tests/rtl_tlm/run/golden";
-  const std::string record = golden + "/" + c.name + ".json";
   const ordered_json found = values(file.path(), c.settings);
-  if (folder != nullptr) {
-    write_file(record, found.dump(0) + "\n");
-    GTEST_SKIP() << "wrote " << record;
+  if (const char* const path = std::getenv("GRTX_WRITE_GOLDEN")) {
+    StatisticsTable golden(path);
+    golden.put(c.name, found);
+    write_file(path, golden.text());
+    GTEST_SKIP() << "wrote " << c.name << " into " << path;
   }
-  const ordered_json expected = ordered_json::parse(read_file(record));
+  const StatisticsTable golden(grtx::paths::source_dir() + "/tests/rtl_tlm/run/golden.tsv");
+  ASSERT_TRUE(golden.has(c.name)) << "no record";
+  const ordered_json expected = golden.of(c.name);
   for (const auto& [name, value] : expected.items()) {
     ASSERT_TRUE(found.contains(name)) << name << " is missing";
     EXPECT_EQ(found.at(name), value) << name;
