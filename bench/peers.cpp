@@ -170,7 +170,7 @@ class Match {
     }
     return 0.0;
   }
-  /// Of those whose image counts; null when there is none.
+  /// The fastest of those whose image counts; null when there is none.
   template <typename F>
   const Contender* fastest(F&& is_asked_for) const {
     const Contender* best = nullptr;

@@ -141,7 +141,7 @@ class Ledger {
   }
 
   std::size_t memory_side() const { return cost_.size() - 1; }
-  /// Of a call in a cycle of the core clock; the memory clock's calls belong to the core cycle before them.
+  /// Notes a call in a cycle of the core clock; the memory clock's calls belong to the core cycle before them.
   void begin(Cycle core_cycle) {
     if (core_cycle == cycle_) return;
     const double now = now_ns();

@@ -63,7 +63,7 @@ inline bool operator==(const Left<T>& l, const U& b) { return compared(l, b); }
 """
 COMPARISON = re.compile(r" (<=|>=|==|!=|<|>) (?=\S)")
 NUMBER = re.compile(r"(?<![\w.\[<'])(\d+)(?:U|UL|ULL|u)?(?![\w.'>])")
-# Of rtl_tlm_tests, as --gtest_filter; only tests that may share a process. The longest two of the machines are left out.
+# Tests of rtl_tlm_tests, as --gtest_filter; only those that may share a process, without the longest two of the machines.
 LAST = {"units": "Directed*.*:Table/*:RtUnit*Test.*:Private*",
         "dumps": "StalledMachine.*",
         "machines": "PlainGpuStochastic.*:Shares/PlainGpu.*-*/4:*/6",

@@ -47,7 +47,7 @@ def model(grtx, settings):
 
 
 def coefficients(grtx, column=3):
-    """Of an operator: low, central and high of that column of the table (3: GE), and its synthesised GE, or central where there is none."""
+    """{operator: (low, central and high of that column of the table (3: GE), its synthesised GE, or central where there is none)}."""
     text = subprocess.run([grtx, "cost", "--coefficients"], check=True, capture_output=True, text=True).stdout
     known = {}
     for line in text.splitlines():

@@ -19,7 +19,7 @@ PIN_PJ = 0.5 * 1.0e-15 * 1.1 ** 2 * 1e12
 
 
 def cell_functions():
-    """Of each cell of the library its output pins and what they are of its input pins, as Python over whole numbers."""
+    """{cell of the library: {output pin: its function of the input pins, as Python over whole numbers}}."""
     with open(rtl_gates.LIBRARY, encoding="utf-8") as stream:
         text = stream.read()
     cells = {}

@@ -37,7 +37,7 @@ struct Header {
   unsigned warp_size = 32;
   WarpMapping warp_mapping = WarpMapping::tile8x4;
   std::uint64_t groups = 0;
-  /// Of each frame of a sequence, which lie one after the other; empty when there is one frame.
+  /// Number of groups of each frame of a sequence, frames one after the other; empty when there is one frame.
   std::vector<std::uint64_t> frame_groups;
   // Node image. Addresses in events count from its first byte.
   NodeLayout layout = NodeLayout::vulkan_sim;
@@ -75,7 +75,7 @@ struct Header {
   std::uint64_t objects_base() const { return three_level() ? object_roots.front() - node_sizes().header_bytes() : 0; }
 };
 
-/// Of a file with this header. Version 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
+/// Version of a file with this header. 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
 /// TLAS, version 6 no sequence of frames.
 inline std::uint32_t format_version(const Header& header) {
   if (!header.frame_groups.empty()) return 7;

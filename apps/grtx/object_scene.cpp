@@ -18,7 +18,7 @@ LoadedObjects load_objects(const std::string& path) {
 frontend::Scene load_flat_scene(const std::string& path) {
   if (!frontend::is_object_list(path)) return frontend::load_scene(path);
   LoadedObjects loaded = load_objects(path);
-  // Of which structure the placements are taken does not matter.
+  // It does not matter from which structure the placements are taken.
   const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
                                          {frontend::AccelKind::tlas_sphere, 6, false}, {});
   frontend::Scene scene = frontend::flatten(world, loaded.placements);

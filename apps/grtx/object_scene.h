@@ -25,7 +25,7 @@ frontend::Scene load_flat_scene(const std::string& path);
 
 void add_flatten_option(CLI::App* command, bool& flatten);
 
-/// Of the object list at `path`. Throws Error for options that need a scene of one object.
+/// Tracer of the object list at `path`. Throws Error for options that need a scene of one object.
 std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
                                                         const TracerCli& cli, frontend::AccelKind accel);
 

@@ -78,7 +78,7 @@ void add_views_option(CLI::App* command, ViewOptions& view);
 frontend::Camera select_camera(const ViewOptions& view);
 /// The same of --views, if given: one camera a frame.
 std::vector<frontend::Camera> select_cameras(const ViewOptions& view);
-/// Of a sequence: `path` with the frame's number before its ending.
+/// File of a frame of a sequence: `path` with the frame's number before its ending.
 std::string frame_path(const std::string& path, std::size_t frame);
 
 }  // namespace grtx::sim

@@ -268,7 +268,7 @@ void print_frames(const ordered_json& results, const Comparison& comparison) {
   }
 }
 
-/// Of cycles and of speed-ups, whose designs simulated the same groups.
+/// Intervals of cycles and of speed-ups; the designs simulated the same windows.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const Comparison& comparison,
                    ordered_json& results) {
   const auto json = [](const ConfidenceInterval& interval) {

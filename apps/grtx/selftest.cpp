@@ -59,14 +59,14 @@ l1.replacement=random 830711 2307720 564387 5636000
 )"},
 }};
 
-/// Of each design of `grtx run`.
+/// Compared of each design of `grtx run`.
 constexpr std::array<const char*, 12> kStatistics = {
     "accel.bytes",     "tracer.rounds",       "tracer.visits.total",    "tracer.blended",
     "gpu.cycles",      "gpu.rt.node_fetches", "gpu.rt.any_hit.batches", "gpu.rt.checkpoint.entries_written",
     "gpu.l1.accesses", "gpu.l2.accesses",     "gpu.dram.bytes",         "gpu.simt.instructions.total"};
 
-/// Of each run of the step "mechanisms": the trace of the step "trace", in cycle mode, with one mechanism that is off
-/// by default, or one that is on.
+/// Compared of each run of the step "mechanisms": the trace of the step "trace", in cycle mode, with one mechanism that
+/// is off by default, or one that is on.
 constexpr std::array<const char*, 4> kFewStatistics = {"gpu.cycles", "gpu.l1.accesses", "gpu.l2.accesses",
                                                        "gpu.dram.bytes"};
 constexpr std::array<const char*, 9> kMechanisms = {"rt.scheduler.policy=round_robin",

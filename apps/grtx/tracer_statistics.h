@@ -31,7 +31,7 @@ void write_images(const std::string& path, const frontend::TracedView& traced);
 /// tracer.*, accel.*, tracer.secondary.* (the share of the secondary rays; all zero without objects) and, when a trace
 /// was written, trace.* (deterministic).
 modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced);
-/// Of several objects: accel.update.bytes is what a move writes; no tracer.secondary.*.
+/// The same for several objects: accel.update.bytes is what a move writes; no tracer.secondary.*.
 modules::StatisticList tracer_statistics(const frontend::MultiObjectWorld& world, const frontend::TracedView& traced);
 /// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host.
 modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,

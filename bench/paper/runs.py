@@ -35,7 +35,7 @@ def scalar(text):
 
 
 def die_with_parent():
-    """Of a child: whoever kills this program kills its runs (Linux)."""
+    """Called in a child: whoever kills this program kills its runs (Linux)."""
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
@@ -236,7 +236,7 @@ class Results:
             return flat(json.load(file))
 
     def set_arguments(self, keys):
-        """Of a command: configuration keys of a frame and those of the command line."""
+        """Arguments of a command: configuration keys of a frame and those of the command line."""
         arguments = [a for name, value in keys for a in ("--set", f"{name}={toml(value)}")]
         for setting in self.settings:
             name, value = setting.split("=", 1)

@@ -27,7 +27,7 @@ class Scene:
 
     @property
     def stem(self):
-        """Of the files that hold it: all that they depend on."""
+        """Name of the files that hold it: all that they depend on."""
         return f"{self.preset}-{self.count}-{self.seed}-sh{self.sh_degree}" if self.preset else self.file
 
 

@@ -38,7 +38,7 @@ struct CostNode {
   std::vector<CostItem> items;
   std::vector<CostNode> children;
 
-  // Of one copy, everything below included.
+  // What one copy has, everything below it included.
   std::uint64_t flip_flop_bits = 0, memory_bits = 0;
   Range gates, area_mm2, leakage_mw;
   double delay_ns = 0.0;  ///< slowest operator or memory below; not a path: units are pipelined

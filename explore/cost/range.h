@@ -14,7 +14,7 @@ struct Range {
     return *this;
   }
   friend constexpr Range operator+(Range a, const Range& b) { return a += b; }
-  /// Of two independent factors, both >= 0.
+  /// Product of two independent factors, both >= 0.
   friend constexpr Range operator*(const Range& a, const Range& b) {
     return {a.low * b.low, a.central * b.central, a.high * b.high};
   }

@@ -13,7 +13,7 @@ namespace grtx::sim {
 /// reverse; pairs equal in one of them count half. NaN when one ranks nothing. Values must be finite.
 double kendall_tau(const std::vector<double>& a, const std::vector<double>& b);
 
-/// Of one scene.
+/// How far two modes agree on one scene.
 struct ModeAgreement {
   std::string scene;
   std::string mode, against;  ///< in order of their first points

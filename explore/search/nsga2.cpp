@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kCrossover = 0.95;       // Deb et al. 2002 use 0.9; pagmo's default
 constexpr double kCrossoverIndex = 10.0;  // of simulated binary crossover; pagmo's default
-/// Of polynomial mutation: moves of a tenth of the range, a choice or two of ten. pagmo's default, 50, would leave a
+/// Index of polynomial mutation: moves of a tenth of the range, a choice or two of ten. pagmo's default, 50, leaves a
 /// choice where it is.
 constexpr double kMutationIndex = 5.0;
 constexpr unsigned kDraws = 200;  ///< for a design that was never looked at

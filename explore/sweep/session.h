@@ -12,7 +12,7 @@
 
 namespace grtx::sim {
 
-/// Of the program that makes points: part of every key.
+/// Version of the program that makes points: part of every key.
 std::string program_version();
 
 struct SessionOptions {

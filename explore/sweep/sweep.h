@@ -36,7 +36,7 @@ struct SweepSetting {
 void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                 const SweepSetting& setting, std::set<std::string>& sound_traces);
 
-/// Of the finished points: those that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
+/// The finished points that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
 /// the order given.
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
 

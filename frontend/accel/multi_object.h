@@ -72,7 +72,7 @@ class MultiObjectWorld {
     const PlacedObject& placed = owner(id);
     return placed.object->gaussians.record(id - placed.first_gaussian);
   }
-  /// Of the Gaussian with this id, counted through the files: 0 to records() - 1.
+  /// Record number of the Gaussian with this id, counted through the files: 0 to records() - 1.
   std::uint32_t record_number(std::uint32_t id) const {
     const PlacedObject& placed = owner(id);
     return placed.object->first_record + (id - placed.first_gaussian);

@@ -27,7 +27,7 @@ struct InternalLayout {
   bool oriented = false;  ///< layout obb: the byte at kOrientationByte counts
   friend bool operator==(const InternalLayout&, const InternalLayout&) = default;
 };
-/// Of nodes with 6 or 8 slots whose codes take a byte each.
+/// Layout of nodes with 6 or 8 slots whose codes take a byte each.
 constexpr InternalLayout internal_layout(unsigned slots) {
   return slots <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
 }
@@ -38,7 +38,7 @@ constexpr InternalLayout internal_layout(const traces::NodeSizes& sizes) {
   return layout;
 }
 inline constexpr unsigned kOrientationByte = 17;
-// Of a packed node: what those of its children are that are no internal nodes, and masks of used slots and of those.
+// Places in a packed node: the kind of its leaf children, the mask of used slots, the mask of slots with leaves.
 inline constexpr unsigned kPackedLeafKind = 16, kPackedUsed = 17, kPackedLeaves = 21;
 inline constexpr unsigned kPackedBits = 7;  ///< of a code; eight of them are 7 bytes
 

@@ -38,9 +38,9 @@ class ProxyExtents {
   /// Both must outlive it.
   ProxyExtents(const PreparedGaussians& gaussians, const Proxy& proxy) : gaussians_(gaussians), proxy_(proxy) {}
 
-  /// Of face `face` alone; of the sphere, of the whole ellipsoid.
+  /// Extents of face `face` alone; of a sphere: of the whole ellipsoid.
   void of_face(std::uint32_t g, unsigned face, FrameExtents& extents) const;
-  /// Of the whole proxy.
+  /// Extents of the whole proxy.
   void of_proxy(std::uint32_t g, FrameExtents& extents) const;
 
  private:

@@ -55,7 +55,7 @@ class TreePacker {
   };
   static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< internal nodes that are packed in one go, at most
 
-  // Of children with at most `left_out` nodes only the places are noted, in `noted`.
+  // Children with at most `left_out` nodes are not packed: only their places are noted, in `noted`.
   void pack_node(const Subtree& subtree, std::uint32_t left_out, std::vector<Subtree>* noted) {
     const TreeNode& node = *subtree.root;
     const unsigned count = node.child_count;

@@ -8,7 +8,7 @@ namespace {
 
 using Faces = std::array<std::uint16_t, 4>;
 
-// Of all 1,432 ways to cut the icosahedron into five connected patches of four faces, that with the smallest boxes
+// There are 1,432 ways to cut the icosahedron into five connected patches of four faces; this has the smallest boxes
 // under transforms as trained Gaussians have them: four fans and a strip (docs/model/node-image.md).
 constexpr std::array<Faces, 5> kIcosahedron = {
     {{2, 3, 4, 0}, {1, 15, 11, 10}, {5, 6, 8, 9}, {7, 13, 14, 18}, {12, 17, 16, 19}}};

@@ -89,7 +89,7 @@ struct Picture {
   const std::uint8_t* texel(std::size_t i) const { return rgba.get() + i * 4; }
 };
 
-/// Of so many Gaussians or more, and not of many more.
+/// Most texels that a picture of so many Gaussians may have.
 constexpr std::size_t most_texels(std::size_t count) { return count * 4 + 65536; }
 
 Picture picture(const Load& load, const std::string& name, std::size_t least, const std::string& file,

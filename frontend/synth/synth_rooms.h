@@ -27,7 +27,7 @@ void wall_face(SynthLayout& layout, const SynthWall& wall, bool flip);
 /// What stands in a living room of 5 m by 4.2 m whose corner is the origin.
 void furnish_living_room(SynthLayout& layout);
 
-/// Of an indoor walk-through capture of 12.0 M Gaussians, whose shapes and opacities these are
+/// Shapes and opacities as in an indoor walk-through capture of 12.0 M Gaussians
 /// (docs/model/synthetic-scenes.md).
 SynthStatistics indoor_statistics();
 

@@ -74,7 +74,7 @@ void test_outlines_portable(const TileStructure& structure, const TileRays& tile
   }
 }
 
-/// Of columns first..last and rows top..bottom, all in 0..7.
+/// Mask of the vectors that hold columns first..last and rows top..bottom, all in 0..7.
 std::uint32_t vectors_of(int first, int last, int top, int bottom) {
   const unsigned columns = last < 4 ? 0x55u : first >= 4 ? 0xAAu : 0xFFu;
   return columns & (0xFFu << (top / 2 * 2)) & (0xFFu >> (6 - bottom / 2 * 2));

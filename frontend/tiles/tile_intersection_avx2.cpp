@@ -24,7 +24,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   return _mm256_add_ps(_mm256_set1_ps(node.origin[axis]), _mm256_mul_ps(steps, _mm256_set1_ps(node.step[axis])));
 }
 
-/// Of eight boxes (bounds relative to the origin) the least or the most that they reach along n.
+/// How far eight boxes (bounds relative to the origin) reach along n: the most, or the least.
 [[gnu::target("avx2"), gnu::always_inline]] inline __m256 reach_avx2(const float (*relative)[kTileNodeWidth],
                                                                      const float* n, bool most) {
   const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[(n[0] > 0.0f) == most ? 1 : 0]));

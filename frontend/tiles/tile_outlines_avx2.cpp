@@ -40,7 +40,7 @@ struct ConicCoefficients {
   return rays;
 }
 
-/// Of one Gaussian: vectors of four hold what belongs to axis, right, down and mean.
+/// Tests one Gaussian: vectors of four hold what belongs to axis, right, down and mean.
 [[gnu::target("avx2")]] std::uint64_t test_outline(const TileGaussian& g, const TileRays& tile, std::uint64_t wanted) {
   const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
   const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
@@ -96,7 +96,7 @@ struct LaneVectors {
                        _mm256_andnot_ps(sign, a.z));
 }
 
-/// Of eight Gaussians at once, in the order of operations of the others.
+/// Conics of eight Gaussians at once, computed in the same order of operations as one at a time.
 struct alignas(32) ConicBatch {
   float one[kConicBatch], u[kConicBatch], v[kConicBatch], uu[kConicBatch], uv[kConicBatch], vv[kConicBatch],
       slack[kConicBatch];

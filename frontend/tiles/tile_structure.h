@@ -48,7 +48,7 @@ struct alignas(64) TileGaussian {
 };
 static_assert(sizeof(TileGaussian) == 64);
 
-/// Of the whole proxy; of a sphere, the box that its hit must lie in.
+/// Box of the whole proxy; for a sphere, the box that its hit must lie in.
 struct alignas(32) TileBox {
   Box box;
 };

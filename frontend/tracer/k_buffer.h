@@ -51,7 +51,7 @@ class KBuffer {
     }
     return moved;
   }
-  /// Of a full buffer filled by append().
+  /// The largest entry of a full buffer filled by append().
   const KEntry& largest() const { return entries_.front(); }
   /// Replaces largest() by a smaller entry; returns how many entries moved, at most log2(k).
   unsigned replace_largest(const KEntry& e) {

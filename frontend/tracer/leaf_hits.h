@@ -37,7 +37,7 @@ class LeafHits {
   /// What a ray that enters an instance of this Gaussian needs.
   void enter(EnteredInstance& instance, const TraceRay& ray, std::uint32_t gaussian, const CurrentObject& object) const;
 
-  /// Of a leaf of a monolithic structure, which holds one of all the scene's proxy faces, or a patch of them.
+  /// Link of a leaf of a monolithic structure, which holds one of all the scene's proxy faces, or a patch of them.
   std::uint32_t link_of_primitive(const TraceRay& ray, std::uint32_t primitive, const CurrentObject& object,
                                   WalkMemory& memory, RayState& state) {
     const std::uint32_t gaussian = gaussian_of(primitive);
@@ -45,10 +45,10 @@ class LeafHits {
     return leaf_of_face_[hit.face] == primitive - gaussian * leaves_ ? link_of_hit(hit, gaussian, object, memory, state)
                                                                      : WalkMemory::kMissed;
   }
-  /// Of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
+  /// Link of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
   std::uint32_t link_of_leaf(const TraceRay& ray, std::uint32_t units, EnteredInstance* instance,
                              const CurrentObject& object, WalkMemory& memory, RayState& state);
-  /// Of an instance, in place of a walk of its BLAS: the hit that the walk would find.
+  /// Link of an instance, in place of a walk of its BLAS: the hit that the walk would find.
   std::uint32_t link_of_instance(const TraceRay& ray, EnteredInstance& instance, const CurrentObject& object,
                                  WalkMemory& memory, RayState& state) {
     if (instance.decision == 0) {

@@ -28,7 +28,7 @@ class RayTracer {
   RayTracer(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
             const TracerOptions& options)
       : RayTracer(TracedStructure(scene, gaussians, accel), options) {}
-  /// Of several objects: Gaussian ids are those of the whole scene, a recorder is given numbers of records.
+  /// With several objects, Gaussian ids are those of the whole scene; a recorder is given record numbers.
   RayTracer(const TracedStructure& structure, const TracerOptions& options);
 
   const TracerCounters& counters() const { return state_.counters; }

@@ -20,7 +20,7 @@ void RayWalk::push_guarded(std::uint32_t place, std::uint32_t guard) {
   pending_place_ = place;
 }
 
-/// Of the node popped last, which stands at the end of `next`.
+/// Takes the guard of the node popped last, which stands at the end of `next`.
 void RayWalk::take_guard() {
   guard_ = pending_.back().guard;
   pending_.pop_back();

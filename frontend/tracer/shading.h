@@ -43,7 +43,7 @@ class Shading {
   const HitRecords records_;
   const MultiObjectWorld* const world_;
   const TracerOptions options_;
-  /// Of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
+  /// Degree of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
   const unsigned sh_degree_;
   std::array<float, kShFunctions> basis_{};
   glm::vec3 unused_colour_{0.0f};            ///< of hits behind the end of a ray, when they are not skipped

@@ -49,7 +49,7 @@ class ViewTracer {
   const Camera& camera() const { return cameras_.front(); }  ///< of the first frame
   const PreparedGaussians& gaussians() const { return gaussians_; }
   const OpticalObjects& objects() const { return objects_; }
-  /// Of the last build().
+  /// The structure that the last build() made.
   const AccelerationStructure& accel() const { return *accel_; }
 
   /// Glass and mirror, in file coordinates, from now on.

@@ -10,7 +10,7 @@
 
 namespace grtx::modules {
 
-/// Of one channel, or summed over channels.
+/// What one channel counted, or the sum over channels.
 struct DramChannelCounters {
   std::uint64_t reads = 0;  ///< requests
   std::uint64_t writes = 0;

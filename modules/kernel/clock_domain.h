@@ -53,7 +53,7 @@ class ClockDomain final : public sc_core::sc_module {
   /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
   std::uint64_t period_fs() const { return period_fs_; }
-  /// Of a clock of that frequency, as every domain rounds it.
+  /// Period of a clock of that frequency, as every domain rounds it.
   static std::uint64_t period_fs(double mhz);
   /// Asks for a tick() at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
   /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.

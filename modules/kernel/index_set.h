@@ -10,7 +10,7 @@ namespace grtx::modules {
 
 class IndexSet {
  public:
-  /// Of numbers below `size`.
+  /// An empty set of numbers below `size`.
   explicit IndexSet(unsigned size) : words_((size + 63) / 64) {}
 
   void insert(unsigned i) { words_[i / 64] |= std::uint64_t{1} << i % 64; }

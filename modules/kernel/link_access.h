@@ -72,7 +72,7 @@ class LinkWriter {
   link_out_if<T>* any_ = nullptr;
 };
 
-/// Of a port, bound or not.
+/// Reader of a port, whether it is bound or not.
 template <typename T, int N, sc_core::sc_port_policy P>
 LinkReader<T> reader_of(sc_core::sc_port<link_in_if<T>, N, P>& port) {
   return LinkReader<T>(port.size() > 0 ? port.operator->() : nullptr);

@@ -20,7 +20,7 @@ struct Patience {
   unsigned spins = 2000;  ///< 0: at once, for hosts with fewer cores than threads
 };
 
-/// Of this thread: times yet that it sleeps rather than gives up its core, on a crowded host.
+/// How many more times this thread sleeps instead of yielding its core, on a crowded host.
 inline thread_local unsigned crowded = 0;
 
 /// Spins, since most waits are far shorter than a call of the operating system; then leaves the core to others, which

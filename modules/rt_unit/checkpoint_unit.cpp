@@ -332,7 +332,7 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   auto& operators = inventory.operators;
   operators.push_back({"fp_compare", 32, 2ull * config.lanes});  // t-value validation: t_hit against t_min, t_max
   // offset x 20 = x 16 + x 4; powers of two are wires.
-  // Of a lane its source and destination entry; the RTL has it also for a read, for what comes of it and for the end of
+  // For each lane its source and destination entry; the RTL has it also for a read, its result and the end of
   // a submission.
   if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes + 3});
   operators.push_back({"int_add", 64, 2ull * config.lanes});  // base + slot offset + entry offset

@@ -125,7 +125,7 @@ std::optional<Help> LaneCooperation::next(unsigned entry) {
       ++counters_.taken;
       warp.helping |= bit(lane);
       const NodeVisit visit = entries.node(*node);
-      // Of an internal node that nobody visits the trace does not know the children: as many as there can be.
+      // The trace does not know the children of an internal node that nobody visits: as many as there can be.
       warp.helped_children[lane] =
           static_cast<std::uint8_t>(entries.culled(*node) || visit.kind != traces::NodeKind::internal
                                         ? width_
@@ -160,7 +160,7 @@ Inventory LaneCooperation::inventory() const {
   // the place of its entry in the stack (8 bits), and whether it is there.
   const unsigned result = std::max(width_ * (1 + 32 + 3), 6u * 32) + 8 + 2;
   inventory.storage.push_back({"results", StorageKind::ram, lanes * config_.ahead * result, 1, 1, false, result});
-  // Of a lane that helps: whom, and with which of its results.
+  // For each lane that helps: whom it helps, and with which of that lane's results.
   const auto index = static_cast<unsigned>(std::bit_width(config_.ahead));
   inventory.storage.push_back({"jobs", StorageKind::flip_flop, lanes * (5 + index + 1)});
   // Which entries are taken, and an idle lane for each of them.

@@ -63,7 +63,7 @@ class NodeTraffic {
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
   std::uint64_t blas_header() const { return blas_base_; }
   const traces::InstanceLevels& levels() const { return levels_; }
-  /// Of the tree below the instance leaf at byte address `leaf`, which is one of the trace's.
+  /// Byte address of the header of the tree below the instance leaf at byte address `leaf`, which the trace has.
   std::uint64_t header_below(std::uint64_t leaf) const {
     if (leaf >= objects_base_) return blas_base_;
     return levels_.object_root(levels_.root_below(static_cast<std::uint32_t>(leaf / sizes_.unit()))) * sizes_.unit() -

@@ -36,7 +36,7 @@ struct RtUnitCounters {
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }
-  /// Of the intersection unit with this name (ray_box, ...); nullptr when there is no such unit.
+  /// Counters of the intersection unit with this name (ray_box, ...); nullptr when there is no such unit.
   IntersectionUnit::Counters* of_unit(std::string_view name);
   /// cycles: length of the run, for the mean occupancy of a warp buffer.
   void describe(StatisticList& list, const std::string& prefix, Cycle cycles) const;

@@ -56,7 +56,7 @@ class RtUnitModule : public ClockedModule {
   virtual std::uint64_t selections() const = 0;
   /// Warps in the warp buffer summed over the cycles before `end`, of a running unit.
   virtual std::uint64_t warp_cycles_until(Cycle end) const = 0;
-  /// Of all parts, in block-diagram order.
+  /// The inventories of all parts, in block-diagram order.
   virtual std::vector<Inventory> inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
 

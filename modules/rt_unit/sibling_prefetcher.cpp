@@ -151,7 +151,7 @@ Inventory SiblingPrefetcher::inventory() const {
     inventory.storage.push_back({"records", StorageKind::ram, records_.size() * record});
     inventory.operators.push_back({"match", 48, std::uint64_t{config_.records} * kMaxLanes});
   }
-  // Of the entry that a lane has taken: mask of siblings, own slot, which of the children are leaves.
+  // For the entry that a lane has taken: mask of its siblings, its own slot, which of the children are leaves.
   if (triggers_.replayed) {
     const std::uint64_t lanes = records_.size() / config_.records;
     inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});

@@ -46,7 +46,7 @@ EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32
   EntryBits entry;
   const std::uint64_t seed = mixed(generation * 0x100000001b3u + index);
   const std::uint64_t t = mixed(seed), more = mixed(t);
-  // Of numbers that are not negative the order is that of their bits.
+  // Numbers that are not negative are in the order of their bits.
   entry.t_max = static_cast<std::uint32_t>(t % kInfinity);
   entry.t_min = t >> 60 == 0 ? 0x80000000u : static_cast<std::uint32_t>((t >> 32) % (entry.t_max + 1u));
   const std::uint32_t above = kInfinity - entry.t_max;

@@ -398,7 +398,7 @@ module checkpoint_unit #(
     if (submitting) submitted[submitted_head + submitted_level[RAY_BITS-1:0]] <= submit_ray;
     if (reading) source_offset[read_ray] <= read_offset + 16'd1;
     if (reading & ~read_done) reads[reads_head + reads_level[RAY_BITS-1:0]] <= read_ray;
-    // Of one ray the last item counts.
+    // When a ray has several items, the last one counts.
     for (int i = 0; i < LANES; i = i + 1) begin
       if (item_ready[i]) begin
         destination_offset[item_ray[i*RAY_BITS +: RAY_BITS]] <= new_offset[i*16 +: 16];

@@ -23,7 +23,7 @@ class Numbers {
     return with(r, 107 + static_cast<std::uint32_t>(r >> 40) % 40);
   }
   float any_bits() { return std::bit_cast<float>(static_cast<std::uint32_t>(next() >> 16)); }
-  /// Of every kind.
+  /// A number of any kind: zeros, subnormals, infinities and NaNs among them.
   float special() {
     const std::uint64_t r = next();
     const auto sign = static_cast<std::uint32_t>(r) & 0x80000000u;
@@ -49,7 +49,7 @@ class Numbers {
         return any_bits();
     }
   }
-  /// Of few values, so that they meet: quarters from -2 to 2, zeros of both signs.
+  /// One of few values, so that equal ones meet: quarters from -2 to 2, zeros of both signs.
   float on_grid() {
     const unsigned k = below(18);
     return k == 17 ? -0.0f : (static_cast<float>(k) - 8.0f) * 0.25f;

@@ -147,7 +147,7 @@ struct TransformBlock {
       std::string fault = differs("origin", get_float(pins.result_origin, at), expected.origin[axis]);
       if (fault.empty()) fault = differs("direction", get_float(pins.result_direction, at), expected.direction[axis]);
       if (!fault.empty()) return fault;
-      // Of what is no number the sign is the processor's, and the reciprocal takes it over.
+      // The sign of a NaN is up to the processor, and the reciprocal takes it over.
       const float inverse = get_float(pins.result_inverse, at);
       if (std::isnan(expected.direction[axis]) && same_number(-inverse, expected.inverse[axis])) continue;
       fault = differs("reciprocal", inverse, expected.inverse[axis]);

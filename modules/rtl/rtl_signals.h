@@ -18,8 +18,8 @@ struct RtlSignal {
 class RtlSignals {
  public:
   virtual const std::vector<RtlSignal>& rtl_signals() const = 0;
-  /// Of signal `index`: pins as they were at the last clock edge of cycle `now`, with valid low if there was none;
-  /// registers as they are after it.
+  /// Value of signal `index`: pins as they were at the last clock edge of cycle `now`, with valid low if there was
+  /// none; registers as they are after it.
   virtual std::uint64_t rtl_value(std::size_t index, Cycle now) const = 0;
 
  protected:

@@ -34,7 +34,7 @@ struct RtlRefusal {
 RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& config);
 RtlRefusal box_rtl_refusal(const RtUnitConfig& config);
 RtlRefusal transform_rtl_refusal(const RtUnitConfig& config);
-/// Of the units that the configuration wants as RTL.
+/// Why a unit that the configuration wants as RTL cannot be RTL, if there is one.
 RtlRefusal rtl_refusal(const RtUnitConfig& config);
 
 struct RtlBenchOptions {

@@ -31,7 +31,7 @@ class LaunchOrder {
   }
   /// The last group has ended.
   void finish(Cycle now) { end_launch(now); }
-  /// Of the launches that are over, in order.
+  /// When each launch that is over began and ended, in order.
   const std::vector<LaunchSpan>& spans() const { return spans_; }
 
  private:

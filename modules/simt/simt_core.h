@@ -68,7 +68,7 @@ class SimtCore final : public SimtCoreModule {
   unsigned resident() const;
   unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
   bool occupied(unsigned slot) const { return slots_[slot].step != Step::free; }
-  /// Of an occupied slot, like group() and round().
+  /// What the warp in an occupied slot does. Like group() and round(), it needs an occupied slot.
   WarpActivity activity(unsigned slot) const { return slots_[slot].activity; }
   const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
   std::uint32_t round(unsigned slot) const { return program_.round(slot); }

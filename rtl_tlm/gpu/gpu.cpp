@@ -17,7 +17,7 @@ using modules::Link;
 
 namespace {
 
-// Of a ray's stack area. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
+// Entries of a ray's stack area. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
 constexpr std::uint64_t kStackEntries = 256;
 
 template <typename T>

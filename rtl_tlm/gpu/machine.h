@@ -13,7 +13,8 @@
 
 namespace grtx::sim {
 
-/// Of an elaborated machine: all modules of the GPU and, where the memory states them, the controllers of its DRAM.
+/// Inventories of an elaborated machine: all modules of the GPU and, where the memory states them, its DRAM
+/// controllers.
 std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem& memory);
 
 /// A GPU that is built, and elaborated with whatever else the process elaborates, but has no work.

@@ -28,7 +28,7 @@ class SmThreads {
  public:
   SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build);
 
-  /// Of an SM's modules.
+  /// The clock of an SM's modules.
   modules::ClockDomain& clock(unsigned sm) { return *clocks_[sm]; }
   /// groups: that the distributor will launch.
   void watch(const modules::WorkDistributorModule& distributor, std::uint64_t groups);

@@ -29,7 +29,7 @@ class RtUnitProbe {
     const modules::IntersectionState* unit = nullptr;
     Wire state, busy, queued, in_flight;
   };
-  /// Of a unit that is a Verilated block.
+  /// Signals of a unit that is a Verilated block.
   struct Rtl {
     const modules::RtlSignals* block = nullptr;
     std::vector<Wire> signals;

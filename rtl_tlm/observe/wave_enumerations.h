@@ -13,7 +13,7 @@ WarpState state_of(const modules::Warp& warp);
 const Enumeration& warp_states();
 /// What the RT scheduler did: none (a warp was scheduled), or the reason why not (StallFollower::look()).
 const Enumeration& stall_reasons();
-/// Of an intersection unit, a cache or a memory.
+/// What an intersection unit, a cache or a memory does.
 enum class UnitState : std::uint8_t { idle, busy, waiting };
 const Enumeration& unit_states();
 /// Node that a warp fetches or tests.

@@ -32,7 +32,7 @@ class MeasuredSource final : public modules::GroupSource {
   }
   void release(std::uint64_t position) override { source_.release(position); }
 
-  /// Of all groups acquired so far.
+  /// Totals and longest chains of all groups acquired so far.
   const traces::Totals& totals() const { return totals_; }
   const Chain& longest() const { return longest_; }
   /// What acquire() threw, if anything.

@@ -26,7 +26,7 @@ struct Chain {
   Cycle warp = 0;  ///< the warp: a round ends for all lanes when its longest lane has finished
 };
 
-/// Of one group; linear in its events.
+/// The chains of one group; linear in its events.
 Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latencies);
 
 }  // namespace grtx::sim

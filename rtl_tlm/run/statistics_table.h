@@ -11,7 +11,7 @@ namespace grtx::sim {
 class StatisticsTable {
  public:
   StatisticsTable() = default;
-  /// Of a file; empty if there is none. Throws Error{path, "line N", rule} for what is no such table.
+  /// Reads a file; empty if there is none. Throws Error{path, "line N", rule} for what is no such table.
   explicit StatisticsTable(const std::string& path);
 
   bool has(const std::string& run) const { return runs_.contains(run); }

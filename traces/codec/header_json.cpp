@@ -177,7 +177,7 @@ Header header_from_json(std::string_view text, std::uint32_t version) {
 
 namespace {
 
-/// Of the lists that three levels have; "" when they break no rule.
+/// What is wrong with the lists that three levels have; "" when they break no rule.
 std::string scene_fault(const Header& h) {
   if (!h.three_level()) return h.scene_leaves.empty() ? "" : "scene_leaves need object_roots";
   if (!h.two_level) return "object_roots need two_level";

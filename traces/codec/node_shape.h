@@ -38,7 +38,7 @@ class ShapeTable {
   /// Forgets the shapes of other nodes.
   void set_sizes(const NodeSizes& sizes);
   const NodeShape& of(const NodeDefinition& node);
-  /// Of a node with this byte of column node_shape and these of node_kinds. Null when no node is stored so.
+  /// Shape of a node with this byte of column node_shape and these of node_kinds. Null when no node is stored so.
   const Stored* stored(unsigned code, unsigned kinds_code) {
     const std::uint32_t codes = code | kinds_code << 8;
     Stored& entry = stored_[slot_of(codes)];

@@ -11,7 +11,7 @@ namespace grtx::traces {
 class NodeSource {
  public:
   virtual ~NodeSource() = default;
-  /// Of the internal node at `address` (in units).
+  /// Definition of the internal node at `address` (in units).
   virtual NodeDefinition define(std::uint32_t address) const = 0;
 };
 

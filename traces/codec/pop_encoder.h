@@ -120,7 +120,7 @@ class PopEncoder {
     if (checkpoints != 0) {
       op = InnerOp::visit_with_checkpoints;
       counts_.written += bits_of_byte(checkpoints);
-      // Of a single hit there is nothing to tell.
+      // A single hit needs no mask: it is the one that is checkpointed.
       if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(checkpoints, hits));
     }
     put(at, static_cast<unsigned>(op), changed != 0 ? kPopHits : 0, kInner);

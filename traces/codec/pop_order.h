@@ -21,7 +21,7 @@ class PopOrder {
 
   /// Slots and kinds tell the order: nothing else is ever popped than what is expected.
   bool by_slots() const { return by_slots_; }
-  /// Of the children `remaining` (not none) of one visit, the one popped next. Only where by_slots().
+  /// The child popped next of those that remain of one visit (at least one). Only where by_slots().
   unsigned next(unsigned remaining) const { return NodeModel::first_of(first_ & NodeModel::bits_of_mask(remaining)); }
   /// A visit pushes `pushed`. True when one of these children comes before the others, which then lie below it as
   /// `rest`. internal: mask of the node's internal children.

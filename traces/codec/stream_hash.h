@@ -15,7 +15,7 @@ class StreamHash {
   StreamHash& operator=(const StreamHash&) = delete;
 
   void add(const void* bytes, std::size_t count);
-  /// Of all bytes added so far.
+  /// Hash of all bytes added so far.
   std::uint64_t value() const;
 
  private:

@@ -43,7 +43,7 @@ struct ConfidenceInterval {
 double student_quantile(double p, double degrees);
 
 ConfidenceInterval cycles_interval(const SampledEstimate& estimate);
-/// Of cycles(base) / cycles(other). Windows that both simulated are pairs: what they have in common cancels.
+/// Interval of cycles(base) / cycles(other). Windows that both simulated are pairs: what they have in common cancels.
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other);
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate);

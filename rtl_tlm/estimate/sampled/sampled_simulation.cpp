@@ -74,7 +74,7 @@ class SampledRun {
 
   ModelBias bias() const { return options_.engine == SimulationMode::cycle ? kWindowsBias : kFastWindowsBias; }
 
-  /// Of an interval in which nothing but the bias is left.
+  /// Half-width of an interval in which nothing but the bias is left.
   double least_half_width() const {
     SampledEstimate estimate;
     estimate.bias = bias();

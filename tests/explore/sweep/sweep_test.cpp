@@ -131,7 +131,7 @@ TEST_F(Sweep, ADifferenceIsFound) {
 
 TEST_F(Sweep, WhatFailsIsRecordedAndSpoilsNothingElse) {
   write_plan("[[point]]\nl1.bytes = 64\n[limits]\nseconds = 4\n");
-  // Of the simulations, one of each of these fails; `sim TRACE --config FILE ...`
+  // One simulation of each of these kinds fails; `sim TRACE --config FILE ...`
   const std::string script = program(
       "lanes=$(sed -n 's/^\"rt.checkpoint.lanes\" = //p' \"$4\" 2>/dev/null)\n"
       "warps=$(sed -n 's/^\"rt.warp_buffer.entries\" = //p' \"$4\" 2>/dev/null)\n"

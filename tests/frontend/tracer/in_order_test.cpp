@@ -16,7 +16,7 @@ TEST(ForEachInOrder, NoIndexRunsAheadOfOneThatNobodyHasTaken) {
     std::vector<std::atomic<unsigned>> calls(kCount);
     std::atomic<std::size_t> started{0}, too_early{0};
     for_each_in_order(kCount, threads, [&](std::size_t i) {
-      // Of the indices below, all are taken; as many as there are other threads may not have started.
+      // All indices below have been taken; at most as many as there are other threads have not started yet.
       if (i > started++ + threads - 1) ++too_early;
       ++calls[i];
       std::this_thread::sleep_for(std::chrono::microseconds(50));

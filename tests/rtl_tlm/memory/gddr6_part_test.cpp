@@ -77,7 +77,7 @@ class Gddr6 : public ::testing::TestWithParam<Limit> {
     double least = GetParam().clocks;
     double most = least * 1.03;
     if (GetParam().refresh) {
-      // Of each REFI, RFC is lost at least, and at most also the time in which the last row opened is closed and a
+      // In each REFI at least RFC is lost, and at most also the time in which the last row opened is closed and a
       // first one opened, all without data.
       const auto left = [&](unsigned lost) { return 1.0 - static_cast<double>(lost) / t.refi; };
       least /= left(t.rfc);

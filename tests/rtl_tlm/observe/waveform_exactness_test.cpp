@@ -209,7 +209,7 @@ TEST_P(WaveformExactness, AWindowIsAPieceOfTheWhole) {
   ASSERT_EQ(piece.width, whole.width);
   std::size_t compared = 0;
   for (const auto& [name, changes] : piece.changes) {
-    // Of a link (it has a level), address, slot and lanes are those of the last message: a window may not have seen it.
+    // A link (it has a level) shows address, slot and lanes of its last message: a window may not have seen it.
     const std::string scope = name.substr(0, name.rfind('.') + 1);
     const std::string leaf = name.substr(scope.size());
     if (piece.width.contains(scope + "level") && (leaf == "address" || leaf == "slot" || leaf == "lanes")) continue;

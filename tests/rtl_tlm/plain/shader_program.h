@@ -25,7 +25,7 @@ struct Phase {
   std::uint64_t instructions = 0;
   std::vector<Access> loads, stores;
   unsigned load_instructions = 0, store_instructions = 0;
-  /// Of loads that wait for each other: where each step ends in `loads` and among the reads of the private store;
+  /// For loads that wait for each other: where each step ends in `loads` and among the reads of the private store;
   /// empty: one step.
   std::vector<std::pair<std::size_t, unsigned>> steps;
   unsigned store_reads = 0, store_writes = 0;  ///< of the private store, by the warp
@@ -325,7 +325,7 @@ class ShaderProgram {
     counts.any_hit_calls += batch.calls.size();
     return phase;
   }
-  /// Of a sample the one hit that stopped it is shaded.
+  /// A sample shades one hit: the one that stopped it.
   Phase blend_stochastic(unsigned round, ShaderCounts& counts) {
     Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
     bool any = false;

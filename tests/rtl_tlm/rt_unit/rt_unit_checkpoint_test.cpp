@@ -78,7 +78,7 @@ TEST_F(RtUnitCheckpointTest, EachSectorOfAPassIsWrittenAndReadOnce) {
     EXPECT_EQ(c.acknowledged, sectors);
     EXPECT_EQ(c.returned, sectors);
     EXPECT_EQ(c.max_entries, entries);
-    // Of eight consecutive entries (160 B = 5 sectors) four lie in two sectors: 1, 3, 4 and 6.
+    // Four of eight consecutive entries (160 B = 5 sectors) lie in two sectors: 1, 3, 4 and 6.
     std::uint64_t straddling = 0;
     for (unsigned i = 0; i < entries; ++i) straddling += (i * 20) / 32 != (i * 20 + 19) / 32 ? 1 : 0;
     EXPECT_EQ(c.straddling_written, straddling);

@@ -54,7 +54,7 @@ class FirstLaunches : public ::testing::Test {
     // Eight warp slots for 24 groups.
     return load_config(grtx::paths::source_dir() + "/configs/small.toml", {"gpu.sms=4", "gpu.resident_warps=2"});
   }
-  /// Of a whole run: group, SM, cycle.
+  /// All launches of a whole run: group, SM, cycle.
   nlohmann::json launches(SimulationMode mode) const {
     ChildProcess child("launches", [&] {
       Launches seen;

@@ -69,7 +69,7 @@ class StalledMachine : public ::testing::Test {
     lines_ = lines_of(dump_);
   }
 
-  /// Of a unit, those that begin so (after the indentation).
+  /// The lines of a unit that begin so (after the indentation).
   std::vector<DumpLine> of(const std::string& unit, const std::string& begin) const {
     std::vector<DumpLine> found;
     for (const DumpLine& line : lines_) {
