@@ -61,7 +61,6 @@ struct Options {
   bool traces = false;
   bool kth = false;
   std::string skip = "faithful";
-  bool skips = false;
   std::string simd = frontend::simd_path_name(frontend::best_simd_path());
 };
 
@@ -84,7 +83,7 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
   frontend::TracerOptions tracer_options;
   tracer_options.k = options.k;
   tracer_options.checkpoint = options.checkpoint;
-  tracer_options.skips = frontend::skips_from_text(options.skip);
+  tracer_options.skips = frontend::skips_of(*from_name<frontend::SkipSet>(options.skip));
   tracer_options.simd = simd_path_from(options.simd);
   if (options.kth) tracer_options.tmax_update = frontend::TmaxUpdate::kth;
   if (options.kth) tracer_options.replay_tmax = frontend::ReplayTmax::kth;
@@ -178,45 +177,6 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
   std::fflush(stdout);
 }
 
-/// What each skip saves: alone against none at all, times alternating; and what it left out.
-void measure_skips(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
-                   const Options& options) {
-  frontend::ViewTracer view(scene, camera);
-  view.build({kind});
-  frontend::RenderOptions render;
-  render.threads = 1;
-  std::vector<std::string> names{"none"};
-  for (const std::string& name : frontend::skip_names()) names.push_back(name);
-  names.insert(names.end(), {"faithful", "all"});
-  std::vector<double> best(names.size(), 1e300);
-  std::vector<frontend::TracerCounters> counters(names.size());
-  for (unsigned i = 0; i < options.repeats; ++i) {
-    for (std::size_t n = 0; n < names.size(); ++n) {
-      frontend::TracerOptions tracer_options;
-      tracer_options.k = options.k;
-      tracer_options.checkpoint = options.checkpoint;
-      tracer_options.skips = frontend::skips_from_text(names[n]);
-      const double start = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
-      counters[n] = view.trace(tracer_options, render).result.counters;
-      best[n] = std::min(best[n], cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - start);
-    }
-  }
-  for (std::size_t n = 1; n < names.size(); ++n) {
-    const frontend::TracerCounters& c = counters[n];
-    const std::uint64_t left_out[] = {c.skipped_retests,      c.skipped_dead_colours, c.skipped_sh_bands,
-                                      c.skipped_scene_misses, c.skipped_events,       c.skipped_never_accepted,
-                                      c.skipped_blas_walks};
-    std::string what;
-    if (n <= std::size(left_out)) {
-      what = fmt::format("left out {:9.1f} per thousand visits",
-                         1e3 * static_cast<double>(left_out[n - 1]) / static_cast<double>(counters[0].visits()));
-    }
-    fmt::print("{} | {} | {} | time {:.3f} of none | {}\n", scene.name, frontend::accel_name(kind), names[n],
-               best[n] / best[0], what);
-  }
-  std::fflush(stdout);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -230,8 +190,8 @@ int main(int argc, char** argv) {
   app.add_option("--k", options.k, "k-buffer entries");
   app.add_option("--repeats", options.repeats, "Runs; the fastest of each kind counts")->check(CLI::PositiveNumber);
   app.add_flag("--checkpoint", options.checkpoint, "Checkpointing and replay");
-  app.add_option("--skip", options.skip, "Work left out that changes no bit of the image");
-  app.add_flag("--skips", options.skips, "Measure what each skip saves instead");
+  app.add_option("--skip", options.skip, "Work left out that changes no bit of the image")
+      ->check(CLI::IsMember({"none", "faithful", "all"}));
   app.add_option("--simd", options.simd, "Vector instructions: portable, avx2 or avx512, as far as the host has them");
   app.add_flag("--kth", options.kth, "t_max is the k-th hit's t, also in replays");
   app.add_flag("--traces", options.traces, "Measure recording, writing and checking traces too");
@@ -242,7 +202,7 @@ int main(int argc, char** argv) {
       const frontend::Camera camera =
           frontend::load_cameras(options.files[i + 1]).at(options.view).resized(options.size, options.size);
       for (const std::string& name : options.accels) {
-        (options.skips ? measure_skips : measure)(scene, camera, frontend::accel_from_name(name), options);
+        measure(scene, camera, frontend::accel_from_name(name), options);
       }
     }
     return 0;

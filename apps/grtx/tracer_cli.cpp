@@ -77,10 +77,8 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
       ->check(in_range(2U, 8U));
   add_choice(command, "--response-precision", cli.response_precision,
              "Format to which every step of a Gaussian's response is rounded");
-  command->add_option(
-      "--skip", cli.skip,
-      "Work left out that changes no bit of the image: none, faithful (keeps the hardware's visits), all, "
-      "or names separated by commas (docs/model/skips.md)");
+  add_choice(command, "--skip", cli.skip,
+             "Work left out that changes no bit of the image; faithful keeps the hardware's visits");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
@@ -106,7 +104,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.tracing = *from_name<Tracing>(cli.tracing);
   o.triangle_test = cli.triangle_test;
   o.response_precision = cli.response_precision;
-  o.skips = skips_from_text(cli.skip);
+  o.skips = skips_of(cli.skip);
   o.samples = cli.samples;
   o.sample_seed = cli.sample_seed;
   if (keeps_one_hit(o.tracing)) o.k = 1;

@@ -50,18 +50,17 @@ void add_tracer_statistics(modules::StatisticList& list, const frontend::RenderR
   list.add("tracer.single.overflows", c.single_overflows, "rounds", "single-round: a hit met a full buffer of k hits");
   list.add("tracer.nearest_commits", c.nearest_commits, "hits", "closest-hit: hits that became the nearest so far");
   list.add("tracer.doubled", c.doubled, "hits", "--triangle-test world: Gaussians processed by a ray once more");
-  list.add("tracer.skipped.retests", c.skipped_retests, "tests",
-           "--skip retests: nodes that the ray had tested before");
+  list.add("tracer.skipped.retests", c.skipped_retests, "tests", "left out: nodes that the ray had tested before");
   list.add("tracer.skipped.dead_colours", c.skipped_dead_colours, "colours",
-           "--skip dead-colours: of hits behind the one that ended a ray");
-  list.add("tracer.skipped.sh_bands", c.skipped_sh_bands, "coefficients", "--skip sh-bands: above the scene's degree");
+           "left out: of hits behind the one that ended a ray");
+  list.add("tracer.skipped.sh_bands", c.skipped_sh_bands, "coefficients", "left out: above the scene's degree");
   list.add("tracer.skipped.scene_misses", c.skipped_scene_misses, "rays",
-           "--skip scene-miss: rays that miss all boxes of the root");
-  list.add("tracer.skipped.events", c.skipped_events, "visits", "--skip events: visits that no trace asked for");
+           "left out: rays that miss all boxes of the root");
+  list.add("tracer.skipped.events", c.skipped_events, "visits", "left out: visits that no trace asked for");
   list.add("tracer.skipped.never_accepted", c.skipped_never_accepted, "tests",
-           "--skip never-accepted: of Gaussians whose alpha stays below 1/255");
+           "left out: of Gaussians whose alpha stays below 1/255");
   list.add("tracer.skipped.blas_walks", c.skipped_blas_walks, "walks",
-           "--skip blas: instances decided without a walk of the BLAS");
+           "left out: instances decided without a walk of the BLAS");
 }
 
 void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTracer& view,

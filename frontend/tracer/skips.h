@@ -1,10 +1,11 @@
 // Work that the tracer leaves out because it changes no bit of the image. docs/model/skips.md has what each saves.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
-#include <string>
-#include <vector>
+
+#include "grtx/base/named_enum.h"
 
 namespace grtx::frontend {
 
@@ -42,9 +43,14 @@ inline constexpr Skips kFaithfulSkips{Skip::retests, Skip::dead_colours, Skip::s
 inline constexpr Skips kAllSkips{Skip::retests, Skip::dead_colours,   Skip::sh_bands, Skip::scene_miss,
                                  Skip::events,  Skip::never_accepted, Skip::blas};
 
-/// Names of the single skips, in the order of Skip.
-const std::vector<std::string>& skip_names();
-/// `none`, `faithful`, `all`, or names separated by commas. Throws Error naming the nearest known name.
-Skips skips_from_text(const std::string& text);
+/// What --skip takes.
+enum class SkipSet : std::uint8_t { none, faithful, all };
+constexpr auto enum_names(SkipSet) {
+  using enum SkipSet;
+  return std::to_array<EnumName<SkipSet>>({{none, "none"}, {faithful, "faithful"}, {all, "all"}});
+}
+constexpr Skips skips_of(SkipSet set) {
+  return set == SkipSet::all ? kAllSkips : set == SkipSet::faithful ? kFaithfulSkips : Skips{};
+}
 
 }  // namespace grtx::frontend

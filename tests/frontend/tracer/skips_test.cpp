@@ -97,7 +97,7 @@ TEST(Skips, ChangeNoBitOfTheImageAndAreCounted) {
         for (unsigned i = 0; i <= kSkipCount; ++i) {
           const auto skip = static_cast<Skip>(i);
           options.skips = i == kSkipCount ? kAllSkips : Skips{skip};
-          SCOPED_TRACE(accel_name(kind) + (i == kSkipCount ? std::string(" all") : " " + skip_names()[i]));
+          SCOPED_TRACE(accel_name(kind) + (i == kSkipCount ? std::string(" all") : " skip " + std::to_string(i)));
           const RenderResult got = test::trace_scene(scene, camera, kind, options);
           EXPECT_EQ(got.image.pixels, expected.image.pixels);
           EXPECT_EQ(got.sequences, expected.sequences);
@@ -141,15 +141,6 @@ TEST(Skips, ThatAreNotFaithfulAreRefusedForTraces) {
   options.skips = kAllSkips;
   EXPECT_THROW(traced_bytes(test::random_scene(1, {20}), test::front_camera(8, 8), AccelKind::tri20, options),
                std::logic_error);
-}
-
-TEST(Skips, AreNamed) {
-  EXPECT_EQ(skips_from_text("none"), Skips{});
-  EXPECT_EQ(skips_from_text("faithful"), kFaithfulSkips);
-  EXPECT_EQ(skips_from_text("all"), kAllSkips);
-  EXPECT_EQ(skips_from_text("blas,retests"), (Skips{Skip::retests, Skip::blas}));
-  for (const char* wrong : {"", "blas,", "retest", "all,blas"}) EXPECT_THROW(skips_from_text(wrong), Error) << wrong;
-  EXPECT_EQ(skip_names().size(), kSkipCount);
 }
 
 TEST(Threads, ChangeNoByteOfImageOrTrace) {
