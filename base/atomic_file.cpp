@@ -82,8 +82,8 @@ std::string beside(const fs::path& target, const std::string& ending) {
   return (folder / (name.substr(0, kept) + end)).string();
 }
 
-/// Opens the file in which `target` is written until it is complete, and locks it: "target.partial", which a killed run
-/// may have left, or, while another process writes that, or where there are no locks, one with this process's number.
+/// Opens and locks the file that is written until it is complete and becomes `target`: "target.partial". A killed run
+/// may have left one. While another process writes it, or where there are no locks, the name has this process's number.
 /// Returns the descriptor, or -1 with errno.
 int open_partial(const std::string& target, std::string& name) {
   name = beside(target, ".partial");

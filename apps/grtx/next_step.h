@@ -8,9 +8,9 @@
 
 namespace grtx::sim {
 
-/// Says what the named file is when another kind was wanted, which file may have been meant, or which command makes
-/// one; else where to look. `arguments`: the command line without the program's name. "" if the rule itself says
-/// enough.
+/// A hint for an error: of which kind the named file is if another was wanted, which file may have been meant, which
+/// command makes one, or else where to look. `arguments`: the command line without the program's name. "" if the error
+/// itself says enough.
 std::string next_step(const Error& error, const std::vector<std::string>& arguments);
 
 }  // namespace grtx::sim

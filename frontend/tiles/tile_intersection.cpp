@@ -80,8 +80,8 @@ std::uint32_t vectors_of(int first, int last, int top, int bottom) {
   return columns & (0xFFu << (top / 2 * 2)) & (0xFFu >> (6 - bottom / 2 * 2));
 }
 
-/// Columns or rows of the grid that a box may cover whose coordinate times depth lies in [low, high], and whose depth
-/// from near to far.
+/// Columns (or rows) of the grid that a box may cover. Its coordinate times depth lies in [low, high], its depth
+/// between near and far.
 struct Covered {
   int first, last;
   Covered(float low, float high, float inverse_near, float inverse_far, float scale, float margin) {

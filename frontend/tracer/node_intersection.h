@@ -85,7 +85,7 @@ auto with_node_form(const InternalLayout& layout, const F& f) {
 
 /// The test for nodes of a layout. The path must be available.
 NodeTest node_test(SimdPath path, const InternalLayout& layout);
-/// The same for who does not need `rank`, which may be left as it was.
+/// The same for callers that do not need `rank`: it may be left as it was.
 NodeTest node_test_unordered(SimdPath path, const InternalLayout& layout);
 
 }  // namespace grtx::frontend

@@ -54,7 +54,7 @@ struct Choice {
   std::vector<std::string> names;  ///< empty: any text
   std::function<std::string()> get;
   std::function<void(const std::string&)> set;
-  std::string hint = {};  ///< for who misses a name
+  std::string hint = {};  ///< to a user whose name is not among them
 };
 
 struct Parameter {
@@ -77,8 +77,8 @@ class ParameterList {
   void add(const char* key, bool& value, std::string description, Origin origin) {
     items_.push_back({prefix_ + key, &value, {}, "", std::move(description), origin});
   }
-  /// One of `names`: those that are registered for what the key selects; without names any text. hint: for who misses a
-  /// name.
+  /// A text that must be one of `names`, which are registered for what the key selects; without names any text. hint:
+  /// for a user whose name is not among them.
   void add(const char* key, std::string& value, std::vector<std::string> names, std::string description, Origin origin,
            std::string hint = {}) {
     items_.push_back({prefix_ + key,

@@ -22,7 +22,7 @@ const CounterTable<CheckpointLog::Counters>& CheckpointLog::Counters::table() {
 
 void CheckpointLog::begin(bool first, bool replays, std::uint64_t capacity, bool lifo) {
   assert(announced_.empty() && pending_.count == 0);
-  // What the round before has not read, and what nobody will read of what it wrote.
+  // Nobody will read the entries that the last round left unread; nor, unless this one replays, those that it wrote.
   lifo_ ? leave(runs_, 0, unread_) : leave(runs_, unread_, runs_.size());
   if (!replays) leave(written_, 0, written_.size());
   lifo_ = lifo;

@@ -33,8 +33,8 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void note_entry(traces::NodeKind kind, std::uint64_t address) = 0;
   /// Whether it looks at stacks: else note_stack() is not called.
   virtual bool reads_stacks() const = 0;
-  /// The lane's event, with which `left` of the round are left, has moved its stack, of which the top `on_chip` entries
-  /// are in the warp buffer.
+  /// An event of the lane has moved its stack. left: events left in the round, this one among them; on_chip: entries at
+  /// the top that the warp buffer holds.
   virtual void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) = 0;
 };
 

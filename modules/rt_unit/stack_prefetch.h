@@ -60,10 +60,10 @@ class StackPrefetch {
 
   /// The lane begins a round of a ray of `group` with these events.
   void begin(std::size_t lane, const traces::RayGroup& group, std::span<const traces::Event> events);
-  /// The lane's event, with which `left` of the round are left, has moved the stack, of which the warp buffer has the
-  /// top `on_chip` entries. f(node) for each of them that is to be prefetched, from the top, at most `depth`; it
-  /// returns whether the prefetch is on its way, and the entry is passed over from then on. Returns whether the stack
-  /// was looked at.
+  /// An event of the lane has moved its stack. left: events of the round that are left, this one among them. on_chip:
+  /// entries at the top that the warp buffer holds. Calls f(node) for each of these that is to be prefetched, from the
+  /// top, at most `depth`; once f returns true (the prefetch is on its way), the entry is passed over. Returns whether
+  /// the stack was looked at.
   template <typename F>
   bool moved(std::size_t lane, std::size_t left, std::uint32_t on_chip, F&& f) {
     Lane& l = lanes_[lane];
