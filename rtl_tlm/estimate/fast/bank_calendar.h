@@ -52,6 +52,10 @@ class BankCalendar {
   void share_run(unsigned bank, Cycle from, unsigned count) { take(run_of(bank, from, count)); }
   /// Cycles before `now` are past.
   void advance(Cycle now) {
+    if (now >= base_ + kWindow) {  // all that is kept is past
+      std::fill(busy_.begin(), busy_.end(), std::uint64_t{0});
+      base_ = now / 64 * 64;
+    }
     for (; base_ + 64 <= now; base_ += 64) {
       for (unsigned i = 0; i < banks_; ++i) busy_[i * kWords + base_ % kWindow / 64] = 0;
     }

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <deque>
 
 #include "grtx/base/strong.h"
 
@@ -13,7 +14,8 @@ namespace grtx::sim {
 
 class CycleBits {
  public:
-  static constexpr Cycle kWindow = 8192;  ///< cycles that are kept; later ones are given out in order
+  /// Cycles that are kept. Later ones are given out in order, and taken when they come into the window.
+  static constexpr Cycle kWindow = 8192;
 
   Cycle begin() const { return begin_; }  ///< first cycle that is kept, a multiple of 64
   Cycle end() const { return begin_ + kWindow; }
@@ -42,16 +44,25 @@ class CycleBits {
   Cycle take_beyond(Cycle from) {
     from = std::max(from, beyond_);
     beyond_ = from + 1;
+    far_.push_back(from);
     return from;
   }
   /// Cycles before `now` are past.
   void advance(Cycle now) {
+    if (now >= end()) {  // all that is kept is past
+      bits_.fill(0);
+      begin_ = now / 64 * 64;
+    }
     for (; begin_ + 64 <= now; begin_ += 64) bits_[begin_ % kWindow / 64] = 0;
+    for (; !far_.empty() && far_.front() < end(); far_.pop_front()) {
+      if (far_.front() >= begin_) take(far_.front());
+    }
   }
 
  private:
   Cycle begin_ = 0;
   Cycle beyond_ = 0;
+  std::deque<Cycle> far_;  ///< given out beyond the window
   std::array<std::uint64_t, kWindow / 64> bits_{};
 };
 

@@ -9,7 +9,7 @@ FastDramChannel::FastDramChannel(const modules::DramChannelConfig& config)
       mapping_(config),
       banks_(config.banks),
       bus_(config.timing.ccd),
-      activates_(1, config.timing.rrd),
+      activates_(1, std::max(1u, config.timing.rrd)),  // a row command a clock
       queue_(config.queue) {
   if (config.timing.faw != 0) four_activates_.emplace(4, config.timing.faw);
   if (config.timing.groups_differ()) groups_.assign(config.bank_groups, Group(config.timing));
@@ -113,6 +113,7 @@ Cycle FastDramChannel::request_row(Cycle clock, std::uint64_t local, unsigned se
     }
     counters_.refreshes = std::max(counters_.refreshes, refreshes(column));
     queue_.take(column);
+    last_column_ = std::max(last_column_, column);
     bank.last_column = std::max(bank.last_column, column);
     counters_.queue_clocks += column - clock;
     if ((i + 1) * sectors % bursts == 0) counters_.latency_clocks += column + data - clock;

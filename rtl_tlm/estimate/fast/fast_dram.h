@@ -3,6 +3,7 @@
 // its row open, or about to be, joins it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -41,6 +42,12 @@ class FastDramChannel {
   }
   /// Precharges are those that a row conflict needs; requests do not age.
   const modules::DramChannelCounters& counters() const { return counters_; }
+  /// Bursts whose command came by that clock, at least: the bus serves those behind it one after the other.
+  std::uint64_t bursts_by(Cycle clock) const {
+    if (last_column_ <= clock) return counters_.bursts;
+    const std::uint64_t later = (last_column_ - clock - 1) / config_.timing.ccd + 1;
+    return counters_.bursts - std::min(counters_.bursts, later);
+  }
 
  private:
   static constexpr std::uint64_t kNoRow = ~std::uint64_t{0};
@@ -56,7 +63,8 @@ class FastDramChannel {
     bool wrote = false;
   };
   struct Group {
-    explicit Group(const modules::DramTiming& t) : bus(t.ccd_of_group()), activates(1, t.rrd_of_group()) {}
+    explicit Group(const modules::DramTiming& t)
+        : bus(t.ccd_of_group()), activates(1, std::max(1u, t.rrd_of_group())) {}
     SpanCalendar bus;
     SlotCalendar activates;
   };
@@ -82,7 +90,8 @@ class FastDramChannel {
   SlotCalendar activates_;
   std::optional<SlotCalendar> four_activates_;
   std::vector<Group> groups_;  ///< none when they have no times of their own
-  Cycle writes_until_ = 0;     ///< until when writes find the bus turned around for them
+  Cycle last_column_ = 0;
+  Cycle writes_until_ = 0;  ///< until when writes find the bus turned around for them
   PlaceCalendar queue_;
   modules::DramChannelCounters counters_;
 };

@@ -92,9 +92,11 @@ GpuCounters Machine::counters() const {
     network->packets_in = network->packets_out = packets;
   }
   c.l2_dirty_sectors = memory.dirty_sectors();
-  std::vector<DramChannelCounters> channels = memory.channels();
-  for (DramChannelCounters& channel : channels) scale_up(channel, doublings);
-  c.memory = built_in_counters(shared_.config, channels, memory.dram(channels, c.cycles), channels);
+  std::vector<DramChannelCounters> channels = memory.channels(), at_end = memory.channels_by(distributor_.end());
+  for (auto* all : {&channels, &at_end}) {
+    for (DramChannelCounters& channel : *all) scale_up(channel, doublings);
+  }
+  c.memory = built_in_counters(shared_.config, at_end, memory.dram(channels, c.cycles), channels);
   add_up(c);
   return c;
 }

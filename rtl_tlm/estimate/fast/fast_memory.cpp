@@ -191,6 +191,12 @@ std::vector<modules::DramChannelCounters> FastMemory::channels() const {
   return all;
 }
 
+std::vector<modules::DramChannelCounters> FastMemory::channels_by(Cycle end) const {
+  std::vector<modules::DramChannelCounters> all = channels();
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].bursts = slices_[i].dram.bursts_by(clock_of(end));
+  return all;
+}
+
 modules::DramCounters FastMemory::dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const {
   modules::DramCounters sum = modules::dram_counters(dram_.channel, channels, end * core_fs_ / memory_fs_);
   sum.channel.responses = sum.channel.reads + sum.channel.writes;

@@ -49,6 +49,8 @@ class FastMemory {
   const std::vector<modules::L2Counters>& slices() const { return l2_; }
   modules::DramCounters dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const;
   std::vector<modules::DramChannelCounters> channels() const;
+  /// The same, without the bursts that come after core cycle `end`.
+  std::vector<modules::DramChannelCounters> channels_by(Cycle end) const;
   std::uint64_t dirty_sectors() const;
 
  private:

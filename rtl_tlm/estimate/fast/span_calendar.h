@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include "grtx/base/strong.h"
@@ -12,7 +13,8 @@ namespace grtx::sim {
 
 class SpanCalendar {
  public:
-  static constexpr Cycle kWindow = 16384;  ///< cycles that are kept; later ones are given out in order
+  /// Cycles that are kept. Later ones are given out in order, and are taken when they come into the window.
+  static constexpr Cycle kWindow = 16384;
 
   /// span: cycles of an item, at least 1.
   explicit SpanCalendar(unsigned span) : span_(span), busy_(kWindow / 64) {}
@@ -20,10 +22,11 @@ class SpanCalendar {
   /// The first cycle from `from` on at which so many cycles are free; they are taken. Past cycles are not given.
   Cycle reserve(Cycle from) {
     from = std::max(from, base_);
+    const Cycle end = far_.empty() ? base_ + kWindow : std::min(base_ + kWindow, far_.front());
     unsigned free = 0;  // cycles that are free from `first` on
     Cycle first = from;
     for (Cycle at = from; free < span_;) {
-      if (at + 64 > base_ + kWindow) return beyond(first);
+      if (at + 64 > end) return beyond(first);
       const std::uint64_t busy = busy_[at % kWindow / 64] >> at % 64;
       const auto left = static_cast<unsigned>(64 - at % 64);
       const unsigned run = busy == 0 ? left : static_cast<unsigned>(std::countr_zero(busy));
@@ -34,20 +37,28 @@ class SpanCalendar {
       first = at;
       free = 0;
     }
-    mark(first);
+    mark(first, span_);
     return first;
   }
   /// Cycles before `now` are past.
   void advance(Cycle now) {
+    if (now >= base_ + kWindow) {  // all that is kept is past
+      std::fill(busy_.begin(), busy_.end(), std::uint64_t{0});
+      base_ = now / 64 * 64;
+    }
     while (base_ + 64 <= now) {
       busy_[base_ % kWindow / 64] = 0;
       base_ += 64;
     }
+    for (; !far_.empty() && far_.front() + span_ <= base_ + kWindow; far_.pop_front()) {
+      const Cycle first = std::max(far_.front(), base_), end = far_.front() + span_;
+      if (first < end) mark(first, static_cast<unsigned>(end - first));
+    }
   }
 
  private:
-  void mark(Cycle first) {
-    for (unsigned left = span_; left > 0;) {
+  void mark(Cycle first, unsigned left) {
+    while (left > 0) {
       const auto offset = static_cast<unsigned>(first % 64);
       const unsigned count = std::min(left, 64 - offset);
       const std::uint64_t bits = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
@@ -59,12 +70,14 @@ class SpanCalendar {
   Cycle beyond(Cycle cycle) {
     cycle = std::max(cycle, beyond_);
     beyond_ = cycle + span_;
+    far_.push_back(cycle);
     return cycle;
   }
 
   unsigned span_;
   Cycle base_ = 0;  ///< first cycle that is kept, a multiple of 64
   Cycle beyond_ = 0;
+  std::deque<Cycle> far_;            ///< given out beyond the window, ascending
   std::vector<std::uint64_t> busy_;  ///< a bit a cycle
 };
 

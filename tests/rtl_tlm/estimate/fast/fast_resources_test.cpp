@@ -14,6 +14,7 @@
 #include "grtx/rtl_tlm/estimate/fast/place_ring.h"
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/response_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
 #include "parameter_names.h"
@@ -57,6 +58,48 @@ TEST(SpanCalendarLimits, WhatLiesFarAheadComesInOrder) {
   EXPECT_EQ(first, 1000000u);
   EXPECT_EQ(calendar.reserve(1000000), first + 4);
   EXPECT_EQ(calendar.reserve(7), 7u);
+}
+
+// With bursts of 10,000 clocks: whoever came when the time had come near got the same clocks once more.
+TEST(SpanCalendarLimits, WhatWasGivenFarAheadIsGivenTwice) {
+  for (const unsigned span : {100u, 9000u, 10000u, 20000u}) {
+    SpanCalendar calendar(span);
+    std::set<Cycle> starts;
+    std::mt19937_64 random(span);
+    Cycle now = 0;
+    for (int step = 0; step < 400; ++step) {
+      now += random() % (step % 50 == 0 ? 40 * span : span);
+      calendar.advance(now);
+      const Cycle start = calendar.reserve(now + random() % (3 * span));
+      const auto next = starts.lower_bound(start);
+      if (next != starts.end()) {
+        ASSERT_GE(*next, start + span) << "span " << span << " step " << step;
+      }
+      if (next != starts.begin()) {
+        ASSERT_GE(start, *std::prev(next) + span) << "span " << span << " step " << step;
+      }
+      starts.insert(start);
+    }
+  }
+}
+
+TEST(PortCalendarLimits, WhatWasGivenFarAheadIsGivenTwice) {
+  PortCalendar port;
+  SlotCalendar slots(3);
+  std::set<Cycle> given;
+  std::map<Cycle, unsigned> used;
+  std::mt19937_64 random(3);
+  Cycle now = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (step % 20 == 19) {
+      now += random() % (step % 1000 == 999 ? 50000 : 60);
+      port.advance(now);
+      slots.advance(now);
+    }
+    const Cycle wish = now + random() % (step % 3 == 0 ? 30000 : 100);
+    ASSERT_TRUE(given.insert(port.reserve(wish)).second) << "step " << step;
+    ASSERT_LE(++used[slots.reserve(wish)], 3u) << "step " << step;
+  }
 }
 
 TEST(BankCalendarTest, EqualsASetOfBanksAndCycles) {
