@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <set>
 #include <span>
 #include <string_view>
 #include <thread>
@@ -30,6 +31,7 @@
 #include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
@@ -202,6 +204,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                                                                : simulate(trace, config, simulation, options.mode);
                            ordered_json document = result.document;
                            document["violations"] = result.violations;
+                           document["caution"] = result.caution;
                            document["binding_bound"] = result.binding_bound;
                            return document.dump();
                          }));
@@ -340,6 +343,9 @@ int run(const RunArguments& options, const CommonOptions& common) {
   }
   const std::map<std::string, ordered_json> documents =
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
+  std::set<std::string> cautions;  // mostly the same of all designs
+  for (const auto& [name, document] : documents) cautions.insert(document.at("caution").get<std::string>());
+  for (const std::string& caution : cautions) warn_of_caution(caution, "--mode fast");
 
   ordered_json results;
   results["schema"] = "grtx.run/1";

@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/mode_keys.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 
@@ -117,6 +118,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
+  warn_of_caution(result.caution, "--mode fast");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {
     write_heatmap(heatmap.path, {heatmap.name,
@@ -172,7 +174,8 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
   add_heatmap_option(command, options->heatmaps, {"cycles"});
   command
-      ->add_option("--watchdog", options->simulation.watchdog_cycles, "Cycles without progress that count as deadlock")
+      ->add_option("--watchdog", options->simulation.watchdog_cycles,
+                   "Cycles without progress, or anything scheduled for later, that count as deadlock")
       ->check(CLI::PositiveNumber);
   command->add_option("--construction-order", options->simulation.build.construction_order,
                       "Seed that shuffles the construction of the modules; 0 keeps the order. Results never change");

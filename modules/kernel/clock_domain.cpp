@@ -102,6 +102,14 @@ Cycle ClockDomain::earliest() const {
   return earliest;
 }
 
+Cycle ClockDomain::latest() const {
+  Cycle latest = far_booked_.empty() ? 0 : *far_booked_.rbegin();
+  for (const Cycle wanted : wanted_) {
+    if (wanted != kNever) latest = std::max(latest, wanted);
+  }
+  return latest;
+}
+
 void ClockDomain::schedule(Cycle cycle) {
   next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
   if (!followed_ && (ahead_ == nullptr || !ahead_->running_)) notify_kernel();

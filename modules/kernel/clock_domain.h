@@ -77,6 +77,8 @@ class ClockDomain final : public sc_core::sc_module {
   /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
   Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() + delay_fs) / period_fs_ + 1; }
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
+  /// The last cycle that anybody waits for, as far as is known now; 0: nobody waits. Linear: for watchdogs.
+  Cycle latest() const;
   /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
   void allow_ahead(std::uint64_t until_fs);
   /// Calls what `between` returns in the place of each object that has an alarm: for measurements.

@@ -33,6 +33,14 @@ BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
 
 MemoryTraffic BuiltInMemory::traffic(unsigned channel) const { return traffic_of(dram_.channel_counters(channel)); }
 
+std::uint64_t BuiltInMemory::progress() const {
+  std::uint64_t sum = 0;
+  for (const modules::DramChannelCounters& channel : dram_.all_channel_counters()) {
+    sum += channel.bursts + channel.responses;
+  }
+  return sum;
+}
+
 double BuiltInMemory::busy_core_cycles() const { return busy_core_cycles_of(config_, dram_.all_channel_counters()); }
 
 std::unique_ptr<MemorySystem> build_built_in_memory(Gpu& gpu, const BuildOptions& build) {

@@ -23,6 +23,8 @@ class BuiltInMemory final : public MemorySystem {
   MemoryTraffic traffic(unsigned channel) const override;
   std::uint64_t outstanding(unsigned channel) const override { return dram_.outstanding(channel); }
   bool idle() const override { return dram_.idle(); }
+  std::uint64_t progress() const override;
+  std::uint64_t awaited_fs() const override { return clock_.latest() * clock_.period_fs(); }
   void dump_state(std::ostream& out) const override { dram_.dump_state(out); }
   void statistics(modules::StatisticList& list, const std::string& prefix) const override {
     dram_.statistics(list, prefix);

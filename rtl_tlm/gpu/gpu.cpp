@@ -159,6 +159,8 @@ std::uint64_t Gpu::progress() const {
   return sum;
 }
 
+Cycle Gpu::awaited() const { return std::max(core_.latest(), threads_ ? threads_->latest() : 0); }
+
 std::vector<modules::Inventory> Gpu::inventory() const {
   std::vector<modules::Inventory> parts;
   parts.push_back(distributor_->inventory());

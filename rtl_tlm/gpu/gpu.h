@@ -78,6 +78,8 @@ class Gpu final : public sc_core::sc_module {
   bool idle() const;
   /// Grows with all that the GPU does; for a watchdog.
   std::uint64_t progress() const;
+  /// The last core cycle for which anything is scheduled, as far as is known now, for the watchdog.
+  Cycle awaited() const;
   std::vector<modules::Inventory> inventory() const;
   void dump_state(std::ostream& out) const;
 

@@ -59,6 +59,9 @@ class MemorySystem {
 
   /// Grows with every sign of life, for the watchdog.
   virtual std::uint64_t progress() const { return total().responses; }
+  /// The last time for which anything is scheduled inside, as far as it is known now, for the watchdog: until then
+  /// standing still is waiting. A model that never runs out of events (refresh) leaves it at 0.
+  virtual std::uint64_t awaited_fs() const { return 0; }
   /// Adds prefix + ".name". At least .reads, .writes, .bytes and .responses, which energy and reports are made from:
   /// describe_traffic() adds these.
   virtual void statistics(modules::StatisticList& list, const std::string& prefix) const {

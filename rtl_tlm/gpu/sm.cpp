@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <ostream>
 #include <utility>
 
@@ -171,6 +172,8 @@ bool Sm::idle() const {
 
 std::uint64_t Sm::progress() const {
   std::uint64_t sum = 0;
+  const auto phases = simt_->counters().phases;
+  sum += std::accumulate(phases.begin(), phases.end(), std::uint64_t{0});
   for (const auto& rt : rt_) sum += rt->progress();
   for (const RtLinks& rt : rt_links_) sum += rt.trace_call->pushed() + rt.any_hit_done->pushed();
   for (const auto& request : requests_) sum += request->pushed();

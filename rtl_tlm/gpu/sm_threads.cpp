@@ -113,6 +113,12 @@ bool SmThreads::links_empty() const {
   });
 }
 
+Cycle SmThreads::latest() const {
+  Cycle latest = 0;
+  for (const auto& clock : clocks_) latest = std::max(latest, clock->latest());
+  return latest;
+}
+
 std::uint64_t SmThreads::messages() const {
   std::uint64_t sum = 0;
   for (const auto& l : links_) {

@@ -36,6 +36,7 @@ class SmThreads {
   void bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor, modules::CrossbarModule& crossbar);
   bool links_empty() const;
   std::uint64_t messages() const;  ///< sent so far, over all links that cross
+  Cycle latest() const;            ///< ClockDomain::latest() of all SMs
 
  private:
   struct Links final : modules::ClockThreads::Coupling {

@@ -61,28 +61,45 @@ std::uint64_t peak_rss_bytes() {
   throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
 }
 
-/// Fails when the model stands still although work remains.
+/// Fails when the model stands still although work remains: nothing moves, and nobody waits for a time that has yet to
+/// come. What is scheduled for later (an access of a slow memory, a long phase of a shader) is waited for, however
+/// long.
 class Watchdog {
  public:
-  Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit) : gpu_(gpu), memory_(memory), limit_(limit) {}
+  /// step: between two looks.
+  Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit, Cycle step)
+      : gpu_(gpu), memory_(memory), limit_(limit), step_(step) {}
 
   void look(const std::string& remaining) {
     const std::uint64_t progress = gpu_.progress() + memory_.progress();
     const Cycle now = gpu_.core().edge_at_or_after_now();
+    check_time(now);
     if (progress != progress_) {
       progress_ = progress;
       since_ = now;
     }
+    const Cycle awaited = std::max(gpu_.awaited(), memory_.awaited_fs() / gpu_.core().period_fs());
+    if (awaited > now + step_) since_ = std::max(since_, awaited);  // who polls asks for cycles that come soon
     if (!sc_core::sc_pending_activity()) stand_still(gpu_, memory_, "nothing is scheduled but " + remaining);
-    if (now - since_ > limit_) {
+    if (now > since_ + limit_) {
       stand_still(gpu_, memory_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
     }
   }
 
  private:
+  /// The kernel's clock counts femtoseconds in 64 bits: what is scheduled must not wrap around.
+  void check_time(Cycle now) const {
+    constexpr std::uint64_t kLastFs = std::uint64_t{1} << 63;
+    if (now >= kLastFs / gpu_.core().period_fs()) {
+      throw Error("sim", "",
+                  fmt::format("{} cycles are {:.0f} s of the machine's time: more than a run can take", now,
+                              1e-15 * static_cast<double>(kLastFs)));
+    }
+  }
+
   const Gpu& gpu_;
   const MemorySystem& memory_;
-  Cycle limit_;
+  Cycle limit_, step_;
   std::uint64_t progress_ = ~std::uint64_t{0};
   Cycle since_ = 0;
 };
@@ -90,9 +107,9 @@ class Watchdog {
 /// Steps the kernel until the last warp has ended (the GPU pauses it there).
 void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, const SimulationOptions& options,
                 OccupancySeries& series) {
-  Watchdog watchdog(gpu, memory, options.watchdog_cycles);
-  Progress progress("simulate", groups, "warps", options.quiet);
   const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
+  Watchdog watchdog(gpu, memory, options.watchdog_cycles, step);
+  Progress progress("simulate", groups, "warps", options.quiet);
   Cycle at = 0;
   while (!gpu.finished()) {
     const Cycle length = std::min(step, series.next() - at);
@@ -108,7 +125,7 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
 
 /// Steps on until nothing is under way.
 void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& options) {
-  Watchdog watchdog(gpu, memory, options.watchdog_cycles);
+  Watchdog watchdog(gpu, memory, options.watchdog_cycles, kDrainStepCycles);
   while (!(gpu.idle() && memory.idle())) {
     run_for(gpu, kDrainStepCycles);
     if (!(gpu.idle() && memory.idle())) watchdog.look("requests are under way after the last warp");
@@ -162,6 +179,23 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   throw std::runtime_error(fmt::format("{} ({})", what, where));
 }
 
+/// A key that makes the machine wait so long that threads, which meet every few cycles, would do nothing else; empty:
+/// none does.
+std::string key_of_long_waits(const GpuConfig& config) {
+  constexpr double kLongest = 4000.0;  // core cycles
+  GpuConfig copy = config;
+  for (const modules::Parameter& key : config_keys(copy)) {
+    const auto* const number = std::get_if<unsigned*>(&key.value);
+    const auto* const large = std::get_if<std::uint64_t*>(&key.value);
+    if (number == nullptr && large == nullptr) continue;
+    const bool clocks = key.unit == "clocks" && !key.name.ends_with(".refi") && !key.name.ends_with(".age_cap");
+    if (!clocks && key.unit != "cycles" && key.unit != "instructions") continue;
+    const double value = number != nullptr ? **number : static_cast<double>(**large);
+    if (value * (clocks ? config.core_mhz / config.memory_mhz : 1.0) > kLongest) return key.name;
+  }
+  return "";
+}
+
 /// Why a run has one thread, whatever was asked for; empty: it may have several.
 std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
   const GpuParts& parts = options.build.parts;
@@ -174,6 +208,9 @@ std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& o
   }
   if (!options.build.run_ahead) return "the clocks follow the kernel";
   if (config.sms < 2) return "there is one SM";
+  if (const std::string key = key_of_long_waits(config); !key.empty()) {
+    return key + " makes the machine wait most of the time";
+  }
   return "";
 }
 
@@ -293,7 +330,13 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     result.cycles = counters.cycles;
     result.binding_bound = binding_bound(bounds).name;
     result.violations = count_violations(counters, source.totals(), groups.size());
-    for (const auto& more : {finished.violations, bound_violations(counters.cycles, bounds)}) {
+    result.caution = engine.caution();
+    std::vector<std::string> below = bound_violations(counters.cycles, bounds);
+    if (engine.estimates() && !below.empty()) {
+      result.caution += (result.caution.empty() ? "" : ", ") + below.front();
+      below.clear();
+    }
+    for (const auto& more : {finished.violations, below}) {
       result.violations.insert(result.violations.end(), more.begin(), more.end());
     }
     if (options.groups.empty() && !(source.totals() == reader.totals())) {

@@ -28,11 +28,11 @@ using EnergyPricing = std::function<void(const GpuConfig& config, const std::vec
 
 struct SimulationOptions {
   bool quiet = true;
-  Cycle watchdog_cycles = 2'000'000;          ///< no progress for this many cycles is a deadlock
-  std::vector<std::uint64_t> groups;          ///< run only these groups of the trace (ascending); empty: all
-  WaveformOptions waveform;                   ///< off when its path is empty
-  TimelineOptions timeline;                   ///< off when its path is empty
-  bool pixel_cycles = false;                  ///< fill SimulationResult::pixel_cycles
+  Cycle watchdog_cycles = 2'000'000;  ///< so many cycles without progress, or anything scheduled, are a deadlock
+  std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
+  WaveformOptions waveform;           ///< off when its path is empty
+  TimelineOptions timeline;           ///< off when its path is empty
+  bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
   EnergyPricing price;                        ///< none: the run has no energy statistics
   BuildOptions build;          ///< threads: as many as asked for; a run that cannot have them says so, unless quiet
@@ -67,6 +67,10 @@ class Engine {
   virtual void prepare(const Work& work) = 0;
   /// source gives the groups of the work.
   virtual FinishedRun run(const Work& work, modules::GroupSource& source) = 0;
+  /// Why the cycles may be farther off than the documentation says; empty: no reason is known.
+  virtual std::string caution() const { return ""; }
+  /// Whether only a share of the work was timed: cycles below a lower bound are then a bad estimate, not a broken law.
+  virtual bool estimates() const { return false; }
   /// Statistics of the engine itself.
   virtual void describe(modules::StatisticList& list) const = 0;
 };
@@ -77,6 +81,7 @@ struct SimulationResult {
   modules::StatisticList host;                ///< wall time, memory, speed of this machine
   std::map<std::string, std::string> inputs;  ///< hashes of trace and configuration, and what the trace was made from
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
+  std::string caution;                        ///< Engine::caution()
   std::string binding_bound;                  ///< name of the largest lower bound
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
   unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for

@@ -49,6 +49,26 @@ TEST_F(CliSim, QuietPrintsNothing) {
   EXPECT_EQ(outcome.err, "");
 }
 
+TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
+  const std::string line = "grtx: outside of what was measured for --mode fast: ", trace = "a trace of 4 groups\n";
+  for (const char* machine : {"paper", "modern", "ada", "turing", "mobile"}) {
+    EXPECT_EQ(folder_.run(std::string("sim t.grtx --quiet --mode fast --machine ") + machine).err, line + trace)
+        << machine;
+  }
+  EXPECT_EQ(folder_.run("sim t.grtx --quiet --mode fast --set rt.box.interval=3000").err,
+            line + "rt.box.interval = 3000, " + trace);
+}
+
+// They met every eight cycles of the hundreds of millions in which a shader's phase went on.
+TEST_F(CliSim, TwoThreadsTakeMinutesForAMachineThatWaits) {
+  for (const char* key : {"simt.cost.any_hit_fixed", "dram.fixed_latency"}) {
+    const Outcome outcome = folder_.run(std::string("sim t.grtx --quiet --threads 2 --set ") + key + "=1000000");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, std::string("grtx: sim: one thread is used, not 2: ") + key +
+                               " makes the machine wait most of the time\n");
+  }
+}
+
 TEST_F(CliSim, SettingsComeAfterTheFile) {
   const Outcome outcome =
       folder_.run("sim t.grtx --quiet --stats s.json " + kSmall + "--set gpu.sms=3 --set l1.latency=25");
@@ -78,7 +98,7 @@ TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
 
 TEST_F(CliSim, AnOldResultStaysWhenARunFails) {
   folder_.write("s.json", "old");
-  EXPECT_EQ(folder_.run("sim t.grtx --quiet --stats s.json --set dram.fixed_latency=100000 --watchdog 1000").code, 3);
+  EXPECT_EQ(folder_.run("sim t.grtx --quiet --stats s.json --vcd /dev/full").code, 2);
   EXPECT_EQ(folder_.read("s.json"), "old");
 }
 

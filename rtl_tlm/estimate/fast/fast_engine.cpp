@@ -8,6 +8,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
+#include "grtx/rtl_tlm/estimate/fast/measured_region.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
 namespace grtx::sim {
@@ -28,6 +29,7 @@ void FastEngine::prepare(const Work& work) {
       throw;
     }
   }
+  outside_ = outside_of_measured(work.config, work.groups.size());
   stride_ = fast_stride(work.config, work.reader.totals().visits() * work.groups.size() /
                                          std::max<std::uint64_t>(1, work.reader.group_count()));
 }

@@ -1,6 +1,7 @@
 // Fast mode as an engine of simulate(): the same decisions, loosely timed, in a fraction of the time.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "grtx/rtl_tlm/run/first_launches.h"
@@ -15,10 +16,13 @@ class FastEngine final : public Engine {
   void prepare(const Work& work) override;
   FinishedRun run(const Work& work, modules::GroupSource& source) override;
   void describe(modules::StatisticList& list) const override;
+  std::string caution() const override { return outside_; }
+  bool estimates() const override { return stride_ > 1; }
 
  private:
   std::vector<Launch> first_;  ///< of cycle mode; empty where all groups are launched at once
   unsigned stride_ = 1;
+  std::string outside_;
 };
 
 }  // namespace grtx::sim

@@ -10,6 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "paths.h"
+#include "rtl_tlm/silent_dram.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"
@@ -278,13 +279,13 @@ TEST(Simulation, ADamagedTraceIsBadInput) {
 TEST(Simulation, NoProgressIsReportedAsADeadlock) {
   const TemporaryFile file("slow");
   test::write_tiny_trace(file.path());
-  // A response that takes longer than the watchdog allows looks like a deadlock.
   SimulationOptions options;
   options.watchdog_cycles = 100'000;
   ChildProcess child("simulation", [&] {
     ::testing::internal::CaptureStderr();
     try {
-      test::simulate_priced(file.path(), load_config("", {"dram.fixed_latency=1000000"}), options);
+      test::make_a_silent_dram();
+      test::simulate_priced(file.path(), load_config("", {"dram.scheduling=silent"}), options);
     } catch (const std::runtime_error& error) {
       return std::string(error.what()) + "\n" + ::testing::internal::GetCapturedStderr();
     }

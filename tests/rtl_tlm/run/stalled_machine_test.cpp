@@ -10,6 +10,7 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/config/config_file.h"
+#include "rtl_tlm/silent_dram.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/temporary_file.h"
@@ -55,11 +56,12 @@ class StalledMachine : public ::testing::Test {
       ::testing::internal::CaptureStderr();
       SimulationOptions options;
       options.watchdog_cycles = 2000;
+      test::make_a_silent_dram();
       try {
         test::simulate_priced(
             file_.path(),
             load_config("", {"gpu.sms=" + std::to_string(kSms), "gpu.resident_warps=" + std::to_string(kResident),
-                             "rt.warp_buffer.entries=" + std::to_string(kEntries), "dram.fixed_latency=1000000"}),
+                             "rt.warp_buffer.entries=" + std::to_string(kEntries), "dram.scheduling=silent"}),
             options);
       } catch (const std::runtime_error&) {
       }

@@ -1,0 +1,21 @@
+// A DRAM that never issues a command: a machine with it stands still although its clocks go on.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "grtx/modules/dram/dram_scheduling.h"
+
+namespace grtx::sim::test {
+
+/// Makes `silent` a value of dram.scheduling; once a process.
+inline void make_a_silent_dram() {
+  class Silent final : public modules::DramScheduling {
+   public:
+    modules::DramChoice choose(Cycle, const std::vector<modules::DramBankQueue>&) override { return {}; }
+  };
+  modules::register_dram_scheduling("silent",
+                                    [](const modules::DramChannelConfig&) { return std::make_unique<Silent>(); });
+}
+
+}  // namespace grtx::sim::test
