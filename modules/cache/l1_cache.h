@@ -82,7 +82,7 @@ class L1Cache final : public L1CacheModule {
     bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
     bool perfect = false;           ///< nothing leaves the cache
     void parameters(ParameterList& list) {
-      list.add("bytes", geometry.bytes, {32, 1e9}, "B", "size of the L1 data cache", kTable1);
+      list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
       geometry.shape_parameters(list);
       list.add("latency", latency, {1, kMaxLatency}, "cycles", "from request to response of a hit", kTable1);
       list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache",

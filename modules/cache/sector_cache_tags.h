@@ -32,7 +32,7 @@ class SectorCacheTags {
     unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
     void shape_parameters(ParameterList& list) {
       list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
-      list.add("ways", ways, {1, kMaxEntries}, "ways", "associativity, LRU", kTable1);
+      list.add("ways", ways, {1, 4096}, "ways", "associativity, LRU", kTable1);
       list.add("replacement", replacement, cache_replacement_names(),
                "which line of a full set goes; programs may register more", kOurs);
     }

@@ -32,7 +32,7 @@ class Dram final : public ClockedModule {
     bool perfect = false;     ///< without banks or a data bus
     void parameters(ParameterList& list) {
       channel.parameters(list);
-      list.add("fixed_latency", fixed_latency, {0, 1e9}, "clocks", "added to every response (100 core cycles = 73 ns)",
+      list.add("fixed_latency", fixed_latency, {0, 1e7}, "clocks", "added to every response (100 core cycles = 73 ns)",
                kVulkanSim);
       list.add("perfect", perfect, "every request takes fixed_latency only (limit study)", kOurs);
       list.part("timing", channel.timing);

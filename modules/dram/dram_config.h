@@ -50,14 +50,14 @@ struct DramTiming {
     add("rtp", rtp, "read command to precharge");
     add("turn", turn, "bubble between read and write data");
     const auto add_unused = [&](const char* key, unsigned& clocks, const char* description) {
-      list.add(key, clocks, {0, 1e6}, "clocks", description, kOurs);
+      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs);
     };
     add_unused("ccd_l", ccd_l, "as ccd, in the same bank group, where longer");
     add_unused("rrd_l", rrd_l, "as rrd, in the same bank group, where longer");
     add_unused("cdlr_l", cdlr_l, "as cdlr, in the same bank group, where longer");
     add_unused("rcd_wr", rcd_wr, "activate to write command; 0: rcd");
     add_unused("faw", faw, "window in which at most four activates begin; 0: no such limit");
-    add_unused("refi", refi, "from one refresh of all banks to the next; 0: no refresh");
+    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs);
     add_unused("rfc", rfc, "refresh to activate");
   }
   unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }

@@ -46,8 +46,9 @@ struct Range {
   double min = 0.0;
   double max = std::numeric_limits<double>::infinity();
 };
-inline constexpr double kMaxLatency = 100000;  ///< cycles: far beyond hardware, short enough to count with
-inline constexpr double kMaxEntries = 65536;   ///< of a queue or table
+inline constexpr double kMaxLatency = 10000;             ///< cycles: far beyond hardware, short enough to count with
+inline constexpr double kMaxEntries = 4096;              ///< of a queue or table
+inline constexpr double kMinMhz = 100, kMaxMhz = 10000;  ///< of a clock
 
 /// A value that is one of a few names, or any text.
 struct Choice {

@@ -17,7 +17,7 @@ struct AddressInterleave {
   void parameters(ParameterList& list) {
     list.add("slices", slices, {1, 256}, "slices", "L2 slices = DRAM channels",
              assumed("this project: 4 x 28 GB/s; the paper gives no count"));
-    list.add("interleave_bytes", bytes, {128, 1e9}, "B", "consecutive bytes of one slice", kGpgpuSim);
+    list.add("interleave_bytes", bytes, {128, 1 << 20}, "B", "consecutive bytes of one slice", kGpgpuSim);
     list.add("xor_hash", xor_hash, "higher address bits are folded into the slice number", kOurs);
   }
 

@@ -26,7 +26,7 @@ class AnyHitCollector final : public AnyHitModule {
   struct Config {
     std::uint64_t timeout = 64;
     void parameters(ParameterList& list) {
-      list.add("timeout", timeout, {0, 1e9}, "cycles",
+      list.add("timeout", timeout, {0, 1e6}, "cycles",
                "an any-hit batch is sent this long after its first lane began to wait", kOurs);
     }
   };

@@ -24,13 +24,37 @@ std::string cell(const std::string& text) {
   return escaped;
 }
 
+/// Memory of the host for tables that a machine can make large: each alone is in its range, but they multiply.
+struct HostTable {
+  const char* key;
+  double bytes;
+};
+constexpr double kMostHostBytes = 2e9;
+
+double tag_bytes(const modules::SectorCacheTags::Geometry& cache) {
+  const double line = 44.0, small_set = 128.0;
+  return static_cast<double>(cache.sets()) * (cache.ways > 16 ? line * cache.ways : small_set);
+}
+
+double mshr_bytes(double entries, double merges) { return entries * (48.0 + 8.0 * merges); }
+
+HostTable largest_table(const GpuConfig& c) {
+  const double sms = c.sms, slices = c.interleave.slices;
+  const HostTable tables[] = {{"l1.bytes", sms * tag_bytes(c.l1.geometry)},
+                              {"l1.mshr_entries", sms * mshr_bytes(c.l1.mshr_entries, c.l1.mshr_merges)},
+                              {"l2.bytes", slices * tag_bytes(c.l2_slice(0).geometry)},
+                              {"l2.mshr_entries", slices * mshr_bytes(c.l2.mshr_entries, c.l2.mshr_merges)}};
+  return *std::max_element(std::begin(tables), std::end(tables),
+                           [](const HostTable& a, const HostTable& b) { return a.bytes < b.bytes; });
+}
+
 }  // namespace
 
 void GpuConfig::parameters(modules::ParameterList& list) {
   using namespace modules;
   list.under("gpu", [&](ParameterList& keys) {
     keys.add("sms", sms, {1, 256}, "SMs", "streaming multiprocessors", kTable1);
-    keys.add("core_mhz", core_mhz, {1, 100000}, "MHz", "clock of SMs, crossbar and L2", kTable1);
+    keys.add("core_mhz", core_mhz, {kMinMhz, kMaxMhz}, "MHz", "clock of SMs, crossbar and L2", kTable1);
     keys.add("resident_warps", resident_warps, {1, 64}, "warps", "warp slots of an SM", kVulkanSim);
     keys.add("rt_units", rt_units, {1, 16}, "units", "RT units of an SM; its warp slots take turns", kTable1);
   });
@@ -44,7 +68,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("crossbar", crossbar);
   list.part("crossbar", links);
   list.under("l2", [&](ParameterList& keys) {
-    keys.add("bytes", l2_bytes, {32, 1e12}, "B", "size of the L2, all slices", kTable1);
+    keys.add("bytes", l2_bytes, {32, 1 << 30}, "B", "size of the L2, all slices", kTable1);
   });
   list.part("l2", interleave);
   list.part("l2", l2);
@@ -52,7 +76,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
     keys.add("model", dram_model, memory_system_names(),
              "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
              "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)");
-    keys.add("mhz", memory_mhz, {1, 100000}, "MHz", "memory (command) clock", kTable1);
+    keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
   });
   list.part("dram", dram);
   // Offered where a program has registered memory systems that are configured by a file.
@@ -104,6 +128,10 @@ void check_config(const GpuConfig& config, const std::string& origin) {
   require(config.l1.geometry.sets() >= 1, "l1.bytes", "must hold at least l1.ways lines of l1.line_bytes");
   require(config.l2_slice(0).geometry.sets() >= 1, "l2.bytes",
           "a slice (l2.bytes / l2.slices) must hold at least l2.ways lines of l2.line_bytes");
+  const HostTable table = largest_table(config);
+  require(table.bytes <= kMostHostBytes, table.key,
+          fmt::format("would take {:.1f} GB of the host's memory in all caches together, at most {:.0f}",
+                      table.bytes * 1e-9, kMostHostBytes * 1e-9));
   require(config.fast.stride == 0 || power_of_two(config.fast.stride), "fast.stride", "must be 0 or a power of two");
   require(power_of_two(config.interleave.bytes), "l2.interleave_bytes", "must be a power of two");
   require(config.l2.geometry.line_bytes <= config.interleave.bytes, "l2.interleave_bytes",
