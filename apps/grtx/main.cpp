@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -25,6 +26,7 @@
 #include "grtx/apps/grtx/selftest.h"
 #include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
+#include "grtx/base/memory_purpose.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
@@ -154,6 +156,22 @@ int run_and_flush(int argc, char** argv, const std::vector<std::string>& argumen
 
 }  // namespace
 
+/// Without memory nothing is worth unwinding: destructors and the libraries' handlers would ask for more. Files are
+/// left as by a kill: the old one under its name.
+[[noreturn]] void end_without_memory() {
+  const char* const purpose = grtx::MemoryPurpose::latest();
+  std::array<char, 512> line{};
+  const int length = std::snprintf(line.data(), line.size(), "grtx: internal error: out of memory%s%s\n",
+                                   *purpose == 0 ? "" : ": ", purpose);
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), static_cast<std::size_t>(length));
+  ::_exit(kInternalError);
+}
+
+/// Libraries ask for memory before main, some of them as they are loaded: what is here is called before that.
+[[gnu::used, gnu::section(".preinit_array")]] void (*const kBeforeLibraries)() = [] {
+  std::set_new_handler(end_without_memory);
+};
+
 int sc_main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
   // A SystemC warning is a fault of the model: it stops the program instead of scrolling by.
@@ -170,8 +188,7 @@ int sc_main(int argc, char** argv) {
     print_error({error.path1().string(), "", error.code().message()}, arguments);
     return kBadInput;
   } catch (const std::bad_alloc&) {
-    print_error({"internal error", "", "out of memory"}, arguments);
-    return kInternalError;
+    end_without_memory();
   } catch (const std::exception& error) {
     print_error({"internal error", "", error.what()}, arguments);
     return kInternalError;
@@ -186,17 +203,8 @@ void secure_standard_streams() {
   }
 }
 
-/// Without memory nothing is worth unwinding: destructors and the libraries' handlers would ask for more. Files are
-/// left as by a kill: the old one under its name.
-[[noreturn]] void end_without_memory() {
-  constexpr std::string_view kMessage = "grtx: internal error: out of memory\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kMessage.data(), kMessage.size());
-  ::_exit(kInternalError);
-}
-
 int main(int argc, char** argv) {
   secure_standard_streams();
-  std::set_new_handler(end_without_memory);
   if (setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1) != 0)
     end_without_memory();  // SystemC reads it before sc_main
   return sc_core::sc_elab_and_sim(argc, argv);

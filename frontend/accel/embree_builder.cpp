@@ -12,6 +12,7 @@
 #include <cassert>
 #include <chrono>
 #include <cstddef>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -119,7 +120,10 @@ struct Device {
 
 void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMemory& memory, double& seconds) {
   const Device embree;
-  if (embree.bvh == nullptr) throw std::runtime_error("Embree device cannot be created");
+  if (embree.bvh == nullptr) {
+    if (rtcGetDeviceError(embree.device) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    throw std::runtime_error("Embree device cannot be created");
+  }
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.byteSize = sizeof arguments;
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
@@ -139,8 +143,9 @@ void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMem
   void* const root = rtcBuildBVH(&arguments);
   seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (root == nullptr) {
-    throw std::runtime_error("rtcBuildBVH failed with Embree error " +
-                             std::to_string(rtcGetDeviceError(embree.device)));
+    const RTCError error = rtcGetDeviceError(embree.device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    throw std::runtime_error("rtcBuildBVH failed with Embree error " + std::to_string(error));
   }
   return root;
 }
