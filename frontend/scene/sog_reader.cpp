@@ -80,8 +80,9 @@ std::vector<std::string> names(const json& part, const char* of, std::size_t cou
   return list;
 }
 
-/// A decoded picture: RGBA, row after row.
+/// A picture; decoded: RGBA, row after row.
 struct Picture {
+  std::string bytes, name;  ///< as in the file
   std::size_t width = 0, height = 0;
   std::unique_ptr<std::uint8_t, void (*)(void*)> rgba{nullptr, WebPFree};
 
@@ -92,25 +93,48 @@ struct Picture {
 /// Most texels that a picture of so many Gaussians may have.
 constexpr std::size_t most_texels(std::size_t count) { return count * 4 + 65536; }
 
-Picture picture(const Load& load, const std::string& name, std::size_t least, const std::string& file,
-                std::size_t most = 0) {
-  if (most == 0) most = most_texels(least);
-  const std::string bytes = load(name);
-  Picture decoded;
+Picture undecoded(const Load& load, const std::string& name, std::size_t least, const std::string& file,
+                  std::size_t most) {
+  Picture picture{load(name), name};
   int width = 0, height = 0;
-  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  if (WebPGetInfo(data, bytes.size(), &width, &height) == 0) throw Error(file, name, "is no WebP picture");
-  decoded.width = static_cast<std::size_t>(width);
-  decoded.height = static_cast<std::size_t>(height);
+  const auto* data = reinterpret_cast<const std::uint8_t*>(picture.bytes.data());
+  if (WebPGetInfo(data, picture.bytes.size(), &width, &height) == 0) throw Error(file, name, "is no WebP picture");
+  picture.width = static_cast<std::size_t>(width);
+  picture.height = static_cast<std::size_t>(height);
   // Writers make pictures nearly square; a small file could claim a gigabyte.
-  if (decoded.texels() < least || decoded.texels() > most) {
+  if (picture.texels() < least || picture.texels() > most) {
     throw Error(file, name,
-                "has " + std::to_string(decoded.texels()) + " texels; must have " + std::to_string(least) + " to " +
+                "has " + std::to_string(picture.texels()) + " texels; must have " + std::to_string(least) + " to " +
                     std::to_string(most));
   }
-  decoded.rgba.reset(WebPDecodeRGBA(data, bytes.size(), &width, &height));
-  if (decoded.rgba == nullptr) throw Error(file, name, "is a damaged WebP picture");
-  return decoded;
+  return picture;
+}
+
+void decode(Picture& picture, const std::string& file) {
+  int width = 0, height = 0;
+  const auto* data = reinterpret_cast<const std::uint8_t*>(picture.bytes.data());
+  picture.rgba.reset(WebPDecodeRGBA(data, picture.bytes.size(), &width, &height));
+  if (picture.rgba == nullptr) throw Error(file, picture.name, "is a damaged WebP picture");
+  picture.bytes = {};
+}
+
+Picture picture(const Load& load, const std::string& name, std::size_t least, const std::string& file,
+                std::size_t most = 0) {
+  Picture picture = undecoded(load, name, least, file, most == 0 ? most_texels(least) : most);
+  decode(picture, file);
+  return picture;
+}
+
+/// A picture of one colour takes next to nothing, so kilobytes could claim gigabytes. The low bytes of means are noise
+/// in any scene: a byte and more each.
+void check_claim(const Picture& lower, const Picture& upper, std::size_t count, const std::string& file) {
+  constexpr std::size_t kMostAByte = 64, kAlways = 65536;
+  const std::size_t bytes = lower.bytes.size() + upper.bytes.size();
+  if (count > kAlways && count / kMostAByte > bytes) {
+    throw Error(file, lower.name,
+                "cannot hold " + std::to_string(count) + " Gaussians in " + std::to_string(bytes) +
+                    " bytes together with " + upper.name);
+  }
 }
 
 /// The other three components, in the order w x y z, are (byte / 255 * 2 - 1) / sqrt 2; the one left out is the
@@ -134,7 +158,11 @@ void read_means(const json& means, const Load& load, const std::string& file, Ra
   const std::vector<double> low = numbers(member(means, "means.", "mins", file), 3, "means.mins", file);
   const std::vector<double> high = numbers(member(means, "means.", "maxs", file), 3, "means.maxs", file);
   const std::vector<std::string> files = names(means, "means", 2, file);
-  const Picture lower = picture(load, files[0], count, file), upper = picture(load, files[1], count, file);
+  Picture lower = undecoded(load, files[0], count, file, most_texels(count)),
+          upper = undecoded(load, files[1], count, file, most_texels(count));
+  check_claim(lower, upper, count, file);
+  decode(lower, file);
+  decode(upper, file);
   std::array<std::vector<double>*, 3> axes{&rows.x, &rows.y, &rows.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     axes[axis]->reserve(axes[axis]->size() + count);
@@ -222,7 +250,7 @@ Harmonics read_harmonics(const json& meta, const Load& load, unsigned version, c
   if (harmonics.entries > harmonics.palette.height * kPaletteColumns) {
     throw Error(file, files[0], "has too few rows for shN.count");
   }
-  harmonics.labels = picture(load, files[1], count, file);
+  harmonics.labels = undecoded(load, files[1], count, file, most_texels(count));
   return harmonics;
 }
 
@@ -246,13 +274,14 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   if (version == 2) {  // its alpha is the opacity itself
     for (std::size_t byte = 0; byte < 256; ++byte) colour_of[3][byte] = logit_of(static_cast<double>(byte) / 255.0);
   }
-  const Harmonics harmonics = read_harmonics(meta, load, version, file, count);
+  Harmonics harmonics = read_harmonics(meta, load, version, file, count);
   const bool first = rows.x.empty();
   if (first) rows.sh_degree = harmonics.degree;
   if (rows.sh_degree != harmonics.degree) throw Error(file, "shN.bands", "must be the same in all parts of a scene");
   if (count == 0) return;
 
   read_means(means, load, file, rows, count);
+  if (harmonics.coefficients != 0) decode(harmonics.labels, file);
   const Picture scale = picture(load, names(scales, "scales", 1, file)[0], count, file);
   const Picture quat = picture(load, names(quats, "quats", 1, file)[0], count, file);
   const Picture colour = picture(load, names(sh0, "sh0", 1, file)[0], count, file);

@@ -182,5 +182,15 @@ TEST_F(SogReader, DamageIsRefused) {
   EXPECT_EQ(test::scene_error("PK\x03\x04garbage").substr(0, 27), ": is a damaged zip archive:");
 }
 
+// 63 KB of pictures of one colour claimed 268 million Gaussians, and got 4.4 GB.
+TEST_F(SogReader, KilobytesClaimGigabytes) {
+  const std::vector<std::array<std::uint8_t, 4>> one_colour(std::size_t{1024} * 1024, {1, 2, 3, 255});
+  for (const char* name : {"l.webp", "u.webp"}) texels(name, 1024, one_colour);
+  meta_["count"] = one_colour.size();
+  const std::string text = refusal();
+  EXPECT_TRUE(text.starts_with("l.webp: cannot hold 1048576 Gaussians in ")) << text;
+  EXPECT_TRUE(text.ends_with(" bytes together with u.webp")) << text;
+}
+
 }  // namespace
 }  // namespace grtx::frontend
