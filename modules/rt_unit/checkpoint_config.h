@@ -7,6 +7,7 @@
 
 #include "grtx/base/named_enum.h"
 #include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/messages/traffic_charging.h"
 #include "grtx/modules/rt_unit/unit_implementation.h"
 
 namespace grtx::modules {
@@ -46,6 +47,7 @@ struct CheckpointConfig {
   unsigned read_ahead = 0;      ///< sectors; 0: off
   bool prefetch_nodes = false;  ///< of entries that have come and will be taken
   CheckpointStoreConfig store;
+  TrafficCharging traffic = TrafficCharging::charged;
   UnitImplementation implementation = UnitImplementation::tlm;
   /// But for the store, which is a table of its own.
   void parameters(ParameterList& list) {
@@ -64,12 +66,21 @@ struct CheckpointConfig {
              "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs);
     list.add("prefetch_nodes", prefetch_nodes,
              "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
+    list.add("traffic", traffic,
+             "whether entries are written to memory and read from it, or kept at no cost but `lanes`; uncharged is an "
+             "assumption, no hardware",
+             kOurs);
     list.add("implementation", implementation, kUnitImplementations, kOurs);
   }
   static constexpr const char* kStoreRule =
       "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory";
   bool allows_store() const {
     return store.entries == 0 || (forward == CheckpointForward::rewrite && read_ahead == 0 && !prefetch_nodes);
+  }
+  static constexpr const char* kUnchargedRule =
+      "uncharged needs no private store, read_ahead or prefetch_nodes: there is nothing left to save";
+  bool allows_traffic() const {
+    return traffic == TrafficCharging::charged || (store.entries == 0 && read_ahead == 0 && !prefetch_nodes);
   }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }

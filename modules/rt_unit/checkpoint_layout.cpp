@@ -15,12 +15,13 @@ CheckpointLayout::CheckpointLayout(const CheckpointConfig& config, const traces:
       logs_entries_(config.forward == CheckpointForward::reference),
       capacity_(header.checkpoint_capacity),
       entry_bytes_(config.entry_bytes),
+      charged_(config.traffic == TrafficCharging::charged),
       write_combine_(config.write_combine),
       read_buffer_(config.read_buffer),
       store_entries_(config.store.entries),
       read_ahead_(config.read_ahead),
       prefetch_nodes_(config.prefetch_nodes) {
-  assert(config.allows_store());
+  assert(config.allows_store() && config.allows_traffic());
   require_entry_fits(config.entry_bytes, header);
   if (logs_entries_ && header.checkpoint_order == traces::CheckpointOrder::nearest) {
     throw Error("configuration", "rt.checkpoint.forward",

@@ -57,7 +57,10 @@ class CheckpointLayout {
   /// Whether the lane's next item goes to the store.
   bool next_is_stored(const Lane& lane) const { return lane.appended < store_entries_; }
   /// Most sectors that an item sends to be written: without write_combine all that it touches.
-  unsigned most_sectors() const { return write_combine_ || kSectorBytes % entry_bytes_ == 0 ? 1 : 2; }
+  unsigned most_sectors() const {
+    if (!charged_) return 0;
+    return write_combine_ || kSectorBytes % entry_bytes_ == 0 ? 1 : 2;
+  }
 
   /// Round `round` of the ray in warp slot `slot` of SM `sm` begins: it writes one of its buffers and, if it replays,
   /// reads the other.
@@ -116,6 +119,7 @@ class CheckpointLayout {
   bool logs_entries_;  ///< forward = reference
   std::uint64_t capacity_;
   std::uint64_t entry_bytes_;
+  bool charged_;  ///< else no entry has sectors
   bool write_combine_, read_buffer_;
   std::uint32_t store_entries_;  ///< of a buffer; 0 with a log
   unsigned read_ahead_;
@@ -131,6 +135,7 @@ inline unsigned CheckpointLayout::submit(Lane& lane, unsigned entries, bool forw
 }
 
 inline CheckpointLayout::Sectors CheckpointLayout::append_at(std::uint64_t begin) const {
+  if (!charged_) return {};
   const std::uint64_t end = begin + entry_bytes_;
   const std::uint64_t first = begin / kSectorBytes;
   const std::uint64_t last = (end - 1) / kSectorBytes;
@@ -155,13 +160,14 @@ inline CheckpointLayout::Sectors CheckpointLayout::append(Lane& lane) {
 }
 
 inline std::uint64_t CheckpointLayout::open_sector(const Lane& lane) const {
-  if (!write_combine_ || lane.appended <= store_entries_) return kNoSector;
+  if (!charged_ || !write_combine_ || lane.appended <= store_entries_) return kNoSector;
   const std::uint64_t places = logs_entries_ ? (logs_[lane.log].appended() - 1) % log_entries_ + 1 : lane.appended;
   const std::uint64_t end = lane.destination + places * entry_bytes_;
   return end % kSectorBytes != 0 ? end / kSectorBytes : kNoSector;
 }
 
 inline CheckpointLayout::Sectors CheckpointLayout::read_at(Lane& lane, std::uint64_t begin, bool down) const {
+  if (!charged_) return {};
   const std::uint64_t first = begin / kSectorBytes;
   const std::uint64_t last = (begin + entry_bytes_ - 1) / kSectorBytes;
   Sectors sectors;

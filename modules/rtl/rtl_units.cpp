@@ -47,6 +47,7 @@ RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& rt) {
   if (config.forward != CheckpointForward::rewrite) return {"checkpoint.forward", kSystemCOnly};
   if (config.read_ahead > 0) return {"checkpoint.read_ahead", kSystemCOnly};
   if (config.prefetch_nodes) return {"checkpoint.prefetch_nodes", kSystemCOnly};
+  if (config.traffic != TrafficCharging::charged) return {"checkpoint.traffic", kSystemCOnly};
   if (config.store.entries > 0) return {"private_store.checkpoint_entries", kSystemCOnly};
   if (config.lanes > Limits::kLanes) return {"checkpoint.lanes", "must be at most 32 with implementation = rtl"};
   if (config.write_queue > Limits::kWriteQueue) {

@@ -14,6 +14,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/traffic_charging.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/private_store.h"
 #include "grtx/traces/event.h"
@@ -30,8 +31,9 @@ struct ShaderCosts {
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
   unsigned sort_per_entry = 6;        ///< compare, select, advance
-  bool dependent_loads = true;        ///< of the any-hit shader's loop over the k-buffer
-  unsigned coin = 12;                 ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
+  TrafficCharging eviction_traffic = TrafficCharging::charged;
+  bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
+  unsigned coin = 12;           ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
   unsigned sh_per_coefficient = 4;
@@ -256,7 +258,7 @@ template <typename IndexOf>
 void ShaderProgram::access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                                      ShaderPhase& phase) {
   lanes = access_store(lanes, store_.eviction_entries, index_of, is_store, phase);
-  if (lanes == 0) return;
+  if (lanes == 0 || costs_.eviction_traffic == TrafficCharging::uncharged) return;
   is_store ? store(Region::eviction, phase) : load(Region::eviction, phase);
   for_each_bit(lanes, [&](unsigned lane) {
     coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), traces::kEvictionEntryBytes);

@@ -52,6 +52,11 @@ struct SimtCoreConfig {
              "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
              assumed("CUDA: local memory is interleaved over the threads of a warp"));
     list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
+    list.add(
+        "eviction_traffic", costs.eviction_traffic,
+        "whether what falls out of a k-buffer is written to memory and read from it; uncharged is an assumption, no "
+        "hardware",
+        kOurs);
     list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
              kVulkanSim);
   }

@@ -154,6 +154,7 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           modules::CheckpointConfig::kEntryBytesRule);
   require(config.rt.checkpoint.allows_store(), "rt.private_store.checkpoint_entries",
           modules::CheckpointConfig::kStoreRule);
+  require(config.rt.checkpoint.allows_traffic(), "rt.checkpoint.traffic", modules::CheckpointConfig::kUnchargedRule);
   const auto width = [&](unsigned sectors, const char* key) {
     require(power_of_two(sectors), key, "must be 1, 2 or 4: a line has four sectors");
   };
@@ -233,6 +234,8 @@ std::string config_hash(const GpuConfig& config) {
                                                "dram.scheduling",
                                                "dram.hit_cap",
                                                "rt.checkpoint.entry_bytes",
+                                               "rt.checkpoint.traffic",
+                                               "simt.eviction_traffic",
                                                "rt.checkpoint.forward",
                                                "rt.checkpoint.read_ahead",
                                                "rt.checkpoint.prefetch_nodes",

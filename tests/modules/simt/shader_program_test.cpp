@@ -20,8 +20,8 @@ constexpr unsigned kResident = 4;
 constexpr unsigned kSlot = 2;
 
 struct Program {
-  explicit Program(const traces::Header& header)
-      : map(header, {1, kResident, 0}), program(header, map, ShaderCosts{}, 0, kResident) {}
+  explicit Program(const traces::Header& header, const ShaderCosts& costs = {})
+      : map(header, {1, kResident, 0}), program(header, map, costs, 0, kResident) {}
   MemoryMap map;
   ShaderProgram program;
   ShaderPhase phase;
@@ -268,6 +268,27 @@ TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {
   p.program.blend(kSlot, p.phase);
   EXPECT_EQ(p.phase.loads[0].address, p.map.k_buffer(kSlot, 0, 0, 0));
   EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
+}
+
+// Instructions and counters stay: only the memory requests go.
+TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
+  ShaderCosts costs;
+  costs.eviction_traffic = TrafficCharging::uncharged;
+  Program p(checkpointing(simt_header()), costs);
+  RoundScript second;
+  second.preloaded = 4;
+  const traces::RayGroup group = uniform_group(32, {RoundScript{}, second});
+  p.program.begin(kSlot, group);
+  p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  for (unsigned i = 0; i < 6; ++i) p.any_hit(kAllLanes, LeafOutcome::rejected, 0);
+  EXPECT_EQ(count(p.phase.stores, Region::eviction), 0u);
+  p.program.blend(kSlot, p.phase);
+  p.program.evict_move(kSlot, p.phase);  // six entries, of which four move
+  EXPECT_TRUE(p.phase.loads.empty());
+  EXPECT_EQ(count(p.phase.stores, Region::k_buffer), 4u * 8);
+  EXPECT_EQ(count(p.phase.stores, Region::eviction), 0u);
+  EXPECT_EQ(p.phase.instructions, 8u + 4 * 6);
+  EXPECT_EQ(p.program.counters().evictions, 6u * 32);
 }
 
 TEST(ShaderEvictMove, ReadsAllMovesPreloadedAndCompactsTheRest) {

@@ -196,6 +196,10 @@ inline GpuConfig random_machine(Random& random) {
     rt.prefetcher.stack.pops = prefetch.one_of({1U, 2U, 3U});
   }
   if (prefetch.upto(2) == 0) rt.cooperation.ahead = prefetch.one_of({1U, 2U, 4U, 16U});
+  Random traffic = prefetch;  // likewise
+  using modules::TrafficCharging;
+  if (rt.checkpoint.store.entries == 0 && traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
+  if (traffic.upto(3) == 0) c.simt.costs.eviction_traffic = TrafficCharging::uncharged;
   check_config(c, "a random machine");
   return c;
 }

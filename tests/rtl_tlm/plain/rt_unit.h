@@ -355,7 +355,7 @@ class RtUnit {
     lane.to_write = entries;
     const bool last = lane.next == lane.end;
     const std::uint64_t total = lane.written + entries;
-    lane.flush = last && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
+    lane.flush = last && charged() && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
                  total * 20 % kSector != 0;
     if (entries > 0 || lane.flush) {
       lane.state = State::write;
@@ -522,6 +522,7 @@ class RtUnit {
     take_items();
     if (!submitted_.empty()) ++blocked_cycles_;
   }
+  bool charged() const { return config_.checkpoint.traffic == modules::TrafficCharging::charged; }
   void take_items() {
     const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
     bool stored = false;  // an entry in this cycle
@@ -537,6 +538,10 @@ class RtUnit {
         ++entries_written_;
         ++store_written_;
         max_entries_ = std::max(max_entries_, lane.written);
+      } else if (!charged()) {
+        --lane.to_write;
+        ++entries_written_;
+        max_entries_ = std::max(max_entries_, ++lane.written);
       } else if (write_queue_.size() + places > config_.checkpoint.write_queue) {
         return;
       } else if (lane.to_write > 0) {
@@ -764,6 +769,7 @@ class RtUnit {
     const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
     ++lane.reads;
     ++entries_read_;
+    if (!charged()) return entry_read(name);
     if (index < config_.checkpoint.store.entries) {
       store_reads_.push_back(name);
       lane.state = State::read;

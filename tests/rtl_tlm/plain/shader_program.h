@@ -251,6 +251,7 @@ class ShaderProgram {
   template <typename F>
   void evictions(Phase& phase, bool write, ShaderCounts& counts, F&& lanes) const {
     on_chip(phase, write, counts, store_.eviction_entries, lanes);
+    if (costs_.eviction_traffic == modules::TrafficCharging::uncharged) return;
     Instruction instruction(write ? phase.stores : phase.loads,
                             write ? phase.store_instructions : phase.load_instructions, Region::eviction, write);
     lanes([&](unsigned lane, std::uint64_t entry) {

@@ -39,6 +39,22 @@ traces::RayGroup six_forwarded(unsigned rays = 1) {
   return group;
 }
 
+// Entries that nobody is charged for: no request for them, and an entry is there in the cycle in which it is read.
+TEST_F(RtUnitPrivateStoreTest, UnchargedEntriesAreNoTrafficAndNobodyWaitsForThem) {
+  BenchOptions options;
+  options.rt.checkpoint.traffic = modules::TrafficCharging::uncharged;
+  options.rt.checkpoint.write_combine = true;  // an open sector that is never written
+  RtBench bench(small_header("tri20", kCapacity), options);
+  const auto group = six_forwarded(4);
+  bench.launch(group, 5);
+  bench.run();
+  EXPECT_THAT(bench.requests[1], testing::IsEmpty());
+  const modules::CheckpointCounters counters = bench.counters().checkpoint;
+  EXPECT_EQ(counters.entries_written, 4u * 12);
+  EXPECT_EQ(counters.entries_read, 4u * 6);
+  EXPECT_EQ(counters.max_entries, 6u);
+}
+
 TEST_F(RtUnitPrivateStoreTest, OnlyEntriesBehindItsOwnAreTraffic) {
   const auto group = six_forwarded();
   for (const unsigned held : {0u, 1u, 4u, 6u, 100u}) {
