@@ -345,7 +345,9 @@ int run(const RunArguments& options, const CommonOptions& common) {
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
   std::set<std::string> cautions;  // mostly the same of all designs
   for (const auto& [name, document] : documents) cautions.insert(document.at("caution").get<std::string>());
-  for (const std::string& caution : cautions) warn_of_caution(caution, "--mode fast");
+  for (const std::string& caution : cautions) {
+    warn_of_caution(caution, "--mode " + std::string(name_of(options.mode)));
+  }
 
   ordered_json results;
   results["schema"] = "grtx.run/1";

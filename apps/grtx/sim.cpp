@@ -78,6 +78,7 @@ int run_sampled(const SimArguments& options, const GpuConfig& config, const Samp
                 const CommonOptions& common) {
   check_estimate(options);
   const SampledResult result = simulate_sampled(options.trace, config, sampled);
+  warn_of_caution(result.result.caution, "--mode sampled");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (common.json) {
     print_json(result.result.document);

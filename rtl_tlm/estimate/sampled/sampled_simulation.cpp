@@ -9,6 +9,7 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/estimate/fast/measured_region.h"
 #include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_report.h"
 #include "grtx/rtl_tlm/estimate/sampled/scaled_statistics.h"
@@ -145,6 +146,7 @@ class SampledRun {
       if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
     }
     r.result.violations = thinned_.violations;
+    r.result.caution = outside_of_measured(config_, reader_.group_count());
     report_.add_energy(r.result.statistics);
     report_.describe(r, {thinned_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;

@@ -103,6 +103,12 @@ TEST_F(SampledSimulation, FastModeRunsTheSameWindows) {
   EXPECT_GT(fast.estimate.bias.cycles, cycle.estimate.bias.cycles);
 }
 
+TEST_F(SampledSimulation, SaysWhatIsOutsideOfWhatWasMeasured) {
+  config_.rt.ray_box.interval = 50;
+  EXPECT_NE(simulate_sampled(file_.path(), config_, windows()).result.caution.find("rt.box.interval = 50"),
+            std::string::npos);
+}
+
 TEST_F(SampledSimulation, WhatFastModeLacksIsRefusedByItAndRunsInCycleMode) {
   config_.rt.memory.by_shader = true;
   SampledOptions options = windows();
