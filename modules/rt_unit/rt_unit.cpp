@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/factory.h"
 
 namespace grtx::modules {
 
@@ -14,9 +15,7 @@ namespace {
 template <typename Part, typename Make>
 std::unique_ptr<Part> made(const RtUnitParts::Factory<Part>& factory, const char* name, const RtUnitContext& rt,
                            const Make& make_own) {
-  std::unique_ptr<Part> part = factory ? factory(name, rt) : make_own(name);
-  if (part == nullptr) throw Error("RT unit", name, "its factory made nothing");
-  return part;
+  return factory ? not_null(factory(name, rt), name) : make_own(name);
 }
 
 }  // namespace

@@ -47,12 +47,25 @@ struct RtUnitParts {
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
   Factory<CooperationModule> lane_cooperation;
-
-  /// Whether any part is made by somebody else.
-  bool any() const {
-    return warp_buffer || rt_scheduler || memory_scheduler || ray_box || ray_triangle || ray_sphere || ray_transform ||
-           any_hit_collector || checkpoint_unit || sibling_prefetcher || stack_unit || lane_cooperation;
-  }
 };
+
+/// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
+template <typename F>
+void for_each_factory(RtUnitParts& parts, F&& f) {
+  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_transform,
+         any_hit_collector, checkpoint_unit, sibling_prefetcher, stack_unit, lane_cooperation] = parts;
+  f("warp_buffer", warp_buffer);
+  f("rt_scheduler", rt_scheduler);
+  f("memory_scheduler", memory_scheduler);
+  f("ray_box", ray_box);
+  f("ray_triangle", ray_triangle);
+  f("ray_sphere", ray_sphere);
+  f("ray_transform", ray_transform);
+  f("any_hit_collector", any_hit_collector);
+  f("checkpoint_unit", checkpoint_unit);
+  f("sibling_prefetcher", sibling_prefetcher);
+  f("stack_unit", stack_unit);
+  f("lane_cooperation", lane_cooperation);
+}
 
 }  // namespace grtx::modules

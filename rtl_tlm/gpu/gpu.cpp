@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
@@ -89,9 +90,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
-    distributor_ = parts.work_distributor
-                       ? parts.work_distributor("distributor", core_, work, source)
-                       : std::make_unique<modules::WorkDistributor>("distributor", core_, work, source);
+    distributor_ = modules::made<modules::WorkDistributor>(parts.work_distributor, "work_distributor", "distributor",
+                                                           core_, work, source);
   });
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {
@@ -100,13 +100,15 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
                                      threads_ ? threads_->clock(i) : core_, order, parts.sm);
     });
   }
-  builders.push_back(
-      [&] { crossbar_ = std::make_unique<modules::Crossbar>("crossbar", config.crossbar_config(), core_); });
+  builders.push_back([&] {
+    crossbar_ =
+        modules::made<modules::Crossbar>(parts.crossbar, "crossbar", "crossbar", config.crossbar_config(), core_);
+  });
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
       const std::string name_of = fmt::format("l2_slice{}", i);
-      slices_[i] = parts.l2_slice ? parts.l2_slice(name_of.c_str(), config.l2_slice(i), core_)
-                                  : std::make_unique<modules::L2Slice>(name_of.c_str(), config.l2_slice(i), core_);
+      slices_[i] =
+          modules::made<modules::L2Slice>(parts.l2_slice, "l2_slice", name_of.c_str(), config.l2_slice(i), core_);
     });
   }
   construct(std::move(builders), build.construction_order);

@@ -47,4 +47,18 @@ struct GpuParts {
       l2_slice;
 };
 
+/// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
+template <typename F>
+void for_each_factory(GpuParts& parts, F&& f) {
+  auto& [sm, work_distributor, crossbar, l2_slice] = parts;
+  auto& [simt_core, rt_unit, rt_parts, l1_cache] = sm;
+  f("simt_core", simt_core);
+  f("rt_unit", rt_unit);
+  modules::for_each_factory(rt_parts, f);
+  f("l1_cache", l1_cache);
+  f("work_distributor", work_distributor);
+  f("crossbar", crossbar);
+  f("l2_slice", l2_slice);
+}
+
 }  // namespace grtx::sim

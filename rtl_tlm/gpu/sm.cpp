@@ -6,6 +6,7 @@
 #include <ostream>
 #include <utility>
 
+#include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/modules/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
@@ -100,20 +101,18 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   modules::use_rtl(config.rt, rt_parts);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
-    simt_ = parts.simt_core ? parts.simt_core("simt", clock, simt, header, map)
-                            : std::make_unique<modules::SimtCore>("simt", clock, simt, header, map);
+    simt_ = modules::made<modules::SimtCore>(parts.simt_core, "simt_core", "simt", clock, simt, header, map);
   });
   for (unsigned u = 0; u < units; ++u) {
     builders.push_back([&, u] {
       const std::string unit = numbered("rt", u);
-      rt_[u] = parts.rt_unit ? parts.rt_unit(unit.c_str(), config.rt, header, map, clock, config.index)
-                             : std::make_unique<modules::RtUnit>(unit.c_str(), config.rt, header, map, clock,
-                                                                 config.index, rt_parts);
+      rt_[u] =
+          parts.rt_unit
+              ? modules::not_null(parts.rt_unit(unit.c_str(), config.rt, header, map, clock, config.index), "rt_unit")
+              : std::make_unique<modules::RtUnit>(unit.c_str(), config.rt, header, map, clock, config.index, rt_parts);
     });
   }
-  builders.push_back([&] {
-    l1_ = parts.l1_cache ? parts.l1_cache("l1d", l1, clock) : std::make_unique<modules::L1Cache>("l1d", l1, clock);
-  });
+  builders.push_back([&] { l1_ = modules::made<modules::L1Cache>(parts.l1_cache, "l1_cache", "l1d", l1, clock); });
   construct(std::move(builders), order);
 
   simt_->launch.bind(launch);

@@ -198,14 +198,13 @@ std::string key_of_long_waits(const GpuConfig& config) {
 
 /// Why a run has one thread, whatever was asked for; empty: it may have several.
 std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
-  const GpuParts& parts = options.build.parts;
+  GpuParts parts = options.build.parts;
+  bool own_units = false;
+  for_each_factory(parts, [&](const char*, const auto& factory) { own_units = own_units || factory; });
   if (!options.waveform.path.empty()) return "a waveform is written";
   if (!options.timeline.path.empty()) return "a timeline is written";
   if (options.memory || config.dram_model != kBuiltInMemory) return "the memory is not the built-in one";
-  if (parts.sm.simt_core || parts.sm.rt_unit || parts.sm.l1_cache || parts.work_distributor || parts.crossbar ||
-      parts.l2_slice || parts.sm.rt_parts.any()) {
-    return "units are not the built-in ones";
-  }
+  if (own_units) return "units are not the built-in ones";
   if (!options.build.run_ahead) return "the clocks follow the kernel";
   if (config.sms < 2) return "there is one SM";
   if (const std::string key = key_of_long_waits(config); !key.empty()) {

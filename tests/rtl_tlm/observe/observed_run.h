@@ -11,6 +11,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
+#include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -19,7 +20,8 @@ namespace grtx::sim::test {
 
 class ObservedRun {
  public:
-  explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0) {
+  /// procedural: leaves are spheres, or ellipsoids without a BLAS.
+  explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false) {
     folder_ = std::filesystem::path(::testing::TempDir()) /
               ("grtx_observed_" + std::to_string(::getpid()) + "_" + std::to_string(++count()));
     std::filesystem::create_directories(folder_);
@@ -33,6 +35,7 @@ class ObservedRun {
     random.checkpoint = checkpoint;
     random.capacity = checkpoint ? 1000 : 0;
     auto trace = traces::testing::random_trace(random);
+    if (procedural) make_procedural(trace);
     for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;
     traces::testing::write_trace(path("t.grtx"), trace.header, trace.groups);
   }

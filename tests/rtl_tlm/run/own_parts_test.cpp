@@ -2,8 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <memory>
 #include <ostream>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "grtx/modules/kernel/link_access.h"
 #include "rtl_tlm/observe/observed_run.h"
@@ -97,6 +101,50 @@ TEST(OwnParts, AnL1OfTheUsersRunsTheWholeGpuAndConserves) {
   EXPECT_EQ(test::statistic(own, "gpu.rt.node_visits"), test::statistic(ours, "gpu.rt.node_visits"));
   EXPECT_GT(test::statistic(own, "gpu.l2.accesses"), test::statistic(ours, "gpu.l2.accesses")) << "nothing is cached";
   EXPECT_GT(test::statistic(own, "gpu.cycles"), test::statistic(ours, "gpu.cycles"));
+}
+
+TEST(OwnParts, ACrossbarOfTheUsersIsTheOneThatTheGpuHas) {
+  const test::ObservedRun run(true, true);
+  SimulationOptions options;
+  options.build.parts.crossbar = [](const char* name, modules::Crossbar::Config config, modules::ClockDomain& clock) {
+    config.latency += 100;
+    return std::make_unique<modules::Crossbar>(name, config, clock);
+  };
+  EXPECT_GT(test::statistic(run.run(options), "gpu.cycles"), test::statistic(run.run({}), "gpu.cycles") + 100);
+}
+
+/// A trace and keys. Between them, a GPU has every unit that it can have.
+struct Machine {
+  bool two_level;
+  bool procedural;
+  std::vector<std::string> settings;
+};
+
+TEST(OwnParts, EveryFactoryIsCalledAndOneThatMakesNothingIsRefusedByName) {
+  const std::vector<Machine> machines = {
+      {true, false, {}},
+      {false, true, {}},
+      {true, false, {"rt.warp_buffer.spill=true", "rt.cooperation.ahead=1", "rt.prefetch.enabled=true"}}};
+  std::vector<std::unique_ptr<test::ObservedRun>> runs;
+  for (const Machine& machine : machines) {
+    runs.push_back(std::make_unique<test::ObservedRun>(true, machine.two_level, 0, machine.procedural));
+  }
+  GpuParts parts;
+  for_each_factory(parts, [&](const char* name, const auto&) {
+    SimulationOptions options;
+    for_each_factory(options.build.parts, [name](const char* other, auto& factory) {
+      if (std::string_view(name) == other) factory = [](auto&&...) { return nullptr; };
+    });
+    std::string refused;
+    for (std::size_t i = 0; i < machines.size() && refused.empty(); ++i) {
+      try {
+        runs[i]->run(options, machines[i].settings);
+      } catch (const Error& error) {
+        refused = error.what();
+      }
+    }
+    EXPECT_EQ(refused, std::string("parts: ") + name + ": its factory made nothing") << "nobody called it";
+  });
 }
 
 TEST(OwnParts, OurOwnUnitsFromFactoriesGiveTheSameStatistics) {
