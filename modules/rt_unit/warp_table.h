@@ -39,8 +39,7 @@ inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
     "idle",       "ready",           "waiting_memory",   "in_unit", "waiting_any_hit",
     "in_any_hit", "checkpoint_read", "checkpoint_write", "stack",   "finished"};
 
-/// What a warp of the buffer waits for, judged by the most advanced thing that one of its lanes can do; first that
-/// applies in this order.
+/// What a warp of the buffer waits for: the first of these that one of its lanes does (wait_of()).
 enum class WarpWait : std::uint8_t {
   ready,       ///< a lane is ready: to be selected by the scheduler
   memory,      ///< a lane waits for a node
@@ -54,6 +53,17 @@ enum class WarpWait : std::uint8_t {
 inline constexpr std::size_t kWarpWaits = static_cast<std::size_t>(WarpWait::count);
 inline constexpr std::array<std::string_view, kWarpWaits> kWarpWaitNames = {"ready", "memory",  "checkpoint", "stack",
                                                                             "unit",  "any_hit", "retire"};
+
+/// Of a warp with these lanes.
+constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
+                           LaneMask any_hit) {
+  if (ready != 0) return WarpWait::ready;
+  if (memory != 0) return WarpWait::memory;
+  if (checkpoint != 0) return WarpWait::checkpoint;
+  if (stack != 0) return WarpWait::stack;
+  if (unit != 0) return WarpWait::unit;
+  return any_hit != 0 ? WarpWait::any_hit : WarpWait::retire;
+}
 
 struct Lane {
   const traces::Event* next = nullptr;  ///< event to handle, or being handled
@@ -99,15 +109,10 @@ struct Warp {
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
   WarpWait wait() const {
-    if (in_state(LaneState::ready) != 0) return WarpWait::ready;
-    if (in_state(LaneState::waiting_memory) != 0) return WarpWait::memory;
-    if ((in_state(LaneState::waiting_checkpoint_read) | in_state(LaneState::waiting_checkpoint_write)) != 0) {
-      return WarpWait::checkpoint;
-    }
-    if (in_state(LaneState::waiting_stack) != 0) return WarpWait::stack;
-    if (in_state(LaneState::in_unit) != 0) return WarpWait::unit;
-    if ((in_state(LaneState::waiting_any_hit) | in_state(LaneState::in_any_hit)) != 0) return WarpWait::any_hit;
-    return WarpWait::retire;
+    return wait_of(in_state(LaneState::ready), in_state(LaneState::waiting_memory),
+                   in_state(LaneState::waiting_checkpoint_read) | in_state(LaneState::waiting_checkpoint_write),
+                   in_state(LaneState::waiting_stack), in_state(LaneState::in_unit),
+                   in_state(LaneState::waiting_any_hit) | in_state(LaneState::in_any_hit));
   }
 };
 

@@ -92,7 +92,7 @@ void WarpProbe::sample() {
   }
   in_ = warp.in;
   for_each_bit(changed, [&](unsigned lane) { follow_lane(lane); });
-  state_.set(static_cast<std::uint64_t>(state_of(warp)));
+  state_.set(1 + static_cast<std::uint64_t>(warp.wait()));
   active_.set(warp.active());
   for (std::size_t s = 0; s < modules::kLaneStates; ++s) lanes_[s].set(warp.in[s]);
   t_max_lowered_.set(lowered_);

@@ -3,30 +3,21 @@
 #include <map>
 #include <string>
 
+#include "grtx/modules/rt_unit/warp_table.h"
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 
 namespace grtx::sim {
 
-WarpState state_of(const modules::Warp& warp) {
-  using modules::LaneState;
-  if (warp.in_state(LaneState::ready) != 0) return WarpState::ready;
-  if (warp.in_state(LaneState::waiting_memory) != 0) return WarpState::memory;
-  if (warp.in_state(LaneState::in_unit) != 0) return WarpState::unit;
-  if ((warp.in_state(LaneState::waiting_checkpoint_read) | warp.in_state(LaneState::waiting_checkpoint_write)) != 0) {
-    return WarpState::checkpoint;
-  }
-  if (warp.in_state(LaneState::waiting_stack) != 0) return WarpState::stack;
-  if ((warp.in_state(LaneState::waiting_any_hit) | warp.in_state(LaneState::in_any_hit)) != 0)
-    return WarpState::any_hit;
-  return WarpState::finished;
-}
-
 const Enumeration& warp_states() {
-  static const Enumeration states{
-      "warp_state",
-      {"free", "ready", "memory", "unit", "checkpoint", "stack", "any_hit", "finished"},
-      {"gray25", "forest green", "royal blue", "dark goldenrod", "purple", "maroon", "firebrick", "gray50"}};
+  static const Enumeration states = [] {
+    Enumeration e{
+        "warp_state",
+        {"free"},
+        {"gray25", "forest green", "royal blue", "purple", "maroon", "dark goldenrod", "firebrick", "gray50"}};
+    for (const auto name : modules::kWarpWaitNames) e.values.emplace_back(name);
+    return e;
+  }();
   return states;
 }
 

@@ -1,15 +1,13 @@
 // The enumerated signals of a waveform: names of the values, and the colours that viewers show them in.
 #pragma once
 
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include <cstdint>
+
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
 namespace grtx::sim {
 
-/// What a warp of the warp buffer waits for: the most advanced thing that any of its lanes can do.
-enum class WarpState : std::uint8_t { free, ready, memory, unit, checkpoint, stack, any_hit, finished };
-WarpState state_of(const modules::Warp& warp);
-
+/// What an entry of the warp buffer does: free, or 1 + WarpWait.
 const Enumeration& warp_states();
 /// What the RT scheduler did: none (a warp was scheduled), or the reason why not (StallFollower::look()).
 const Enumeration& stall_reasons();

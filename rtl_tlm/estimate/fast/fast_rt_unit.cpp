@@ -126,18 +126,9 @@ void RtUnit::retire(Cycle now, unsigned entry) {
 /// To be called when the lanes' states have changed. What is under way counts as waiting for memory until it has been
 /// tested.
 void RtUnit::count_wait(Cycle now, Call& call) {
-  WarpWait wait = WarpWait::retire;
-  if (call.ready != 0) {
-    wait = WarpWait::ready;
-  } else if ((call.active & ~(call.waiting_any_hit | call.in_any_hit | call.checkpointing | call.stacking)) != 0) {
-    wait = WarpWait::memory;
-  } else if (call.checkpointing != 0) {
-    wait = WarpWait::checkpoint;
-  } else if (call.stacking != 0) {
-    wait = WarpWait::stack;
-  } else if (call.active != 0) {
-    wait = WarpWait::any_hit;
-  }
+  const LaneMask at_nodes =
+      call.active & ~(call.waiting_any_hit | call.in_any_hit | call.checkpointing | call.stacking);
+  const WarpWait wait = modules::wait_of(call.ready, at_nodes, call.checkpointing, call.stacking, 0, call.active);
   if (now > call.since) {
     counters_.warp_buffer.warp_cycles[static_cast<std::size_t>(call.wait)] += now - call.since;
     call.since = now;
