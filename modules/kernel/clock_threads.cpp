@@ -24,14 +24,19 @@ ClockThreads::~ClockThreads() {
   leader_.stop();
   for (auto& follower : followers_) follower->progress.stop();
   for (Thread& t : threads_) {
-    if (t.thread.joinable()) t.thread.join();
+    if (!t.thread.joinable()) continue;
+    if (t.rest.load() % 2 != 0) {
+      t.rest.fetch_add(1);
+      t.rest.notify_one();
+    }
+    t.thread.join();
   }
 }
 
 const ThreadProgress& ClockThreads::follow(ClockDomain& domain, unsigned thread) {
   assert(!started_ && thread < threads_.size() && domain.period_fs() == domain_.period_fs());
   domain.followed_ = true;
-  followers_.push_back(std::make_unique<Follower>(domain));
+  followers_.push_back(std::make_unique<Follower>(domain, thread));
   threads_[thread].own.push_back(followers_.back().get());
   threads_[thread].order = threads_[thread].own;
   return followers_.back()->progress;
@@ -42,7 +47,9 @@ void ClockThreads::start() {
   started_ = true;
   for (std::size_t t = 1; t < threads_.size(); ++t) {
     threads_[t].thread = std::thread([this, &thread = threads_[t]] { run(thread); });
+    host_.watch(threads_[t].thread);
   }
+  host_.begin();
 }
 
 void ClockThreads::allow(Cycle limit) { limit_.store(limit, std::memory_order_release); }
@@ -78,12 +85,53 @@ void ClockThreads::wait() {
   publish(horizon_ + lag_);
   if (step(threads_[0], leader_.cycles(), limit_.load(std::memory_order_relaxed))) return;
   std::uint64_t waited = 0;
-  wait_until(patience_, [&] {
+  const bool long_wait = wait_until([&] {
     ++waited;
     return look(horizon_) != horizon_ || failed_.load(std::memory_order_relaxed);
   });
   threads_[0].waits(waited - 1);
   check();
+  if (long_wait && crowded()) rest();
+}
+
+// The workers stop after the step that they are in, and all that is theirs becomes the leader's thread's.
+void ClockThreads::rest() {
+  Thread& leader = threads_[0];
+  for (std::size_t t = 1; t < threads_.size(); ++t) threads_[t].rest.fetch_add(1);
+  for (std::size_t t = 1; t < threads_.size(); ++t) {
+    Thread& worker = threads_[t];
+    wait_until([&] {
+      return worker.rests.load(std::memory_order_acquire) == worker.rest.load(std::memory_order_relaxed) ||
+             failed_.load(std::memory_order_relaxed);
+    });
+    check();
+    leader.own.insert(leader.own.end(), worker.own.begin(), worker.own.end());
+    worker.own.clear();
+    worker.order.clear();
+  }
+  leader.order = leader.own;
+  std::sort(leader.order.begin(), leader.order.end(),
+            [](const Follower* a, const Follower* b) { return a->progress.cycles() < b->progress.cycles(); });
+  for (const Follower* follower : leader.own) follower->coupling->collect_for_leader();  // what is seen is collected
+  leader.seen = leader.order.front()->progress.cycles();
+  leader.progress.set(leader.seen);
+  rested_ = true;
+}
+
+// While all stand still.
+void ClockThreads::wake() {
+  for (Thread& thread : threads_) thread.own.clear();
+  for (auto& follower : followers_) threads_[follower->home].own.push_back(follower.get());
+  for (Thread& thread : threads_) {
+    thread.order = thread.own;
+    thread.progress.publish(horizon_);
+    thread.seen = horizon_;
+  }
+  for (std::size_t t = 1; t < threads_.size(); ++t) {
+    threads_[t].rest.fetch_add(1, std::memory_order_release);
+    threads_[t].rest.notify_one();
+  }
+  host_.begin();
 }
 
 void ClockThreads::stepped(Cycle cycle) {
@@ -101,7 +149,7 @@ Cycle ClockThreads::pause(Cycle next) {
   if (leader_.cycles() >= limit) {
     while (step(threads_[0], limit, limit)) {
     }
-    wait_until(patience_, [&] {
+    wait_until([&] {
       horizon_ = look(limit);
       return (horizon_ >= limit && all_obey(limit)) || failed_.load(std::memory_order_relaxed);
     });
@@ -117,19 +165,23 @@ Cycle ClockThreads::pause(Cycle next) {
 
 // A thread may be past the limit when the end of the run has lowered it, and not know that yet.
 bool ClockThreads::all_obey(Cycle limit) const {
-  return std::all_of(threads_.begin() + 1, threads_.end(),
-                     [limit](const Thread& thread) { return thread.obeys.load(std::memory_order_acquire) == limit; });
+  return resting() || std::all_of(threads_.begin() + 1, threads_.end(), [limit](const Thread& thread) {
+           return thread.obeys.load(std::memory_order_acquire) == limit;
+         });
 }
 
 // While all stand still. The leader's thread may be left without a domain, others are not.
 void ClockThreads::balance() {
+  if (resting()) {
+    if (judge_ ? !judge_() : host_.may_try_again()) wake();
+    return;
+  }
+  if (crowded()) return rest();
   Thread* most = nullptr;
   Thread* least = nullptr;
   for (Thread& thread : threads_) {
-    const bool leads = &thread == threads_.data();
-    const bool takes = !leads || leader_takes_part_;
-    if (takes && (most == nullptr || thread.waits_so_far() > most->waits_so_far())) most = &thread;
-    const bool gives = thread.own.size() > (leads ? 0 : 1);
+    if (most == nullptr || thread.waits_so_far() > most->waits_so_far()) most = &thread;
+    const bool gives = thread.own.size() > (&thread == threads_.data() ? 0 : 1);
     if (gives && (least == nullptr || thread.waits_so_far() < least->waits_so_far())) least = &thread;
   }
   if (least != nullptr && least->waits_so_far() < most->waits_so_far()) {
@@ -199,14 +251,19 @@ void ClockThreads::work(Thread& thread) {
   Cycle leader = 0;
   while (!stop_.load(std::memory_order_relaxed)) {
     const Cycle limit = limit_.load(std::memory_order_acquire);
+    if (const unsigned rest = thread.rest.load(std::memory_order_acquire); rest % 2 != 0) {
+      thread.rests.store(rest, std::memory_order_release);
+      thread.rest.wait(rest);
+      continue;
+    }
     if (limit != thread.obeys.load(std::memory_order_relaxed)) thread.obeys.store(limit, std::memory_order_release);
     if (step(thread, leader, limit)) continue;
     // Looked at only when nothing is left to do: the line of the host's cache is another thread's.
     std::uint64_t waited = 0;
-    wait_until(patience_, [&] {
+    wait_until([&] {
       ++waited;
       return leader_.cycles() != leader || limit_.load(std::memory_order_relaxed) != limit ||
-             stop_.load(std::memory_order_relaxed);
+             thread.rest.load(std::memory_order_relaxed) % 2 != 0 || stop_.load(std::memory_order_relaxed);
     });
     thread.waits(waited - 1);
     leader = leader_.cycles();

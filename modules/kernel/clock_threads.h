@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/crowded_host.h"
 #include "grtx/modules/kernel/thread_progress.h"
 
 namespace grtx::modules {
@@ -19,7 +20,8 @@ namespace grtx::modules {
 /// that can be visible in it has been sent. So domains are apart by as much as the links' latencies allow, and results
 /// do not depend on who is faster. A thread steps the domains that are its in turn; the leader's thread does so when
 /// the leader has to wait. Whenever all stand still, a domain goes from the thread that waited least to the one that
-/// waited most. The leading domain (ClockDomain, RunAhead) calls what is said to be its.
+/// waited most. While other programs take the host's cores, the workers rest and the leader's thread steps all domains.
+/// The leading domain (ClockDomain, RunAhead) calls what is said to be its.
 class ClockThreads {
  public:
   /// The links between a following domain and the leader.
@@ -50,12 +52,12 @@ class ClockThreads {
   /// is at first; 0: the leader's. Returns how far it has come. Followers are numbered from 0.
   const ThreadProgress& follow(ClockDomain& domain, unsigned thread);
   void couple(unsigned follower, Coupling& coupling) { followers_[follower]->coupling = &coupling; }
-  /// How each thread waits for others; before the simulation starts.
-  void be_patient(Patience patience) { patience_ = patience; }
+  /// Asked in the place of the host's clocks whether workers had better rest, or go on resting: at long waits, and where
+  /// all stand still. Before the simulation starts; for tests.
+  void judge_by(std::function<bool()> crowded) { judge_ = std::move(crowded); }
+  /// Whether workers have ever rested.
+  bool rested() const { return rested_; }
   const ThreadProgress& leader_progress() const { return leader_; }
-  /// The leader's thread gets no more domains than it has: a follower's thread has to come on while the leader is in
-  /// the middle of a cycle.
-  void leave_leader_alone() { leader_takes_part_ = false; }
   /// Asked after each cycle of the leader until it says true: nobody works on a later cycle before allow().
   void stop_when(std::function<bool()> ended) { ended_ = std::move(ended); }
 
@@ -77,8 +79,9 @@ class ClockThreads {
 
  private:
   struct Follower {
-    explicit Follower(ClockDomain& of) : domain(of) {}
+    Follower(ClockDomain& of, unsigned thread) : domain(of), home(thread) {}
     ClockDomain& domain;
+    unsigned home;  ///< whose it is at first
     Coupling* coupling = nullptr;
     ThreadProgress progress;
   };
@@ -88,6 +91,8 @@ class ClockThreads {
     std::vector<Follower*> order;          ///< the same, the slowest first
     std::atomic<std::uint64_t> waited{0};  ///< times that it found nothing to do since the last balance()
     std::atomic<Cycle> obeys{0};           ///< the limit that it knows; not the leader's
+    std::atomic<unsigned> rest{0};         ///< odd: it is to rest
+    std::atomic<unsigned> rests{0};        ///< since it saw this value of rest, which was odd
     ThreadProgress progress;               ///< the slowest of its own
     Cycle seen = 0;                        ///< by the leader: up to which all has been collected
     std::thread thread;                    ///< none: the leader's
@@ -103,19 +108,24 @@ class ClockThreads {
   Cycle look(Cycle up_to);
   bool all_obey(Cycle limit) const;
   void balance();
+  bool crowded() { return judge_ ? judge_() : host_.crowded(); }
+  bool resting() const { return threads_[1].rest.load(std::memory_order_relaxed) % 2 != 0; }
+  void rest();
+  void wake();
   void check() const;
 
   ClockDomain& domain_;
   Cycle lag_;
-  Patience patience_;
   std::function<bool()> ended_;
   std::vector<std::unique_ptr<Follower>> followers_;
   std::vector<Thread> threads_;  ///< the leader's first
   ThreadProgress leader_;
   Cycle horizon_ = 0;  ///< the slowest follower, when the leader last looked
   bool started_ = false;
-  bool leader_takes_part_ = true;
-  std::exception_ptr failure_;  ///< of the worker that set failed_
+  bool rested_ = false;
+  CrowdedHost host_;
+  std::function<bool()> judge_;  ///< in place of host_
+  std::exception_ptr failure_;   ///< of the worker that set failed_
   alignas(64) std::atomic<Cycle> limit_{0};
   std::atomic<bool> failing_{false};
   std::atomic<bool> failed_{false};  ///< failure_ may be read

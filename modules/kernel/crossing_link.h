@@ -24,21 +24,15 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
  public:
   /// consumer: its thread's. ahead: items that may be sent before their cycle, which needs a consumer that takes each
   /// item in the cycle in which it becomes visible; 0: none.
-  CrossingLink(unsigned latency, std::size_t capacity, const ThreadProgress& consumer, Patience patience,
-               std::size_t ahead = 0)
-      : latency_(latency),
-        capacity_(capacity),
-        ahead_(ahead),
-        consumer_(consumer),
-        patience_(patience),
-        places_(capacity + 2 * ahead) {
+  CrossingLink(unsigned latency, std::size_t capacity, const ThreadProgress& consumer, std::size_t ahead = 0)
+      : latency_(latency), capacity_(capacity), ahead_(ahead), consumer_(consumer), places_(capacity + 2 * ahead) {
     assert(latency >= 1 && capacity >= 1);
   }
 
   // Producer side.
   bool can_push(Cycle now) const override {
     if (ahead_ != 0 || room(now)) return true;
-    consumer_.wait_for(now, patience_);
+    consumer_.wait_for(now);
     return room(now);
   }
   /// can_push() need not wait.
@@ -113,7 +107,6 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
   std::size_t capacity_;
   std::size_t ahead_;
   const ThreadProgress& consumer_;
-  Patience patience_;
   std::vector<Place> places_;
   Alarm* alarm_ = nullptr;
   std::uint64_t* announced_ = nullptr;

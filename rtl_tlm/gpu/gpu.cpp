@@ -153,6 +153,8 @@ bool Gpu::idle() const {
   return idle;
 }
 
+bool Gpu::left_to_one_thread() const { return threads_ && threads_->rested(); }
+
 std::uint64_t Gpu::progress() const {
   std::uint64_t sum = all_pushed(launches_) + all_pushed(ends_) + all_pushed(sm_requests_) + all_pushed(sm_responses_) +
                       all_pushed(slice_requests_) + all_pushed(slice_responses_);

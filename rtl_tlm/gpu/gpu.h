@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <systemc>
@@ -28,6 +29,7 @@ struct BuildOptions {
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
   unsigned threads = 1;                  ///< that share the SMs; more than one needs run_ahead and the built-in memory
+  std::function<bool()> crowded;         ///< for tests: ClockThreads::judge_by(), and as many threads as are asked for
   GpuParts parts;                        ///< who makes the units; units of others may change results
 };
 
@@ -76,6 +78,8 @@ class Gpu final : public sc_core::sc_module {
   bool finished() const { return distributor_->finished(); }
   /// Nothing inside, links included.
   bool idle() const;
+  /// Other programs took the host's cores from its threads: one stepped all SMs for a while.
+  bool left_to_one_thread() const;
   /// Grows with all that the GPU does; for a watchdog.
   std::uint64_t progress() const;
   /// The last core cycle for which anything is scheduled, as far as is known now, for the watchdog.

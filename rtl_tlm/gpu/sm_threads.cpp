@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <thread>
 
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
@@ -27,35 +26,28 @@ std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads) {
   return thread_of;
 }
 
-SmThreads::Links::Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
-                        modules::Patience patience, std::size_t ahead)
-    : launch(of.config_.sm_links.message_latency, of.config_.resident_warps, own, patience),
-      ended(of.config_.sm_links.message_latency, of.config_.resident_warps, kernel, patience),
-      request(of.config_.links.latency, of.config_.links.capacity, kernel, patience),
-      response(of.config_.links.latency, of.config_.links.capacity, own, patience, ahead),
+// Our own L1 takes each response in the cycle in which it comes.
+SmThreads::Links::Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own)
+    : launch(of.config_.sm_links.message_latency, of.config_.resident_warps, own),
+      ended(of.config_.sm_links.message_latency, of.config_.resident_warps, kernel),
+      request(of.config_.links.latency, of.config_.links.capacity, kernel),
+      response(of.config_.links.latency, of.config_.links.capacity, own,
+               std::size_t{of.config_.crossbar.latency} + of.config_.crossbar.output_buffer),
       threads(of) {}
 
 SmThreads::SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build)
     : config_(config),
+      response_reach_(std::max(config.crossbar.latency, config.links.latency)),
       running_(core, std::min(config.links.latency, config.sm_links.message_latency),
                threads_of_sms(config.sms, build.threads).back()) {
-  assert(build.run_ahead && build.threads > 1);
-  // Our own L1 takes each response in the cycle in which it comes; a link of one place would still hold it up, and the
-  // crossbar waits for the SM.
-  const bool takes_all = config.links.capacity > config.links.latency;
-  const std::size_t ahead = takes_all ? std::size_t{config.crossbar.latency} + config.crossbar.output_buffer : 0;
-  response_reach_ = takes_all ? std::max(config.crossbar.latency, config.links.latency) : config.links.latency;
-  if (!takes_all) running_.leave_leader_alone();
+  assert(build.run_ahead && build.threads > 1 && possible(config));
   const std::vector<unsigned> thread_of = threads_of_sms(config.sms, build.threads);
-  modules::Patience patience;
-  if (std::thread::hardware_concurrency() <= thread_of.back()) patience.spins = 0;
-  running_.be_patient(patience);
+  if (build.crowded) running_.judge_by(build.crowded);
   for (unsigned sm = 0; sm < config.sms; ++sm) {
     clocks_.push_back(std::make_unique<modules::ClockDomain>(fmt::format("core_clock_{}", sm).c_str(), config.core_mhz,
                                                              build.idle_skip));
-    const unsigned thread = takes_all ? thread_of[sm] : std::max(thread_of[sm], 1U);
-    const modules::ThreadProgress& own = running_.follow(*clocks_[sm], thread);
-    links_.push_back(std::make_unique<Links>(*this, running_.leader_progress(), own, patience, ahead));
+    const modules::ThreadProgress& own = running_.follow(*clocks_[sm], thread_of[sm]);
+    links_.push_back(std::make_unique<Links>(*this, running_.leader_progress(), own));
     running_.couple(sm, *links_[sm]);
   }
 }

@@ -26,6 +26,8 @@ std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads);
 /// The kernel's thread steps distributor, crossbar, L2 and DRAM; any thread steps an SM.
 class SmThreads {
  public:
+  /// A link of fewer places would hold a response up, and the crossbar would wait for the SM in the middle of a cycle.
+  static bool possible(const GpuConfig& config) { return config.links.capacity > config.links.latency; }
   SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build);
 
   /// The clock of an SM's modules.
@@ -37,11 +39,12 @@ class SmThreads {
   bool links_empty() const;
   std::uint64_t messages() const;  ///< sent so far, over all links that cross
   Cycle latest() const;            ///< ClockDomain::latest() of all SMs
+  /// Whether the kernel's thread had to step all SMs for a while.
+  bool rested() const { return running_.rested(); }
 
  private:
   struct Links final : modules::ClockThreads::Coupling {
-    Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own,
-          modules::Patience patience, std::size_t ahead);
+    Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own);
     modules::CrossingLink<modules::LaunchWarp> launch;
     modules::CrossingLink<modules::WarpEnded> ended;
     modules::CrossingLink<modules::MemoryRequest> request;
@@ -55,7 +58,7 @@ class SmThreads {
   };
 
   const GpuConfig config_;
-  Cycle response_reach_ = 0;
+  const Cycle response_reach_;
   std::vector<std::unique_ptr<modules::ClockDomain>> clocks_;  ///< by SM
   std::vector<std::unique_ptr<Links>> links_;                  ///< by SM
   std::atomic<bool> all_launched_{false};

@@ -10,6 +10,7 @@
 #include <memory>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
@@ -17,6 +18,7 @@
 #include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/gpu/sm_threads.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
@@ -110,12 +112,17 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
   const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
   Watchdog watchdog(gpu, memory, options.watchdog_cycles, step);
   Progress progress("simulate", groups, "warps", options.quiet);
+  bool told = options.build.crowded != nullptr;
   Cycle at = 0;
   while (!gpu.finished()) {
     const Cycle length = std::min(step, series.next() - at);
     run_for(gpu, length);
     at += length;
     if (at == series.next() && !gpu.finished()) series.sample();
+    if (!told && gpu.left_to_one_thread()) {
+      fmt::print(stderr, "grtx: sim: one thread works while other programs take the cores of the others\n");
+      told = true;
+    }
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
     if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
@@ -210,6 +217,7 @@ std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& o
   if (const std::string key = key_of_long_waits(config); !key.empty()) {
     return key + " makes the machine wait most of the time";
   }
+  if (!SmThreads::possible(config)) return "crossbar.link_capacity is not above crossbar.link_latency";
   return "";
 }
 
@@ -219,6 +227,11 @@ BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& opti
   if (const std::string why = needs_one_thread(config, options); !why.empty()) {
     fmt::print(stderr, "grtx: sim: one thread is used, not {}: {}\n", build.threads, why);
     build.threads = 1;
+  }
+  if (const unsigned cores = std::thread::hardware_concurrency();
+      !build.crowded && cores > 0 && build.threads > cores) {
+    fmt::print(stderr, "grtx: sim: {} of {} threads are used: the host has no more cores\n", cores, build.threads);
+    build.threads = cores;
   }
   return build;
 }

@@ -62,8 +62,7 @@ TEST_P(CrossingLinkTest, BothEndsSeeWhatTheySeeOnOneThread) {
   }
   ASSERT_GT(alone.items.size(), kCycles / 10);
   ThreadProgress producer_progress, consumer_progress;
-  const Patience patience{0};
-  CrossingLink<int> link(latency, capacity, consumer_progress, patience);
+  CrossingLink<int> link(latency, capacity, consumer_progress);
   Seen sent, taken;
   std::thread producer([&] {
     Coins coins(1);
@@ -74,7 +73,7 @@ TEST_P(CrossingLinkTest, BothEndsSeeWhatTheySeeOnOneThread) {
   });
   Coins coins(2);
   for (Cycle now = 0; now < kCycles; ++now) {
-    if (now >= latency) producer_progress.wait_for(now - latency + 1, patience);
+    if (now >= latency) producer_progress.wait_for(now - latency + 1);
     link.collect();
     consume(link, now, coins, taken);
     consumer_progress.publish(now + 1);
@@ -93,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(LatencyAndCapacity, CrossingLinkTest,
 
 TEST(CrossingLinkTest, WaitingForAThreadThatHasEndedThrows) {
   ThreadProgress consumer;
-  CrossingLink<int> link(1, 1, consumer, Patience{0});
+  CrossingLink<int> link(1, 1, consumer);
   link.push(0, 1);
   consumer.stop();
   EXPECT_THROW(link.can_push(5), ThreadStopped);
@@ -101,7 +100,7 @@ TEST(CrossingLinkTest, WaitingForAThreadThatHasEndedThrows) {
 
 TEST(CrossingLinkTest, ItemsMayBeSentAheadOfTheirCycle) {
   ThreadProgress consumer;
-  CrossingLink<int> link(2, 1, consumer, Patience{0}, 4);
+  CrossingLink<int> link(2, 1, consumer, 4);
   ASSERT_TRUE(link.takes_ahead());
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(link.can_push(static_cast<Cycle>(10 + i)));

@@ -65,11 +65,17 @@ class SmThreadsTest : public ::testing::Test {
     const std::string alone = run(8, {});
     ASSERT_THAT(alone, ::testing::HasSubstr("gpu.cycles"));
     for (const unsigned threads : {2U, 3U, 7U}) {
-      BuildOptions build;
-      build.threads = threads;
-      build.construction_order = threads - 2;  // as written for two, shuffled for the others
-      EXPECT_EQ(run(8, build), alone) << threads << " threads";
+      // As written for two, shuffled for the others.
+      EXPECT_EQ(run(8, shared(threads, threads - 2), {}, 20'000), alone) << threads << " threads";
     }
+  }
+  /// So many threads, whatever the host has. At every eighth long wait they are taken not to have their cores.
+  static BuildOptions shared(unsigned threads, std::uint64_t construction_order = 0) {
+    BuildOptions build;
+    build.threads = threads;
+    build.construction_order = construction_order;
+    build.crowded = [asked = 0U]() mutable { return ++asked % 8 == 0; };
+    return build;
   }
   std::string base_;
 };
@@ -83,31 +89,23 @@ TEST_F(SmThreadsTest, Grtx) { expect_the_same(frontend::AccelKind::tlas_sphere, 
 TEST_F(SmThreadsTest, SmsMoveFromThreadToThread) {
   trace(frontend::AccelKind::tlas_sphere, true);
   const std::string alone = run(8, {});
-  for (const unsigned threads : {2U, 3U}) {
-    BuildOptions build;
-    build.threads = threads;
-    EXPECT_EQ(run(8, build, {}, 2'000), alone) << threads << " threads";
-  }
+  for (const unsigned threads : {2U, 3U}) EXPECT_EQ(run(8, shared(threads), {}, 2'000), alone) << threads << " threads";
 }
 
-// The crossbar then waits for an SM in the middle of a cycle.
-TEST_F(SmThreadsTest, LinksOfOnePlace) {
-  trace(frontend::AccelKind::tri20, true);
-  const std::vector<std::string> one_place = {"crossbar.link_capacity=1"};
-  const std::string alone = run(4, {}, one_place);
-  EXPECT_NE(alone, run(4, {}));
-  for (const unsigned threads : {2U, 3U}) {
-    BuildOptions build;
-    build.threads = threads;
-    EXPECT_EQ(run(4, build, one_place, 2'000), alone) << threads << " threads";
+// In turns: a thread for each SM or two, then one for all, from wherever they are.
+TEST_F(SmThreadsTest, AHostThatIsCrowdedNowAndThen) {
+  trace(frontend::AccelKind::tlas_sphere, true);
+  const std::string alone = run(8, {});
+  for (const unsigned threads : {2U, 7U}) {
+    BuildOptions build = shared(threads);
+    build.crowded = [calm = false]() mutable { return calm = !calm; };
+    EXPECT_EQ(run(8, build, {}, 500), alone) << threads << " threads";
   }
 }
 
 TEST_F(SmThreadsTest, MoreThreadsThanSms) {
   trace(frontend::AccelKind::tlas_sphere, true);
-  BuildOptions build;
-  build.threads = 16;
-  EXPECT_EQ(run(2, build), run(2, {}));
+  EXPECT_EQ(run(2, shared(16)), run(2, {}));
 }
 
 TEST_F(SmThreadsTest, ARunThatCannotHaveThemSaysSo) {
@@ -118,6 +116,10 @@ TEST_F(SmThreadsTest, ARunThatCannotHaveThemSaysSo) {
   EXPECT_THAT(run(4, build), ::testing::HasSubstr("one thread is used, not 3: the clocks follow the kernel"));
   build.run_ahead = true;
   EXPECT_THAT(run(1, build), ::testing::HasSubstr("one thread is used, not 3: there is one SM"));
+  EXPECT_THAT(run(4, build, {"crossbar.link_capacity=1"}),
+              ::testing::HasSubstr("one thread is used, not 3: crossbar.link_capacity is not above"));
+  build.threads = 4096;
+  EXPECT_THAT(run(4, build), ::testing::HasSubstr("of 4096 threads are used: the host has no more cores"));
 }
 
 }  // namespace
