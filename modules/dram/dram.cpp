@@ -12,14 +12,17 @@ namespace grtx::modules {
 Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : ClockedModule(name, clock), sockets("socket", config.interleave.slices), config_(config) {
   config.interleave.check();
+  for (unsigned i = 0; i < config.interleave.dram_channels(); ++i) {
+    channels_.emplace_back(config.channel, config.interleave.slices_a_channel());
+  }
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
-    ports_.emplace_back(config.channel);
+    port_of(i).socket = i;
     sockets[i].register_nb_transport_fw(this, &Dram::nb_transport_fw, static_cast<int>(i));
     sockets[i].register_b_transport(this, &Dram::b_transport, static_cast<int>(i));
   }
 }
 
-::tlm::tlm_response_status Dram::check(const ::tlm::tlm_generic_payload& payload) const {
+::tlm::tlm_response_status Dram::check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const {
   const std::uint64_t bytes = payload.get_data_length();
   if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
   if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
@@ -31,12 +34,16 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   }
   if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  const AddressInterleave& map = config_.interleave;  // by the address a response finds its socket
+  const bool shared = map.slices_a_channel() > 1;
+  if (shared && map.slice(payload.get_address()) != socket) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   return ::tlm::TLM_OK_RESPONSE;
 }
 
 ::tlm::tlm_sync_enum Dram::nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                            sc_core::sc_time& delay) {
-  Port& port = ports_[static_cast<std::size_t>(id)];
+  Channel& channel = channel_of(static_cast<unsigned>(id));
+  Port& port = port_of(static_cast<unsigned>(id));
   const Cycle edge = clock_.edge_after(delay.value());
   if (phase == tlm::BEGIN_REQ) {
     if (port.arriving != nullptr) SC_REPORT_ERROR("/grtx/dram", "BEGIN_REQ before END_REQ of the previous request");
@@ -51,72 +58,96 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     payload.release();
     if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // the clock in which one may be ready is booked
     const Cycle next = std::max(edge, port.responses.front().due);
-    port.due = std::min(port.due, next);
+    channel.due = std::min(channel.due, next);
     alarm_.request(next);
     return ::tlm::TLM_ACCEPTED;
   } else {
     return ::tlm::TLM_ACCEPTED;  // extended phases are ignored
   }
-  port.due = std::min(port.due, edge);
+  channel.due = std::min(channel.due, edge);
   alarm_.request(edge);
   return ::tlm::TLM_ACCEPTED;
 }
 
 // Loosely timed: the unloaded latency of a closed row, no contention.
-void Dram::b_transport(int, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+void Dram::b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
   const DramTiming& t = config_.channel.timing;
   const Cycle data = payload.is_write() ? t.activate_to_write() + t.wl : t.rcd + t.cl;
   const Cycle access = config_.perfect ? 0 : data + t.ccd;
-  payload.set_response_status(check(payload));
+  payload.set_response_status(check(static_cast<unsigned>(id), payload));
   delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
 }
 
 Cycle Dram::tick(Cycle now) {
   Cycle due = kNever;
-  for (unsigned id = 0; id < ports_.size(); ++id) {
-    Port& port = ports_[id];
-    if (port.due <= now) {
-      port.channel.run_until(now - 1);
-      collect_completions(port);
-      if (port.arriving != nullptr && port.arrival <= now) take_arrival(id, port, now);
-      begin_response(id, port, now);
-      port.due = next_due(port, now);
+  for (Channel& channel : channels_) {
+    if (channel.due <= now) {
+      channel.channel.run_until(now - 1);
+      collect_completions(channel);
+      for (Port& port : channel.ports) answer_unqueued(channel, port, now);
+      take_arrival(channel, now);
+      for (Port& port : channel.ports) begin_response(channel, port, now);
+      channel.due = next_due(channel, now);
     }
-    due = std::min(due, port.due);
+    due = std::min(due, channel.due);
   }
   return due;
 }
 
-void Dram::take_arrival(unsigned id, Port& port, Cycle now) {
-  ::tlm::tlm_generic_payload& payload = *port.arriving;
-  const ::tlm::tlm_response_status status = check(payload);
-  const unsigned bytes = payload.get_data_length();
-  if (status != ::tlm::TLM_OK_RESPONSE || config_.perfect) {
-    if (status != ::tlm::TLM_OK_RESPONSE) ++port.refused;
-    if (config_.perfect) port.channel.count_unqueued(bytes, payload.is_write());
-    port.responses.push({&payload, now + config_.fixed_latency});
-  } else {
-    if (!port.channel.can_accept(bytes)) return;  // next_due() books the clock of the next attempt
-    port.channel.enqueue(now, reinterpret_cast<std::uintptr_t>(&payload),
-                         config_.interleave.local(payload.get_address()), bytes, payload.is_write());
+// What the queue never sees: malformed requests, and all requests of a perfect memory.
+void Dram::answer_unqueued(Channel& channel, Port& port, Cycle now) {
+  if (port.arriving == nullptr || port.arrival > now) return;
+  const ::tlm::tlm_generic_payload& payload = *port.arriving;
+  const ::tlm::tlm_response_status status = check(port.socket, payload);
+  if (status == ::tlm::TLM_OK_RESPONSE && !config_.perfect) return;
+  if (status != ::tlm::TLM_OK_RESPONSE) ++channel.refused;
+  if (config_.perfect) channel.channel.count_unqueued(payload.get_data_length(), payload.is_write());
+  port.responses.push({port.arriving, now + config_.fixed_latency});
+  end_request(port, status);
+}
+
+// One a clock. Ports take turns; one whose request finds no room keeps its turn.
+void Dram::take_arrival(Channel& channel, Cycle now) {
+  const auto arrived = [now](const Port& port) { return port.arriving != nullptr && port.arrival <= now; };
+  const std::size_t ports = channel.ports.size();
+  for (std::size_t i = 0; i < ports && !channel.held && !arrived(channel.ports[channel.turn]); ++i) {
+    channel.turn = (channel.turn + 1) % ports;
   }
+  Port& port = channel.ports[channel.turn];
+  if (!arrived(port)) return;
+  const ::tlm::tlm_generic_payload& payload = *port.arriving;
+  const unsigned bytes = payload.get_data_length();
+  channel.held = !channel.channel.can_accept(bytes);
+  if (channel.held) return;  // next_due() books the clock of the next attempt
+  const AddressInterleave& map = config_.interleave;
+  channel.channel.enqueue(now, reinterpret_cast<std::uintptr_t>(port.arriving),
+                          map.in_channel(map.local(payload.get_address()), port.socket), bytes, payload.is_write());
+  channel.turn = (channel.turn + 1) % ports;
+  end_request(port, ::tlm::TLM_OK_RESPONSE);
+}
+
+void Dram::end_request(Port& port, ::tlm::tlm_response_status status) {
+  ::tlm::tlm_generic_payload& payload = *port.arriving;
   payload.set_response_status(status);
   port.arriving = nullptr;
   ::tlm::tlm_phase phase = tlm::END_REQ;
   sc_core::sc_time delay = clock_.ahead_of_kernel();
-  sockets[id]->nb_transport_bw(payload, phase, delay);
+  sockets[port.socket]->nb_transport_bw(payload, phase, delay);
 }
 
-void Dram::collect_completions(Port& port) {
-  RingQueue<DramChannel::Completion>& completions = port.channel.completions();
+void Dram::collect_completions(Channel& channel) {
+  RingQueue<DramChannel::Completion>& completions = channel.channel.completions();
   while (!completions.empty()) {
     const DramChannel::Completion& done = completions.front();
-    port.responses.push({reinterpret_cast<::tlm::tlm_generic_payload*>(done.id), done.done + config_.fixed_latency});
+    auto* const payload = reinterpret_cast<::tlm::tlm_generic_payload*>(done.id);
+    Port& port =
+        channel.ports.size() == 1 ? channel.ports.front() : port_of(config_.interleave.slice(payload->get_address()));
+    port.responses.push({payload, done.done + config_.fixed_latency});
     completions.pop();
   }
 }
 
-void Dram::begin_response(unsigned id, Port& port, Cycle now) {
+void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
   if (port.responses.empty() || port.responses.front().due > now) return;
   if (port.responding != nullptr || port.response_free > now) return;
   ::tlm::tlm_generic_payload& payload = *port.responses.front().payload;
@@ -124,8 +155,8 @@ void Dram::begin_response(unsigned id, Port& port, Cycle now) {
   port.responding = &payload;
   ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
   sc_core::sc_time delay = clock_.ahead_of_kernel();
-  const ::tlm::tlm_sync_enum status = sockets[id]->nb_transport_bw(payload, phase, delay);
-  ++port.responded;
+  const ::tlm::tlm_sync_enum status = sockets[port.socket]->nb_transport_bw(payload, phase, delay);
+  ++channel.responded;
   --port.outstanding;
   const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
   if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
@@ -134,33 +165,43 @@ void Dram::begin_response(unsigned id, Port& port, Cycle now) {
   payload.release();
 }
 
-Cycle Dram::next_due(Port& port, Cycle now) {
-  Cycle due = kNever;
-  if (port.arriving != nullptr) {
-    if (port.arrival <= now) {
-      // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
-      // not be looked at before that clock, because the channel is already there.
-      const Cycle room = port.channel.run_until_room(port.arriving->get_data_length()) + 1;
-      port.full_clocks += room - port.arrival;
-      port.arrival = room;
-      collect_completions(port);
-    }
-    due = port.arrival;
+Cycle Dram::next_due(Channel& channel, Cycle now) {
+  if (channel.held && channel.ports[channel.turn].arrival <= now) {
+    // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
+    // not be looked at before that clock, because the channel is already there.
+    Port& port = channel.ports[channel.turn];
+    port.arrival = channel.channel.run_until_room(port.arriving->get_data_length()) + 1;
+    channel.full_clocks += port.arrival - now;
+    collect_completions(channel);
   }
-  if (!port.responses.empty()) {
-    if (port.responding == nullptr) due = std::min(due, std::max(port.responses.front().due, port.response_free));
-  } else if (const Cycle bound = port.channel.completion_bound(); bound != kNever) {
+  Cycle due = kNever;
+  bool answered = true;  // all that is queued has a response before what is queued in the channel
+  for (const Port& port : channel.ports) {
+    if (port.arriving != nullptr && !(channel.held && port.arrival <= now)) due = std::min(due, port.arrival);
+    if (port.responses.empty()) {
+      answered = false;
+    } else if (port.responding == nullptr) {
+      due = std::min(due, std::max(port.responses.front().due, port.response_free));
+    }
+  }
+  if (const Cycle bound = answered ? kNever : channel.channel.completion_bound(); bound != kNever) {
     due = std::min(due, bound + config_.fixed_latency);
   }
   return due == kNever ? kNever : std::max(due, now + 1);
 }
 
+std::uint64_t Dram::outstanding(unsigned channel) const {
+  std::uint64_t sum = 0;
+  for (const Port& port : channels_[channel].ports) sum += port.outstanding;
+  return sum;
+}
+
 DramChannelCounters Dram::channel_counters(unsigned channel) const {
-  const Port& port = ports_[channel];
-  DramChannelCounters counters = port.channel.counters();
-  counters.responses = port.responded;
-  counters.refused = port.refused;
-  counters.full_clocks = port.full_clocks;
+  const Channel& of = channels_[channel];
+  DramChannelCounters counters = of.channel.counters();
+  counters.responses = of.responded;
+  counters.refused = of.refused;
+  counters.full_clocks = of.full_clocks;
   return counters;
 }
 
@@ -179,8 +220,10 @@ void Dram::statistics(StatisticList& list, const std::string& prefix) const {
 }
 
 bool Dram::idle() const {
-  return std::all_of(ports_.begin(), ports_.end(),
-                     [](const Port& p) { return p.outstanding == 0 && p.responding == nullptr; });
+  const auto quiet = [](const Port& p) { return p.outstanding == 0 && p.responding == nullptr; };
+  return std::all_of(channels_.begin(), channels_.end(), [quiet](const Channel& channel) {
+    return std::all_of(channel.ports.begin(), channel.ports.end(), quiet);
+  });
 }
 
 Inventory Dram::inventory() const {
@@ -190,19 +233,23 @@ Inventory Dram::inventory() const {
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {
-      {"queues", StorageKind::ram, ports_.size() * config_.channel.queue * entry_bits, 1, 1, false, entry_bits},
-      {"bank_state", StorageKind::flip_flop, ports_.size() * config_.channel.banks * bank_bits, 1, 1, false}};
-  inventory.operators = {{"match", 16, ports_.size() * config_.channel.queue}};
+      {"queues", StorageKind::ram, channels_.size() * config_.channel.queue * entry_bits, 1, 1, false, entry_bits},
+      {"bank_state", StorageKind::flip_flop, channels_.size() * config_.channel.banks * bank_bits, 1, 1, false}};
+  inventory.operators = {{"match", 16, channels_.size() * config_.channel.queue}};
+  if (const unsigned slices = config_.interleave.slices_a_channel(); slices > 1) {
+    inventory.operators.push_back({"arbiter", slices, channels_.size()});
+  }
   return inventory;
 }
 
 void Dram::dump_state(std::ostream& out) const {
-  for (std::size_t i = 0; i < ports_.size(); ++i) {
-    const Port& port = ports_[i];
-    out << name() << " channel " << i << ": outstanding " << port.outstanding << ", responses " << port.responses.size()
-        << (port.arriving != nullptr ? ", request waiting" : "")
-        << (port.responding != nullptr ? ", response open" : "") << '\n';
-    port.channel.dump_state(out);
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    for (const Port& port : channels_[i].ports) {
+      out << name() << " channel " << i << ", socket " << port.socket << ": outstanding " << port.outstanding
+          << ", responses " << port.responses.size() << (port.arriving != nullptr ? ", request waiting" : "")
+          << (port.responding != nullptr ? ", response open" : "") << '\n';
+    }
+    channels_[i].channel.dump_state(out);
   }
 }
 

@@ -1,6 +1,7 @@
-// The built-in DRAM: one TLM-2.0 AT target socket per channel, in a memory clock domain of its own (3500 MHz, Table I).
-// Channel model in dram_channel.h. Costs two calls into its initiator per request; sleeps between commands' effects.
-// An external DRAM simulator with 32-bit base-protocol sockets can take its place without a source change.
+// The built-in DRAM: a TLM-2.0 AT target socket for each L2 slice, in a memory clock domain of its own (3500 MHz,
+// Table I); slices may share a channel. Channel model in dram_channel.h. Costs two calls into its initiator per
+// request; sleeps between commands' effects. An external DRAM simulator with 32-bit base-protocol sockets can take its
+// place without a source change.
 #pragma once
 
 #include <tlm_utils/simple_target_socket.h>
@@ -25,7 +26,7 @@ namespace grtx::modules {
 class Dram final : public ClockedModule {
  public:
   struct Config {
-    AddressInterleave interleave{};  ///< one channel per slice; by the assembly
+    AddressInterleave interleave{};  ///< which socket an address comes to, whose channel that is; by the assembly
     DramChannelConfig channel{};
     Cycle fixed_latency = 256;
     std::uint64_t bytes = 0;  ///< size of the memory; addresses beyond are refused; 0: unlimited; by the assembly
@@ -43,7 +44,7 @@ class Dram final : public ClockedModule {
   Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
   using Socket = tlm_utils::simple_target_socket_tagged<Dram, 32>;
-  sc_core::sc_vector<Socket> sockets;  ///< [channel]; addresses are global, the interleave makes them channel-local
+  sc_core::sc_vector<Socket> sockets;  ///< [slice]; addresses are global, the interleave makes them channel-local
 
   Inventory inventory() const;
   void statistics(StatisticList& list, const std::string& prefix) const;
@@ -51,8 +52,8 @@ class Dram final : public ClockedModule {
   std::vector<DramChannelCounters> all_channel_counters() const;
   DramChannelCounters channel_counters(unsigned channel) const;
   bool idle() const;
-  unsigned channels() const { return static_cast<unsigned>(ports_.size()); }
-  std::uint64_t outstanding(unsigned channel) const { return ports_[channel].outstanding; }  ///< requests inside
+  unsigned channels() const { return static_cast<unsigned>(channels_.size()); }
+  std::uint64_t outstanding(unsigned channel) const;  ///< requests inside
   void dump_state(std::ostream& out) const;
   const Config& config() const { return config_; }
 
@@ -61,16 +62,23 @@ class Dram final : public ClockedModule {
     ::tlm::tlm_generic_payload* payload = nullptr;
     Cycle due = 0;
   };
+  /// Of a socket.
   struct Port {
-    explicit Port(const DramChannelConfig& config) : channel(config) {}
-    DramChannel channel;
+    unsigned socket = 0;
     ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
     Cycle arrival = 0;                               ///< clock from which it is seen
     RingQueue<Response> responses;
     ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
     Cycle response_free = 0;                           ///< clock from which the next response may begin
-    Cycle due = kNever;
     std::uint64_t outstanding = 0;
+  };
+  struct Channel {
+    Channel(const DramChannelConfig& config, std::size_t slices) : channel(config), ports(slices) {}
+    DramChannel channel;
+    std::vector<Port> ports;  ///< of the slices that share it
+    std::size_t turn = 0;     ///< port that is asked first for a request
+    bool held = false;        ///< its request waits for room, and nobody passes it
+    Cycle due = kNever;
     std::uint64_t responded = 0;  ///< responses begun
     std::uint64_t refused = 0;
     std::uint64_t full_clocks = 0;
@@ -79,15 +87,19 @@ class Dram final : public ClockedModule {
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-  ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload) const;
+  ::tlm::tlm_response_status check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const;
   Cycle tick(Cycle now) override;
-  void take_arrival(unsigned id, Port& port, Cycle now);
-  void begin_response(unsigned id, Port& port, Cycle now);
-  void collect_completions(Port& port);
-  Cycle next_due(Port& port, Cycle now);
+  Channel& channel_of(unsigned socket) { return channels_[config_.interleave.channel(socket)]; }
+  Port& port_of(unsigned socket) { return channel_of(socket).ports[socket / channels_.size()]; }
+  void answer_unqueued(Channel& channel, Port& port, Cycle now);
+  void take_arrival(Channel& channel, Cycle now);
+  void end_request(Port& port, ::tlm::tlm_response_status status);
+  void begin_response(Channel& channel, Port& port, Cycle now);
+  void collect_completions(Channel& channel);
+  Cycle next_due(Channel& channel, Cycle now);
 
   Config config_;
-  std::vector<Port> ports_;
+  std::vector<Channel> channels_;
 };
 
 }  // namespace grtx::modules

@@ -52,8 +52,8 @@ class ClockThreads {
   /// is at first; 0: the leader's. Returns how far it has come. Followers are numbered from 0.
   const ThreadProgress& follow(ClockDomain& domain, unsigned thread);
   void couple(unsigned follower, Coupling& coupling) { followers_[follower]->coupling = &coupling; }
-  /// Asked in the place of the host's clocks whether workers had better rest, or go on resting: at long waits, and where
-  /// all stand still. Before the simulation starts; for tests.
+  /// Asked in the place of the host's clocks whether workers had better rest, or go on resting: at long waits, and
+  /// where all stand still. Before the simulation starts; for tests.
   void judge_by(std::function<bool()> crowded) { judge_ = std::move(crowded); }
   /// Whether workers have ever rested.
   bool rested() const { return rested_; }

@@ -1,4 +1,5 @@
-// Which L2 slice (and DRAM channel) an address belongs to, and its address inside that slice.
+// Which L2 slice an address belongs to, and its address inside that slice; the same of DRAM channels, which slices may
+// share.
 #pragma once
 
 #include <bit>
@@ -14,11 +15,17 @@ struct AddressInterleave {
   unsigned slices = 4;
   unsigned bytes = 256;   ///< a power of two
   bool xor_hash = false;  ///< needs 2^n slices
+  unsigned channels = 0;  ///< of the DRAM, a divisor of slices; 0: one a slice
   void parameters(ParameterList& list) {
-    list.add("slices", slices, {1, 256}, "slices", "L2 slices = DRAM channels",
+    list.add("slices", slices, {1, 256}, "slices", "of the L2, each with a port of a sector a cycle",
              assumed("this project: 4 x 28 GB/s; the paper gives no count"));
     list.add("interleave_bytes", bytes, {128, 1 << 20}, "B", "consecutive bytes of one slice", kGpgpuSim);
     list.add("xor_hash", xor_hash, "higher address bits are folded into the slice number", kOurs);
+  }
+  void channel_parameters(ParameterList& list) {
+    list.add("channels", channels, {0, 256}, "channels",
+             "of the DRAM; each is shared by l2.slices / channels slices; 0: one a slice",
+             assumed("this project: 4 x 28 GB/s; the paper gives no count"));
   }
 
   /// Throws Error for an impossible combination.
@@ -29,6 +36,7 @@ struct AddressInterleave {
     require(slices >= 1, "there must be at least one slice");
     require(std::has_single_bit(bytes) && bytes >= 128, "the interleave must be a power of two, at least a 128 B line");
     require(!xor_hash || std::has_single_bit(slices), "the XOR hash needs a power of two of slices");
+    require(slices % dram_channels() == 0, "the DRAM channels must divide the slices");
   }
   /// Slice of a byte address, in [0, slices).
   unsigned slice(std::uint64_t address) const {
@@ -48,6 +56,18 @@ struct AddressInterleave {
     const std::uint64_t block = local_address / bytes;
     const std::uint64_t low = xor_hash ? slice ^ (fold(block) & (slices - 1)) : slice;
     return (block * slices + low) * bytes + local_address % bytes;
+  }
+
+  unsigned dram_channels() const { return channels == 0 ? slices : channels; }
+  unsigned slices_a_channel() const { return slices / dram_channels(); }
+  /// Channel of a slice, in [0, dram_channels()).
+  unsigned channel(unsigned slice) const { return slice % dram_channels(); }
+  /// Address inside its channel, from the one inside its slice: blocks of its slices in turn. Without the hash these
+  /// are the channel's blocks in the order of their global addresses.
+  std::uint64_t in_channel(std::uint64_t local_address, unsigned slice) const {
+    if (channels == 0) return local_address;
+    const std::uint64_t block = local_address / bytes * slices_a_channel() + slice / dram_channels();
+    return block * bytes + local_address % bytes;
   }
 
  private:

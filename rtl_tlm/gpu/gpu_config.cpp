@@ -77,6 +77,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
              "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
              "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)");
     keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
+    interleave.channel_parameters(keys);
   });
   list.part("dram", dram);
   // Offered where a program has registered memory systems that are configured by a file.
@@ -138,6 +139,8 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           "must not be smaller than l2.line_bytes");
   require(!config.interleave.xor_hash || power_of_two(config.interleave.slices), "l2.xor_hash",
           "needs a power of two of l2.slices");
+  require(config.interleave.slices % config.interleave.dram_channels() == 0, "dram.channels",
+          "must divide l2.slices: each slice belongs to one channel");
   config.dram.channel.check([&](bool holds, const char* key, const char* rule) {
     require(holds, (std::string("dram.") + key).c_str(), rule);
   });
@@ -251,6 +254,7 @@ std::string config_hash(const GpuConfig& config) {
                                                "rt.stack_prefetch.pops",
                                                "rt.box.rotate_latency",
                                                "rt.cooperation.ahead",
+                                               "dram.channels",
                                                "dram.bank_groups",
                                                "dram.group_bytes",
                                                "dram.timing.ccd_l",

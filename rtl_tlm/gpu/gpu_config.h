@@ -51,11 +51,12 @@ struct FastModel {
 /// For memory systems that have a configuration of their own.
 struct DramSimulatorConfig {
   std::string file;
-  bool per_slice = true;  ///< a memory for each slice with local addresses, else one for all with global addresses
+  bool per_slice = true;  ///< a memory for each channel with local addresses, else one for all with global addresses
 
   void parameters(modules::ParameterList& list) {
     list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs);
-    list.add("per_slice", per_slice, "a memory for each slice with local addresses, else one for all with global ones",
+    list.add("per_slice", per_slice,
+             "a memory for each channel (dram.channels) with local addresses, else one for all with global ones",
              modules::kOurs);
   }
 };
@@ -74,7 +75,7 @@ struct GpuConfig {
   SmLinks sm_links;
   modules::Crossbar::Config crossbar;
   GpuLinks links;
-  modules::AddressInterleave interleave;     ///< L2 slices = DRAM channels
+  modules::AddressInterleave interleave;     ///< of L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
   modules::Dram::Config dram;

@@ -94,12 +94,15 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config) {
     const std::string& key = parameter.name;
     if (!key.starts_with("dram.") || !settings.differ(key)) continue;
     const bool of_simulators = key.starts_with("dram.simulator.");
-    const bool of_all = key == "dram.model" || key == "dram.mhz" || key == "dram.fixed_latency";
+    const bool of_all =
+        key == "dram.model" || key == "dram.mhz" || key == "dram.fixed_latency" || key == "dram.channels";
     if (by_file ? !of_simulators && !of_all : of_simulators && config.dram_model == kBuiltInMemory) {
       idle.push_back({key, "dram.model = " + config.dram_model});
     } else if ((key == "dram.hit_cap" && (scheduling == modules::kFrFcfs || scheduling == "fcfs")) ||
                (key == "dram.age_cap" && scheduling == "fcfs")) {
       idle.push_back({key, "dram.scheduling = " + scheduling});
+    } else if (key == "dram.channels" && by_file && !config.dram_simulator.per_slice) {
+      idle.push_back({key, "dram.simulator.per_slice = false"});
     } else if (key == "dram.group_bytes" && config.dram.channel.bank_groups == 1) {
       idle.push_back({key, "dram.bank_groups = 1"});
     } else if (key == "dram.timing.rfc" && config.dram.channel.timing.refi == 0) {

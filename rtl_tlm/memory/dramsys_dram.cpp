@@ -49,7 +49,7 @@ struct DramsysDram::Behind {
   explicit Behind(const PortedDramConfig& config) {
     config.interleave.check();
     const DRAMSys::Config::Configuration configuration = read_configuration(config.file);
-    const unsigned instances = config.per_slice ? config.interleave.slices : 1;
+    const unsigned instances = memories(config);
     const QuietOutput quiet;
     try {
       for (unsigned i = 0; i < instances; ++i) {
@@ -80,7 +80,7 @@ class DramsysDram::Front final : public modules::ClockedModule {
     for (unsigned i = 0; i < config.interleave.slices; ++i) {
       slices_.push_back(std::make_unique<Slice>(i, port, clock_, alarm_));
       slices_.back()->initiator.wake(&alarm_);
-      slices_.back()->initiator.socket.bind(behind.systems[config.per_slice ? i : 0]->tSocket);
+      slices_.back()->initiator.socket.bind(behind.systems[memory_of(config, i)]->tSocket);
     }
   }
 
@@ -106,8 +106,10 @@ class DramsysDram::Front final : public modules::ClockedModule {
  private:
   struct Slice {
     Slice(unsigned i, const DramPort::Config& config, modules::ClockDomain& clock, modules::Alarm& alarm)
-        : port(("socket_" + std::to_string(i)).c_str(), config, clock, alarm),
+        : number(i),
+          port(("socket_" + std::to_string(i)).c_str(), config, clock, alarm),
           initiator(("to_dramsys_" + std::to_string(i)).c_str(), clock) {}
+    unsigned number;
     DramPort port;
     modules::AtInitiator initiator;
     std::vector<::tlm::tlm_generic_payload*> sent;  ///< [context of the initiator]
@@ -141,8 +143,8 @@ Cycle DramsysDram::Front::serve(Slice& slice, Cycle now) {
       ::tlm::tlm_generic_payload& payload = port.accept(now);
       slice.sent[context] = &payload;
       const std::uint64_t address = payload.get_address();
-      initiator.send(config_.per_slice ? config_.interleave.local(address) : address, payload.get_data_length(),
-                     payload.is_write(), context);
+      initiator.send(address_in_memory(config_, slice.number, address), payload.get_data_length(), payload.is_write(),
+                     context);
     } else {
       due = std::min(due, initiator.next_send());
     }

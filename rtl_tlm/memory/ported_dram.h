@@ -13,11 +13,22 @@ namespace grtx::sim {
 struct PortedDramConfig {
   std::string file;  ///< the simulator's own configuration
   modules::AddressInterleave interleave{};
-  bool per_slice = true;               ///< each slice has a memory of its own with local addresses, else one memory for
-                                       ///< all with global addresses
+  bool per_slice = true;               ///< each channel is a memory of its own with local addresses, else one memory
+                                       ///< for all with global addresses
   std::uint64_t bytes = 0;             ///< size of the memory map; addresses beyond are refused; 0: unlimited
   std::uint64_t fixed_latency_fs = 0;  ///< added to every response, rounded up to the DRAM's clock
 };
+
+/// Memories that are simulated, the one of a slice, and an address in it.
+inline unsigned memories(const PortedDramConfig& config) {
+  return config.per_slice ? config.interleave.dram_channels() : 1;
+}
+inline unsigned memory_of(const PortedDramConfig& config, unsigned slice) {
+  return config.per_slice ? config.interleave.channel(slice) : 0;
+}
+inline std::uint64_t address_in_memory(const PortedDramConfig& config, unsigned slice, std::uint64_t address) {
+  return config.per_slice ? config.interleave.in_channel(config.interleave.local(address), slice) : address;
+}
 
 class PortedDram {
  public:

@@ -48,7 +48,7 @@ struct System {
 std::vector<System> build_systems(const PortedDramConfig& config) {
   config.interleave.check();
   std::vector<System> systems;
-  for (unsigned i = 0; i < (config.per_slice ? config.interleave.slices : 1); ++i) systems.emplace_back(config.file);
+  for (unsigned i = 0; i < memories(config); ++i) systems.emplace_back(config.file);
   return systems;
 }
 
@@ -149,8 +149,8 @@ bool RamulatorDram::Device::offer(unsigned slice, Cycle now) {
 bool RamulatorDram::Device::send(unsigned slice, std::uint64_t address, unsigned bytes,
                                  const ::tlm::tlm_generic_payload& waiting) {
   using Ramulator::Request;
-  System& system = systems_[config_.per_slice ? slice : 0];
-  const std::uint64_t local = config_.per_slice ? config_.interleave.local(address) : address;
+  System& system = systems_[memory_of(config_, slice)];
+  const std::uint64_t local = address_in_memory(config_, slice, address);
   // It is the port's until accept(), and the port is ours.
   auto& payload = const_cast<::tlm::tlm_generic_payload&>(waiting);
   ++accesses_;

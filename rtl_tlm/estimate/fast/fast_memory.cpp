@@ -32,8 +32,9 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
   const std::size_t capacity =
       config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
-    slices_.emplace_back(config.l2_slice(i), dram_.channel, capacity);
+    slices_.emplace_back(config.l2_slice(i), capacity);
   }
+  for (unsigned i = 0; i < interleave_.dram_channels(); ++i) dram_channels_.emplace_back(dram_.channel);
 }
 
 FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {
@@ -134,35 +135,42 @@ void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Vi
   if (victim.dirty == 0) return;
   l2_[index].dram_writes_of[modules::index(region)] += count_of(victim.dirty);
   l2_[index].dram_writes += count_of(victim.dirty);
-  slices_[index].writes.push({clock_of(now), victim.address, count_of(victim.dirty)});
+  slices_[index].writes.push({clock_of(now), interleave_.in_channel(victim.address, index), count_of(victim.dirty)});
 }
 
-void FastMemory::write_dram(Slice& slice, Cycle clock) {
-  while (!slice.writes.empty() && slice.writes.front().clock <= clock) {
-    const Write& write = slice.writes.front();
-    if (dram_.perfect) {
-      slice.dram.count_unqueued(write.sectors, sector_bytes_, true);
-    } else {
-      slice.dram.request(write.clock, write.local, write.sectors, sector_bytes_, true);
+void FastMemory::write_dram(unsigned channel, Cycle clock) {
+  FastDramChannel& dram = dram_channels_[channel];
+  for (unsigned index = channel; index < slices_.size(); index += interleave_.dram_channels()) {
+    modules::RingQueue<Write>& writes = slices_[index].writes;
+    while (!writes.empty() && writes.front().clock <= clock) {
+      const Write& write = writes.front();
+      if (dram_.perfect) {
+        dram.count_unqueued(write.sectors, sector_bytes_, true);
+      } else {
+        dram.request(write.clock, write.address, write.sectors, sector_bytes_, true);
+      }
+      writes.pop();
     }
-    slice.writes.pop();
   }
 }
 
 void FastMemory::finish() {
-  for (Slice& slice : slices_) write_dram(slice, modules::kNever);
+  for (unsigned channel = 0; channel < dram_channels_.size(); ++channel) write_dram(channel, modules::kNever);
 }
 
 Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors) {
   Slice& slice = slices_[index];
+  const unsigned channel = interleave_.channel(index);
+  FastDramChannel& dram = dram_channels_[channel];
   const Cycle clock = clock_of(now);
-  write_dram(slice, clock);
+  write_dram(channel, clock);
   if (dram_.perfect) {
-    slice.dram.count_unqueued(sectors, sector_bytes_, false);
+    dram.count_unqueued(sectors, sector_bytes_, false);
     return cycle_of(clock + dram_.fixed_latency);
   }
-  const Cycle enters = slice.dram.room(clock);  // the channel's own queue
-  const Cycle done = cycle_of(slice.dram.request(enters, local, sectors, sector_bytes_, false) + dram_.fixed_latency);
+  const Cycle enters = dram.room(clock);  // the channel's own queue
+  const std::uint64_t address = interleave_.in_channel(local, index);
+  const Cycle done = cycle_of(dram.request(enters, address, sectors, sector_bytes_, false) + dram_.fixed_latency);
   slice.mshrs.take(done, sectors);
   if (enters > clock) slice.queue.take(enters, sectors);
   // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
@@ -181,19 +189,19 @@ void FastMemory::advance(Cycle now) {
     slice.input.advance(now);
     slice.lookup.advance(now);
     slice.reply.advance(now);
-    slice.dram.advance(clock);
   }
+  for (FastDramChannel& dram : dram_channels_) dram.advance(clock);
 }
 
 std::vector<modules::DramChannelCounters> FastMemory::channels() const {
   std::vector<modules::DramChannelCounters> all;
-  for (const Slice& slice : slices_) all.push_back(slice.dram.counters());
+  for (const FastDramChannel& dram : dram_channels_) all.push_back(dram.counters());
   return all;
 }
 
 std::vector<modules::DramChannelCounters> FastMemory::channels_by(Cycle end) const {
   std::vector<modules::DramChannelCounters> all = channels();
-  for (std::size_t i = 0; i < all.size(); ++i) all[i].bursts = slices_[i].dram.bursts_by(clock_of(end));
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].bursts = dram_channels_[i].bursts_by(clock_of(end));
   return all;
 }
 

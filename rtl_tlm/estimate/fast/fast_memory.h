@@ -56,26 +56,20 @@ class FastMemory {
  private:
   struct Write {  ///< sectors of a line that has left a slice
     Cycle clock = 0;
-    std::uint64_t local = 0;
+    std::uint64_t address = 0;  ///< inside the channel
     unsigned sectors = 0;
   };
   struct Slice {
-    Slice(const modules::L2Slice::Config& c, const modules::DramChannelConfig& channel, std::size_t capacity)
-        : tags(c.geometry),
-          written_by(tags.slots()),
-          looked_up(capacity),
-          queue(c.dram_queue),
-          mshrs(c.mshr_entries),
-          dram(channel) {}
+    Slice(const modules::L2Slice::Config& c, std::size_t capacity)
+        : tags(c.geometry), written_by(tags.slots()), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries) {}
     modules::SectorCacheTags tags;
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
     TurnCalendar input;
     PortCalendar lookup, reply;
-    PlaceRing looked_up;      ///< of as many requests as fit between the crossbar and the tags
-    PlaceCalendar queue;      ///< to the DRAM, in memory clocks
-    PlaceCalendar mshrs;      ///< in core cycles
-    Cycle blocked_until = 0;  ///< the queue to the DRAM or the MSHRs were full
-    FastDramChannel dram;
+    PlaceRing looked_up;               ///< of as many requests as fit between the crossbar and the tags
+    PlaceCalendar queue;               ///< to the DRAM, in memory clocks
+    PlaceCalendar mshrs;               ///< in core cycles
+    Cycle blocked_until = 0;           ///< the queue to the DRAM or the MSHRs were full
     modules::RingQueue<Write> writes;  ///< which the DRAM does not know of yet
   };
   // First edge of the other clock after that of a cycle.
@@ -88,8 +82,8 @@ class FastMemory {
   Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
   /// A line has left the slice.
   void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim, modules::Region region);
-  /// Gives the DRAM what has left the slice up to memory clock `clock`.
-  void write_dram(Slice& slice, Cycle clock);
+  /// Gives a channel what has left its slices up to memory clock `clock`.
+  void write_dram(unsigned channel, Cycle clock);
 
   std::uint64_t core_fs_, memory_fs_;  ///< clock periods
   double clocks_a_cycle_;
@@ -104,6 +98,7 @@ class FastMemory {
   std::vector<Cycle> inputs_;          ///< by SM: earliest crossing of its next request
   std::vector<PortCalendar> replies_;  ///< by SM: takes one a cycle
   std::vector<Slice> slices_;
+  std::vector<FastDramChannel> dram_channels_;
   std::vector<modules::L2Counters> l2_;
 };
 

@@ -74,7 +74,8 @@ modules::StatisticList whole_statistics(const ordered_json& sample, double facto
       const double all = factor * value_in(sample, dram ? "gpu.dram.bursts" : "gpu.l2.accesses");
       const double each = dram ? config.dram.channel.timing.ccd * config.core_mhz / config.memory_mhz : 1.0;
       const bool none = value == 0.0;  // a perfect memory
-      bounds.push_back({name, none ? 0 : whole_number(all * each / config.interleave.slices), unit, description});
+      const unsigned ports = dram ? config.interleave.dram_channels() : config.interleave.slices;
+      bounds.push_back({name, none ? 0 : whole_number(all * each / ports), unit, description});
     } else if (name == "gpu.bound.largest" || name == "gpu.bound.fraction") {
       continue;
     } else if (name.starts_with("gpu.bound.")) {

@@ -90,6 +90,44 @@ TEST_F(DramAt, ChannelsWorkInParallel) {
   for (unsigned c = 0; c < 4; ++c) EXPECT_EQ(bench.dram.channel_counters(c).bytes, kRequests * 32 / 4);
 }
 
+TEST_F(DramAt, SlicesThatShareAChannelTakeTurns) {
+  Dram::Config config;
+  config.interleave.slices = 4;
+  config.interleave.channels = 2;
+  Bench bench(config);
+  constexpr unsigned kRequests = 2000;  // of a slice
+  for (unsigned slice = 0; slice < 4; ++slice) {
+    for (unsigned i = 0; i < kRequests; ++i) bench.drivers[slice]->at(10, config.interleave.global(i * 32, slice));
+  }
+  EXPECT_TRUE(run_until_quiet(bench.core, 100000));
+  ASSERT_EQ(bench.dram.channels(), 2U);
+  for (unsigned c = 0; c < 2; ++c) EXPECT_EQ(bench.dram.channel_counters(c).bytes, 2 * kRequests * 32);
+  const auto first = bench.drivers[0]->answers().front().cycle, last = bench.drivers[0]->answers().back().cycle;
+  const double seconds = static_cast<double>((last - first) * bench.core.period_fs()) * 1e-15;
+  EXPECT_NEAR(2 * kRequests * 32 / seconds * 1e-9, 28.0, 28.0 * 0.02) << "GB/s of a channel, half of it each slice's";
+  EXPECT_NEAR(static_cast<double>(bench.drivers[2]->answers().back().cycle), static_cast<double>(last), 20.0);
+}
+
+// A response finds its socket by the address.
+TEST_F(DramAt, AnAddressOfAnotherSliceIsRefusedWhereSlicesShareAChannel) {
+  Dram::Config config;
+  config.interleave.slices = 2;
+  config.interleave.channels = 1;
+  fresh_context();
+  ClockDomain memory("memory", 3500.0);
+  RawAtInitiator first("first"), second("second");
+  Dram dram("dram", config, memory);
+  first.socket.bind(dram.sockets[0]);
+  second.socket.bind(dram.sockets[1]);
+  AtPayload& payload = first.payload(256);
+  TickProcess starter("starter", memory, [&](Cycle now) {
+    if (now == 10) first.send(payload);
+  });
+  memory.request(10);
+  EXPECT_TRUE(run_until_quiet(memory, 20000));
+  EXPECT_EQ(payload.get_response_status(), ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
+}
+
 TEST_F(DramAt, AFullQueueWithholdsEndRequest) {
   Dram::Config config = one_channel();
   config.channel.queue = 4;

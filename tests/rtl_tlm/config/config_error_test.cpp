@@ -82,6 +82,8 @@ INSTANTIATE_TEST_SUITE_P(
              "[l2]\nline_bytes = 256\ninterleave_bytes = 128\n",
              "l2.interleave_bytes",
              {"l2.line_bytes"}},
+        Case{"channels_divide_slices", "[l2]\nslices = 4\n[dram]\nchannels = 3\n", "dram.channels", {"divide"}},
+        Case{"more_channels_than_slices", "[l2]\nslices = 2\n[dram]\nchannels = 4\n", "dram.channels", {"divide"}},
         Case{"hash_needs_power_of_two", "[l2]\nslices = 3\nxor_hash = true\n", "l2.xor_hash", {"power of two"}},
         Case{"latency_below_link", "[l1]\nlatency = 1\nlink_latency = 2\n", "l1.latency", {"l1.link_latency"}},
         Case{"leaf_bytes", "[rt.memory]\ninstance_leaf_bytes = 96\n", "rt.memory.instance_leaf_bytes", {"64 or 128"}},

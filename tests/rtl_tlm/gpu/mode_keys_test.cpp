@@ -85,14 +85,18 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
   const std::vector<std::string> filed = {"dram.model=filed", "dram.simulator.config=a.json"};
   EXPECT_EQ(idle(filed), std::vector<std::string>{});
   std::vector<std::string> settings = filed;
-  for (const char* used : {"dram.mhz=1000", "dram.fixed_latency=7", "dram.simulator.per_slice=false", "l2.slices=2"}) {
+  for (const char* used : {"dram.mhz=1000", "dram.fixed_latency=7", "l2.slices=2", "dram.channels=1"}) {
     settings.emplace_back(used);
   }
   EXPECT_EQ(idle(settings), std::vector<std::string>{});
+  settings.emplace_back("dram.simulator.per_slice=false");
+  EXPECT_EQ(idle(settings), std::vector<std::string>{"dram.channels: dram.simulator.per_slice = false"});
   GpuConfig config;
   for (const modules::Parameter& key : config_keys(config)) {
     if (!key.name.starts_with("dram.") || key.name.starts_with("dram.simulator.")) continue;
-    if (key.name == "dram.model" || key.name == "dram.mhz" || key.name == "dram.fixed_latency") continue;
+    if (key.name == "dram.model" || key.name == "dram.mhz" || key.name == "dram.fixed_latency" ||
+        key.name == "dram.channels")
+      continue;
     settings = filed;
     const bool any_value = key.name != "dram.timing.refi" && key.name != "dram.bank_groups";
     settings.push_back(any_value ? setting(key.name) : key.name + (key.name == "dram.bank_groups" ? "=4" : "=1000"));

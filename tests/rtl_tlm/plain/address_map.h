@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <vector>
 
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/traces/header.h"
@@ -83,7 +84,7 @@ class AddressMap {
   std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;
 };
 
-/// Which slice, and where in it.
+/// Which slice, and where in it; which channel, and where in that.
 class SliceMap {
  public:
   explicit SliceMap(const modules::AddressInterleave& config) : config_(config) {}
@@ -105,6 +106,17 @@ class SliceMap {
       if (this->slice(address) == slice) return address;
     }
     return 0;  // does not happen
+  }
+  /// Slices of a channel.
+  std::vector<unsigned> sharers(unsigned channel) const {
+    std::vector<unsigned> all;
+    for (unsigned slice = channel; slice < config_.slices; slice += channels()) all.push_back(slice);
+    return all;
+  }
+  unsigned channels() const { return config_.channels == 0 ? config_.slices : config_.channels; }
+  std::uint64_t in_channel(std::uint64_t address) const {
+    const std::uint64_t blocks = local(address) / config_.bytes * (config_.slices / channels());
+    return (blocks + slice(address) / channels()) * config_.bytes + address % config_.bytes;
   }
 
  private:

@@ -1,4 +1,4 @@
-// Plain DRAM channel with its side of the socket: docs/model/dram.md, and docs/model/tlm.md for the phases.
+// Plain DRAM channel with its side of the sockets: docs/model/dram.md, and docs/model/tlm.md for the phases.
 #pragma once
 
 #include <algorithm>
@@ -19,16 +19,27 @@ namespace grtx::sim::plain {
 class DramChannel {
  public:
   using Config = modules::Dram::Config;
-  DramChannel(const Config& config, const SliceMap& map, Clock memory, Clock core, DramSocket& socket)
-      : config_(config), map_(map), memory_(memory), core_(core), socket_(socket), banks_(config.channel.banks) {}
+  /// sockets: of all slices.
+  DramChannel(const Config& config, const SliceMap& map, Clock memory, Clock core, unsigned channel,
+              std::deque<DramSocket>& sockets)
+      : config_(config),
+        map_(map),
+        memory_(memory),
+        core_(core),
+        slices_(map.sharers(channel)),
+        sockets_(sockets),
+        banks_(config.channel.banks) {}
 
   void tick(Cycle now) {
-    take_request(now);
+    take_requests(now);
     if (!config_.perfect) issue_commands(now);
     queue_clocks_ += bursts_.size();
-    begin_response(now);
+    for (const unsigned slice : slices_) begin_response(now, slice);
   }
-  bool idle() const { return bursts_.empty() && done_.empty() && !socket_.request && socket_.responses.empty(); }
+  bool idle() const {
+    const auto quiet = [this](unsigned slice) { return !sockets_[slice].request && sockets_[slice].responses.empty(); };
+    return bursts_.empty() && done_.empty() && std::all_of(slices_.begin(), slices_.end(), quiet);
+  }
   std::uint64_t bytes() const { return bytes_; }
   void report(Statistics& s) const {
     s.add("gpu.dram.reads", reads_);
@@ -69,25 +80,43 @@ class DramChannel {
     unsigned overtaken = 0;  ///< column commands for hits younger than the oldest request, in a row
   };
 
-  void take_request(Cycle now) {
-    if (!socket_.request || memory_.first_after(socket_.request->first) > now) return;
-    const Access access = socket_.request->second;
+  bool asks(Cycle now, unsigned slice) const {
+    return sockets_[slice].request && memory_.first_after(sockets_[slice].request->first) <= now;
+  }
+  Access end_request(Cycle now, unsigned slice) {
+    DramSocket& socket = sockets_[slice];
+    const Access access = socket.request->second;
+    socket.request.reset();
+    socket.request_ended = memory_.edge(now);
+    ++(access.write ? writes_ : reads_);
+    bytes_ += kSector;
+    return access;
+  }
+  void take_requests(Cycle now) {
+    if (config_.perfect) {
+      for (const unsigned slice : slices_) {
+        if (!asks(now, slice)) continue;
+        const Access access = end_request(now, slice);
+        latency_.add(0);
+        done_.emplace(std::pair{now + config_.fixed_latency, order_++}, access);
+      }
+      return;
+    }
+    if (!refused_) {  // the first that asks, from the one whose turn it is
+      for (std::size_t i = 0; i < slices_.size() && !asks(now, slices_[turn_]); ++i)
+        turn_ = (turn_ + 1) % slices_.size();
+      if (!asks(now, slices_[turn_])) return;
+    }
     const std::uint64_t bursts = (kSector + config_.channel.burst_bytes - 1) / config_.channel.burst_bytes;
-    if (!config_.perfect && bursts_.size() + bursts > config_.channel.queue) {
+    refused_ = bursts_.size() + bursts > config_.channel.queue;
+    if (refused_) {
       ++queue_full_;
       return;
     }
-    socket_.request.reset();
-    socket_.request_ended = memory_.edge(now);
-    ++(access.write ? writes_ : reads_);
-    bytes_ += kSector;
-    if (config_.perfect) {
-      latency_.add(0);
-      done_.emplace(std::pair{now + config_.fixed_latency, order_++}, access);
-      return;
-    }
+    const Access access = end_request(now, slices_[turn_]);
+    turn_ = (turn_ + 1) % slices_.size();
     parts_[order_] = {bursts, false, false};
-    const std::uint64_t row_number = map_.local(access.address) / config_.channel.row_bytes;
+    const std::uint64_t row_number = map_.in_channel(access.address) / config_.channel.row_bytes;
     const std::uint64_t row = row_number / config_.channel.banks;
     std::uint64_t bank = row_number % config_.channel.banks;
     if (config_.channel.bank_xor) bank ^= row % config_.channel.banks;
@@ -193,19 +222,26 @@ class DramChannel {
     parts_.at(burst.request).activated = true;
     ++activates_;
   }
-  void begin_response(Cycle now) {
-    if (done_.empty() || done_.begin()->first.first > now) return;
-    if (responses_ > 0 && memory_.first_after(socket_.response_ends) > now) return;
-    socket_.responses.emplace_back(memory_.edge(now), done_.begin()->second);
-    socket_.response_ends = memory_.edge(now) + core_.period;
-    done_.erase(done_.begin());
+  void begin_response(Cycle now, unsigned slice) {
+    const auto own = std::find_if(done_.begin(), done_.end(),
+                                  [&](const auto& done) { return map_.slice(done.second.address) == slice; });
+    if (own == done_.end() || own->first.first > now) return;
+    DramSocket& socket = sockets_[slice];
+    if (socket.response_used && memory_.first_after(socket.response_ends) > now) return;
+    socket.response_used = true;
+    socket.responses.emplace_back(memory_.edge(now), own->second);
+    socket.response_ends = memory_.edge(now) + core_.period;
+    done_.erase(own);
     ++responses_;
   }
 
   Config config_;
   const SliceMap& map_;
   Clock memory_, core_;
-  DramSocket& socket_;
+  std::vector<unsigned> slices_;
+  std::deque<DramSocket>& sockets_;
+  std::size_t turn_ = 0;  ///< in slices_
+  bool refused_ = false;  ///< its request found no room and keeps its turn
   std::vector<Bank> banks_;
   std::deque<Burst> bursts_;                                ///< oldest first
   std::map<std::uint64_t, Parts> parts_;                    ///< by request

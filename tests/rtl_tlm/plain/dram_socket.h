@@ -16,6 +16,7 @@ struct DramSocket {
   bool used = false;
   std::deque<std::pair<Femtoseconds, Access>> responses;  ///< BEGIN_RESP, not taken by the L2 yet
   Femtoseconds response_ends = 0;                         ///< END_RESP of the last one takes effect
+  bool response_used = false;                             ///< there was one
 };
 
 }  // namespace grtx::sim::plain

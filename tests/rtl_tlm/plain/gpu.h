@@ -131,8 +131,8 @@ inline Statistics run(const GpuConfig& config, const traces::Header& header,
     from_slices.push_back(&slice_responses.emplace_back(config.links.latency, config.links.capacity));
     l2.emplace_back(config.l2, config.l2_bytes / config.interleave.slices, i, slices, core, slice_requests.back(),
                     slice_responses.back(), sockets[i]);
-    dram.emplace_back(config.dram, slices, memory, core, sockets[i]);
   }
+  for (unsigned i = 0; i < slices.channels(); ++i) dram.emplace_back(config.dram, slices, memory, core, i, sockets);
   const CrossbarNetwork::Config noc{config.crossbar.latency, config.links.latency, config.crossbar.output_buffer};
   CrossbarNetwork requests(noc, from_sms, to_slices, [&](const Access& a) { return slices.slice(a.address); });
   CrossbarNetwork replies(noc, from_slices, to_sms, [](const Access& a) { return a.sm; });

@@ -200,6 +200,13 @@ inline GpuConfig random_machine(Random& random) {
   using modules::TrafficCharging;
   if (rt.checkpoint.store.entries == 0 && traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
   if (traffic.upto(3) == 0) c.simt.costs.eviction_traffic = TrafficCharging::uncharged;
+  Random channels = traffic;    // likewise
+  if (channels.upto(2) == 0) {  // slices share them
+    c.interleave.channels = c.interleave.slices;
+    const unsigned shared = c.interleave.xor_hash ? channels.one_of({2U, 4U}) : channels.one_of({2U, 2U, 3U});
+    c.interleave.slices *= shared;
+    c.l2_bytes *= shared;
+  }
   check_config(c, "a random machine");
   return c;
 }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "grtx/rtl_tlm/gpu/built_in_memory.h"
+#include "rtl_tlm/observe/observed_run.h"
 #include "rtl_tlm/tiny_trace.h"
 
 namespace grtx::sim {
@@ -55,6 +56,18 @@ TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
   EXPECT_EQ(bounds.at("longest_ray"), 500U);
   EXPECT_EQ(bounds.at("longest_warp"), 600U);
   EXPECT_EQ(binding_bound(lower_bounds(c, {500, 600}, config)).name, "dram_bandwidth");
+}
+
+// The same traffic of each channel, a part of it for each port of the L2.
+TEST(LowerBounds, BandwidthOfTheL2IsChosenWithoutThatOfTheDram) {
+  const test::ObservedRun run;
+  const std::string large = "l2.bytes=8388608";
+  const auto few = run.run({}, {large, "l2.slices=2"});
+  const auto many = run.run({}, {large, "l2.slices=8", "dram.channels=2"});
+  EXPECT_LT(test::statistic(many, "gpu.bound.l2_port"), test::statistic(few, "gpu.bound.l2_port") / 2);
+  EXPECT_EQ(test::statistic(many, "gpu.bound.dram_bandwidth"), test::statistic(few, "gpu.bound.dram_bandwidth"));
+  EXPECT_EQ(test::statistic(many, "gpu.dram.channel1.bytes"), test::statistic(few, "gpu.dram.channel1.bytes"));
+  EXPECT_FALSE(many.contains("gpu.dram.channel2.bytes"));
 }
 
 TEST(LowerBounds, PerfectDramHasNoDataBus) {
