@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
@@ -360,6 +361,7 @@ int run(const RunArguments& options, const CommonOptions& common) {
     ordered_json& design = results["designs"][name];
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
+    warn_of_dropped_fills(documents.at(name).at("stats"), name);
     results["inputs"][name] = documents.at(name).at("inputs");
     results["binding_bound"][name] = documents.at(name).at("binding_bound");
     for (const auto& violation : documents.at(name).at("violations")) {

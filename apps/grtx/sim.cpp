@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
@@ -58,7 +59,8 @@ void print_summary(const SimulationResult& result) {
       number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"), number(d, "host.peak_rss_bytes") * 1e-6);
 }
 
-int report_violations(const SimulationResult& result) {
+int report_faults(const SimulationResult& result) {
+  warn_of_dropped_fills(result.document.at("stats"), "sim");
   for (const std::string& violation : result.violations) {
     fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
   }
@@ -86,7 +88,7 @@ int run_sampled(const SimArguments& options, const GpuConfig& config, const Samp
     print_summary(result.result);
     print_sampled(result);
   }
-  return report_violations(result.result);
+  return report_faults(result.result);
 }
 
 int run_simulation(SimArguments options, const CommonOptions& common) {
@@ -133,7 +135,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   } else if (!common.quiet) {
     print_summary(result);
   }
-  return report_violations(result);
+  return report_faults(result);
 }
 
 }  // namespace

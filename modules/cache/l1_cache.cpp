@@ -16,8 +16,10 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       response_due_(config.clients, kNever),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
-      written_by_(config.private_writes.policy == WritePolicy::write_back ? tags_.slots() : 0),
-      miss_queue_(config.miss_queue),
+      writes_back_(config.private_writes.policy == WritePolicy::write_back),
+      written_by_(writes_back_ ? tags_.slots() : 0),
+      miss_queue_(config.miss_queue +
+                  (writes_back_ ? std::size_t{config.write_back_buffer} * config.geometry.sectors() : 0)),
       bank_mask_(std::has_single_bit(config.banks) ? config.banks - 1 : 0) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "l1", rule);
@@ -25,8 +27,6 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.clients >= 1 && config.clients <= 256, "clients must be 1 to 256");
   require_allowed("l1", config);
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
-  require(config.private_writes.policy == WritePolicy::write_through || config.miss_queue >= config.geometry.sectors(),
-          "the miss queue must hold the write-back of a line");
 }
 
 void L1Cache::end_of_elaboration() {
@@ -183,7 +183,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, Refusal& refusal, const Mem
   const bool miss = !hit && pending == MshrTable::kNone;
   if (miss) {
     if (mshrs_.full()) return refuse(refusal, L1Stall::mshr_full);
-    if (miss_queue_.size() >= config_.miss_queue) return refuse(refusal, L1Stall::miss_queue_full);
+    if (!room_to_send(1)) return refuse(refusal, L1Stall::miss_queue_full);
   } else if (!hit && mshrs_.merges_full(pending)) {
     return refuse(refusal, L1Stall::merges_full);
   }
@@ -199,7 +199,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, Refusal& refusal, const Mem
     count_mshr_cycles(now);
     MemoryRequest down = access;
     down.tag = mshrs_.allocate(now, access.address, access);
-    miss_queue_.push({down, now + config_.tag_latency});
+    miss_queue_.push({down, now + config_.tag_latency, false});
     ++version_;
   }
 
@@ -227,9 +227,8 @@ bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const Me
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone;
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
-  const std::size_t entries = effect.forward ? 1 : 0;
-  if (miss_queue_.size() + entries > config_.miss_queue) return refuse(refusal, L1Stall::miss_queue_full);
-  if (effect.keep && !present && !room_for_victim(access.address, entries)) {
+  if (effect.forward && !room_to_send(1)) return refuse(refusal, L1Stall::miss_queue_full);
+  if (effect.keep && !present && !room_for_victim(access.address)) {
     return stall(L1Stall::miss_queue_full);  // for this cycle: any access may change whose turn to go it is
   }
   ++region.writes;
@@ -253,18 +252,11 @@ bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const Me
     answer_hit(now, client, access);
   }
   if (effect.forward) {
-    miss_queue_.push({access, now + config_.tag_latency});
+    miss_queue_.push({access, now + config_.tag_latency, false});
     ++version_;
     ++writes_pending_;
   }
   return true;
-}
-
-// Besides `entries` of another kind.
-bool L1Cache::room_for_victim(std::uint64_t address, std::size_t entries) const {
-  if (written_by_.empty()) return true;  // nothing is ever dirty
-  const auto dirty = static_cast<std::size_t>(std::popcount(tags_.victim(address).dirty));
-  return miss_queue_.size() + entries + dirty <= config_.miss_queue;
 }
 
 SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address) {
@@ -272,13 +264,15 @@ SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address) {
   const SectorCacheTags::Slot slot = tags_.insert(address, &victim);
   if (victim.valid) ++counters_.evictions;
   counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
+  if (victim.dirty != 0) ++leaving_lines_;
   for (std::uint8_t dirty = victim.dirty; dirty != 0; dirty &= static_cast<std::uint8_t>(dirty - 1)) {
     MemoryRequest dirty_sector;
     dirty_sector.address = victim.address + static_cast<std::uint64_t>(std::countr_zero(dirty)) * kSectorBytes;
     dirty_sector.sm = config_.sm;
     dirty_sector.region = written_by_[slot];  // the line's place is the victim's
     dirty_sector.write = dirty_sector.write_back = true;
-    miss_queue_.push({dirty_sector, now + config_.tag_latency});
+    miss_queue_.push({dirty_sector, now + config_.tag_latency, std::has_single_bit(dirty)});
+    ++leaving_sectors_;
     ++writes_pending_;
     ++counters_.write_backs;
   }
@@ -300,6 +294,8 @@ void L1Cache::send_miss(Cycle now) {
   if (miss_queue_.empty() || miss_queue_.front().due > now || !down_.can_push(now)) return;
   const MemoryRequest& miss = miss_queue_.front().request;
   ++(miss.write ? counters_.sent_writes : counters_.sent_reads);
+  if (miss.write_back) --leaving_sectors_;
+  if (miss_queue_.front().line_gone) --leaving_lines_;
   down_.push(now, miss);
   miss_queue_.pop();
   ++version_;
@@ -366,7 +362,7 @@ Inventory L1Cache::inventory() const {
       {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false, 256},
       // Hundreds of ways are searched at once, by comparators beside each tag.
       {"tags", config_.geometry.ways > 16 ? StorageKind::flip_flop : StorageKind::cache_tags,
-       tags_.tag_bits(kAddressBits, !written_by_.empty()), 1, 1, false},
+       tags_.tag_bits(kAddressBits, writes_back_), 1, 1, false},
       {"mshr", StorageKind::flip_flop,
        std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
        false},
@@ -375,6 +371,12 @@ Inventory L1Cache::inventory() const {
     inventory.storage.push_back({"held_misses", StorageKind::ram,
                                  std::uint64_t{config_.clients} * config_.held_misses * miss_bits, 1, 1, false});
   }
+  if (writes_back_) {  // data, address, and which sectors are dirty
+    const std::uint64_t line_bits =
+        std::uint64_t{config_.geometry.line_bytes} * 8 + kAddressBits - 7 + config_.geometry.sectors();
+    inventory.storage.push_back(
+        {"write_back_buffer", StorageKind::ram, config_.write_back_buffer * line_bits, 1, 1, false});
+  }
   inventory.operators = {
       {"match", kAddressBits - 7, std::uint64_t{config_.geometry.ways} * config_.banks},  // tag comparators
       {"match", kAddressBits - 5, config_.mshr_entries}};
@@ -382,8 +384,9 @@ Inventory L1Cache::inventory() const {
 }
 
 void L1Cache::dump_state(std::ostream& out) const {
-  out << name() << ": mshr " << mshrs_.used() << '/' << config_.mshr_entries << ", miss queue " << miss_queue_.size()
-      << '/' << config_.miss_queue << ", writes pending " << writes_pending_ << '\n';
+  out << name() << ": mshr " << mshrs_.used() << '/' << config_.mshr_entries << ", miss queue "
+      << miss_queue_.size() - leaving_sectors_ << '/' << config_.miss_queue << ", write-back buffer " << leaving_lines_
+      << ", writes pending " << writes_pending_ << '\n';
   for (std::size_t i = 0; i < clients_.size(); ++i) {
     const Client& c = clients_[i];
     out << "  client " << i << ": requests " << c.request.size() << ", hit pipe " << c.hits.size() << ", fill queue "

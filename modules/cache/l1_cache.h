@@ -43,7 +43,7 @@ struct L1Counters : CacheRegions {
   std::uint64_t prefetches_unused = 0;   ///< evicted, or resident at the end, without a demand reference
   std::uint64_t responses = 0;
   std::uint64_t fills = 0;
-  std::uint64_t fills_bypassed = 0;  ///< answered, but not kept: no room to write the victim back
+  std::uint64_t fills_bypassed = 0;  ///< answered, but not kept: no room for the victim in the write-back buffer
   std::uint64_t evictions = 0;
   std::uint64_t kept_writes = 0;  ///< sectors written that did not go on: they are dirty
   std::uint64_t rewrites = 0;     ///< of these, sectors that were dirty already
@@ -79,8 +79,9 @@ class L1Cache final : public L1CacheModule {
     unsigned miss_queue = 16;
     unsigned held_misses = 0;
     PrivateWrites private_writes;
-    bool rotating_priority = true;  ///< first client tried = one after the last first winner; false: client 0 first
-    bool perfect = false;           ///< nothing leaves the cache
+    unsigned write_back_buffer = 16;  ///< lines; there is none where nothing is ever dirty
+    bool rotating_priority = true;    ///< first client tried = one after the last first winner; false: client 0 first
+    bool perfect = false;             ///< nothing leaves the cache
     void parameters(ParameterList& list) {
       list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
       geometry.shape_parameters(list);
@@ -98,6 +99,9 @@ class L1Cache final : public L1CacheModule {
                "on; nodes and records only",
                kOurs);
       private_writes.parameters(list);
+      list.add("write_back_buffer", write_back_buffer, {1, kMaxEntries}, "lines",
+               "dirty lines that have left and wait for the crossbar; with private_writes = write_back",
+               from_public("XiangShan: 18 entries of a line beside 16 misses"));
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
@@ -129,6 +133,7 @@ class L1Cache final : public L1CacheModule {
   struct Miss {
     MemoryRequest request;
     Cycle due = 0;
+    bool line_gone = false;  ///< the last sector of a line of the write-back buffer
   };
   /// Why the cache refused a request, and its version_ then: as long as that stays it refuses it again.
   struct Refusal {
@@ -158,7 +163,12 @@ class L1Cache final : public L1CacheModule {
   bool accept_write(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
   bool stall(L1Stall reason);
   bool refuse(Refusal& refusal, L1Stall reason);
-  bool room_for_victim(std::uint64_t address, std::size_t entries = 0) const;
+  bool room_to_send(std::size_t entries) const {
+    return miss_queue_.size() - leaving_sectors_ + entries <= config_.miss_queue;
+  }
+  bool room_for_victim(std::uint64_t address) const {
+    return leaving_lines_ < config_.write_back_buffer || tags_.victim(address).dirty == 0;
+  }
   SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address);
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
@@ -181,9 +191,14 @@ class L1Cache final : public L1CacheModule {
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
   SectorCacheTags tags_;
   MshrTable mshrs_;
+  bool writes_back_;
   std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
+  /// Misses, writes and sectors of the write-back buffer, in the order in which they leave: a read never overtakes the
+  /// data that it is for.
   RingQueue<Miss> miss_queue_;
-  unsigned bank_mask_;  ///< banks - 1 for a power of two of banks, else 0
+  std::size_t leaving_sectors_ = 0;  ///< of miss_queue_, those whose place is in the write-back buffer
+  unsigned leaving_lines_ = 0;       ///< places taken there
+  unsigned bank_mask_;               ///< banks - 1 for a power of two of banks, else 0
   unsigned first_client_ = 0;
   std::uint64_t banks_taken_ = 0;  ///< in the present cycle
   std::uint64_t writes_pending_ = 0;

@@ -92,7 +92,11 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config) {
   std::vector<IdleKey> idle;
   for (const modules::Parameter& parameter : config_keys(copy)) {
     const std::string& key = parameter.name;
-    if (!key.starts_with("dram.") || !settings.differ(key)) continue;
+    if (!settings.differ(key)) continue;
+    if (key == "l1.write_back_buffer" && config.l1.private_writes.policy == modules::WritePolicy::write_through) {
+      idle.push_back({key, "l1.private_writes = write_through"});
+    }
+    if (!key.starts_with("dram.")) continue;
     const bool of_simulators = key.starts_with("dram.simulator.");
     const bool of_all =
         key == "dram.model" || key == "dram.mhz" || key == "dram.fixed_latency" || key == "dram.channels";

@@ -10,7 +10,9 @@
 namespace grtx::e2e {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 const std::string kSmall = std::string("--config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
 
@@ -86,6 +88,19 @@ TEST_F(CliSim, KeysThatSampledModeDoesNotReadAreNamed) {
                                  HasSubstr("t.grtx: all of it is simulated, in cycle mode: ")));
   // Windows do not suit this trace: cycle mode runs it, which does not read the key, and would read the other.
   EXPECT_THAT(folder_.run(sampled + "--sample-engine fast").err, Not(HasSubstr("no effect")));
+}
+
+TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {
+  const std::string trace = "sim '" + grtx::paths::source_dir() + "/data/traces/grtx.grtx' --quiet " + kSmall +
+                            "--set l1.bytes=4096 --set l1.private_writes=write_back --set l1.private_allocate=true ";
+  for (const char* mode : {"cycle", "fast"}) {
+    const std::string run = trace + "--mode " + mode + " --set l1.write_back_buffer=";
+    EXPECT_THAT(folder_.run(run + "1").err,
+                AllOf(StartsWith("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
+                      HasSubstr("l1.write_back_buffer\n")))
+        << mode;
+    EXPECT_EQ(folder_.run(run + "64").err, "") << mode;
+  }
 }
 
 TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {

@@ -35,6 +35,7 @@ L1::L1(Shared& shared, unsigned sm)
       filling_(fills_.size()),
       link_(shared.config.sm_links.l1_capacity * shared.config.rt.memory.sectors_per_cycle),
       crossed_(config_.miss_queue + shared.config.links.capacity),
+      leaving_(config_.write_back_buffer),
       mshrs_(config_.mshr_entries),
       hits_(std::size_t{config_.latency} * shared.config.rt.memory.sectors_per_cycle),
       banks_(config_.banks) {
@@ -193,18 +194,20 @@ L1::Taken L1::try_head(Cycle now) {
       if (filling != AddressIndex::kNone) on_the_way = missing & fills_[filling].sectors;
       missing ^= on_the_way;
     }
-    if (missing != 0) {
-      const Cycle sends = crossed_.room();
-      const Cycle holds = write ? 0 : mshrs_.room(at);
-      const L1Stall reason = std::max(sends, holds) <= at ? L1Stall::response_port
-                             : holds > sends              ? L1Stall::mshr_full
-                                                          : L1Stall::miss_queue_full;
-      at = std::max({at, sends, holds});
-      if (at > now + kAhead) {
-        port.until = at - kAhead / 2;
-        counters_.stalls[static_cast<std::size_t>(reason)] += port.until - now;
-        return Taken::refused;
-      }
+  }
+  const bool replaces = effect.keep && slot == SectorCacheTags::kNone;
+  if (missing != 0 || replaces) {
+    Cycle sends = missing != 0 ? crossed_.room() : 0;
+    if (replaces && !victim_can_leave(r.line, at)) sends = std::max(sends, leaving_.room());
+    const Cycle holds = write ? 0 : mshrs_.room(at);
+    const L1Stall reason = std::max(sends, holds) <= at ? L1Stall::response_port
+                           : holds > sends              ? L1Stall::mshr_full
+                                                        : L1Stall::miss_queue_full;
+    at = std::max({at, sends, holds});
+    if (at > now + kAhead) {
+      port.until = at - kAhead / 2;
+      counters_.stalls[static_cast<std::size_t>(reason)] += port.until - now;
+      return Taken::refused;
     }
   }
   const unsigned count = count_of(r.sectors);
@@ -311,8 +314,7 @@ Cycle L1::send_miss(std::uint32_t filling, const Request& r, std::uint8_t missin
   if (prefetched) counters_.prefetches_fetched += count;
   if (filling == AddressIndex::kNone) {
     if (free_fills_.empty()) {  // a memory so slow that the MSHRs' calendar ends before it answers
-      const SectorCacheTags::Slot slot = place(r.line, missing, trip.seen, true);
-      if (prefetched) tags_.set_unused_prefetch(slot, missing);
+      place(r.line, missing, prefetched ? missing : std::uint8_t{0}, trip.seen);
       return trip.seen + 1;
     }
     filling = free_fills_.back();
@@ -336,18 +338,24 @@ Cycle L1::send_miss(std::uint32_t filling, const Request& r, std::uint8_t missin
 void L1::fill(Cycle now, std::uint32_t number) {
   const Fill& fill = fills_[number];
   if (fill.complete > now) return shared_.agenda.add(fill.complete, {What::l1_fill, sm_, number});
-  const SectorCacheTags::Slot slot = place(fill.line, fill.sectors, now, true);
-  if (fill.prefetched != 0) tags_.set_unused_prefetch(slot, fill.prefetched);
+  place(fill.line, fill.sectors, fill.prefetched, now);
   filling_.erase(fill.line / kSectorBytes);
   free_fills_.push_back(number);
 }
 
-SectorCacheTags::Slot L1::place(std::uint64_t line, std::uint8_t sectors, Cycle now, bool timed) {
+void L1::place(std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched, Cycle now) {
+  counters_.fills += count_of(sectors);
   SectorCacheTags::Slot slot = tags_.find(line);
-  if (slot == SectorCacheTags::kNone) slot = allocate(line, now, timed);
-  if (timed) counters_.fills += count_of(sectors);
+  if (slot == SectorCacheTags::kNone) {
+    if (!victim_can_leave(line, now)) {
+      counters_.fills_bypassed += count_of(sectors);
+      counters_.prefetches_unused += count_of(prefetched);
+      return;
+    }
+    slot = allocate(line, now, true);
+  }
   tags_.set_valid(slot, sectors);
-  return slot;
+  if (prefetched != 0) tags_.set_unused_prefetch(slot, prefetched);
 }
 
 SectorCacheTags::Slot L1::allocate(std::uint64_t line, Cycle now, bool timed) {
@@ -362,7 +370,7 @@ SectorCacheTags::Slot L1::allocate(std::uint64_t line, Cycle now, bool timed) {
     return slot;
   }
   const unsigned count = count_of(victim.dirty);
-  crossed_.take(shared_.memory.access(write_back, now + config_.tag_latency).crossed, count);
+  leaving_.take(shared_.memory.access(write_back, now + config_.tag_latency).crossed);
   counters_.sent_writes += count;
   counters_.write_backs += count;
   return slot;
@@ -401,7 +409,7 @@ void L1::deliver(const Request& r, Cycle seen) {
 // What a prefetch brings in here has no mark: the marks are counted.
 void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Region region, bool write) {
   if (config_.perfect) return;
-  const SectorCacheTags::Slot slot = tags_.find(line);
+  SectorCacheTags::Slot slot = tags_.find(line);
   std::uint8_t missing = sectors;
   if (slot != SectorCacheTags::kNone) {
     tags_.touch(slot);
@@ -426,7 +434,9 @@ void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Re
     }
   }
   shared_.memory.warm({sm_, line, missing, region, write});
-  if (!write) place(line, missing, 0, false);
+  if (write) return;
+  if (slot == SectorCacheTags::kNone) slot = allocate(line, 0, false);
+  tags_.set_valid(slot, missing);
 }
 
 }  // namespace grtx::sim::fast

@@ -162,8 +162,13 @@ class L1 {
   /// When the RT unit has the answers to a node request that went through in cycle `taken` and are due up to `seen`.
   Cycle return_nodes(unsigned count, Cycle taken, Cycle seen, bool in_pipeline);
   Cycle send_miss(std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched, Cycle at);
-  /// Sectors of a line take their place in the tags.
-  modules::SectorCacheTags::Slot place(std::uint64_t line, std::uint8_t sectors, Cycle now, bool timed);
+  /// Sectors of a line, of which a prefetch has brought these, take their place in the tags in cycle `now`, if what
+  /// they replace can leave.
+  void place(std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched, Cycle now);
+  /// Whether the write-back buffer has room in cycle `at` for what `line` would replace, if that needs it.
+  bool victim_can_leave(std::uint64_t line, Cycle at) const {
+    return leaving_.room() <= at || tags_.victim(line).dirty == 0;
+  }
   /// A line of the tags for `line`, which has none; what it held is written back, at `now` or at no time.
   modules::SectorCacheTags::Slot allocate(std::uint64_t line, Cycle now, bool timed);
   /// A write's sectors that stay here. slot: of their line, if it is present.
@@ -196,6 +201,7 @@ class L1 {
   PlaceRing link_;                 ///< to the L1, for node requests
   Cycle link_pushed_ = 0;          ///< when the newest entered it
   PlaceRing crossed_;              ///< miss queue and the link behind it
+  PlaceRing leaving_;              ///< write-back buffer
   PlaceCalendar mshrs_;
   PlaceRing hits_;  ///< pipeline
   BankCalendar banks_;

@@ -24,7 +24,8 @@ class L1Random : public SystemCTest {
     config.mshr_entries = seed % 2 == 0 ? 6 : 64;
     config.mshr_merges = 3;
     config.miss_queue = seed % 4 == 1 ? 3 : 5;
-    if (config.miss_queue >= 4) config.private_writes.policy = WritePolicy::write_back;
+    if (seed % 4 != 1) config.private_writes.policy = WritePolicy::write_back;
+    config.write_back_buffer = static_cast<unsigned>(1 + seed % 2);
     config.private_writes.allocate = seed % 3 != 0;
     config.widths = {1, static_cast<unsigned>(1 + seed % 4), 2};
     config.held_misses = seed % 5 == 2 ? 2 : 0;

@@ -118,31 +118,100 @@ TEST_F(L1PrivateWrites, AnEvictedLineSendsItsDirtySectorsAndNobodyIsAnswered) {
   EXPECT_TRUE(bench.conserved());
 }
 
-TEST_F(L1PrivateWrites, AFillWhoseVictimCannotLeaveIsAnsweredAndNotKept) {
+// Until the write-back buffer a fill whose victim was dirty needed room in the miss queue, which others had taken
+// first.
+TEST_F(L1PrivateWrites, AFullMissQueueDropsNoFill) {
   L1Cache::Config small = config(WritePolicy::write_back, true);
   small.geometry = {128, 128, 32, 1};  // one line
-  small.miss_queue = 4;
+  small.miss_queue = 1;
+  small.write_back_buffer = 1;
   L1Bench bench(small);
-  const auto read =
-      bench.client().read(10, 0x1000);  // its fill comes when the only line is dirty and the queue is full
+  const auto read = bench.client().read(10, 0x1000);  // its fill comes when the only line is dirty, the queue full
   for (unsigned sector = 0; sector < 4; ++sector) bench.client().write(20 + sector, sector * 32, Region::stack);
   bench.memory.takes = [](Cycle now) { return now < 40 || now > 400; };
+  std::vector<std::uint64_t> ahead;
   for (unsigned i = 0; i < 12; ++i) {  // eight for the link behind the queue
-    bench.client().at(50 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+    ahead.push_back(0x4000 + 128 * i);
+    bench.client().at(50 + i, {.address = ahead.back(), .region = Region::ray, .write = true});
   }
   EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
   EXPECT_LT(bench.client().answered(read), 400u);
-  EXPECT_EQ(bench.l1.counters().fills, 1u);
-  EXPECT_EQ(bench.l1.counters().fills_bypassed, 1u);
-  EXPECT_EQ(bench.l1.counters().write_backs, 0u);
-  EXPECT_EQ(bench.l1.dirty_sectors(), 4u);
+  EXPECT_EQ(bench.l1.counters().fills_bypassed, 0u);
+  EXPECT_EQ(bench.l1.counters().write_backs, 4u);
+  EXPECT_EQ(bench.l1.dirty_sectors(), 0u);
+  // The dirty sectors leave behind what was in the miss queue before them, and before what came after them.
+  std::size_t place = 0;
+  const auto& arrivals = bench.memory.arrivals();
+  while (place < arrivals.size() && !arrivals[place].request.write_back) ++place;
+  ASSERT_LT(place + 4, arrivals.size());
+  for (std::uint64_t sector = 0; sector < 4; ++sector) {
+    EXPECT_EQ(arrivals[place + sector].request.address, sector * 32);
+    EXPECT_TRUE(arrivals[place + sector].request.write_back);
+  }
+  EXPECT_EQ(arrivals[place + 4].request.address, ahead[place - 1]);  // the first arrival is the read
   EXPECT_TRUE(bench.conserved());
 }
 
-TEST_F(L1PrivateWrites, WriteBackNeedsRoomForALineInTheMissQueue) {
+TEST_F(L1PrivateWrites, AFillWhoseVictimFindsNoRoomInTheBufferIsAnsweredAndNotKept) {
+  for (const unsigned lines : {1U, 2U}) {
+    fresh_context();
+    L1Cache::Config small = config(WritePolicy::write_back, true);
+    small.geometry = {128, 128, 32, 1};
+    small.write_back_buffer = lines;
+    L1Bench bench(small);
+    bench.memory.takes = [](Cycle now) { return now < 45 || now > 400; };
+    bench.client().read(10, 0x1000);
+    bench.client().write(20, 0x000, Region::stack);
+    const auto read = bench.client().read(40, 0x2000);
+    for (unsigned i = 0; i < 8; ++i) {  // the link is full
+      bench.client().at(50 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+    }
+    bench.client().write(125, 0x080, Region::stack);  // between the two fills: the first has sent line 0 to the buffer
+    EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
+    EXPECT_LT(bench.client().answered(read), 400u);
+    const L1Counters counters = bench.l1.counters();
+    EXPECT_EQ(counters.fills, 2u);
+    EXPECT_EQ(counters.fills_bypassed, 2 - lines);
+    EXPECT_EQ(counters.write_backs, lines);
+    EXPECT_EQ(bench.l1.dirty_sectors(), 2 - lines);
+    EXPECT_TRUE(bench.conserved());
+  }
+}
+
+TEST_F(L1PrivateWrites, AWriteThatNeedsALineWaitsForRoomInTheBuffer) {
   L1Cache::Config small = config(WritePolicy::write_back, true);
-  small.miss_queue = 3;
-  EXPECT_THROW(L1Bench bench(small), Error);
+  small.geometry = {128, 128, 32, 1};
+  small.write_back_buffer = 1;
+  L1Bench bench(small);
+  bench.memory.takes = [](Cycle now) { return now > 400; };
+  for (unsigned i = 0; i < 10; ++i) {  // the link is full
+    bench.client().at(10 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+  }
+  bench.client().write(40, 0x000, Region::stack);
+  const auto second = bench.client().write(41, 0x080, Region::stack);  // the buffer takes line 0
+  const auto third = bench.client().write(42, 0x100, Region::stack);   // and has no room for this one's
+  EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
+  EXPECT_EQ(bench.client().answered(second), 41 + small.latency);
+  EXPECT_GT(bench.client().answered(third), 400u);
+  EXPECT_EQ(bench.l1.counters().write_backs, 2u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, OnlyWhatWritesBackPaysForABuffer) {
+  const auto buffer_bits = [](WritePolicy policy, unsigned lines) {
+    fresh_context();
+    L1Cache::Config configured = config(policy, false);
+    configured.write_back_buffer = lines;
+    L1Bench bench(configured);
+    std::uint64_t bits = 0;
+    for (const auto& storage : bench.l1.inventory().storage) {
+      if (storage.name == "write_back_buffer") bits += storage.bits;
+    }
+    return bits;
+  };
+  EXPECT_EQ(buffer_bits(WritePolicy::write_through, 16), 0u);
+  EXPECT_GE(buffer_bits(WritePolicy::write_back, 16), 16u * 128 * 8);
+  EXPECT_EQ(buffer_bits(WritePolicy::write_back, 16), 2 * buffer_bits(WritePolicy::write_back, 8));
 }
 
 }  // namespace

@@ -80,6 +80,12 @@ TEST(IdleKeys, AreThoseThatAnotherKeyLeavesWithoutEffect) {
   EXPECT_EQ(idle({"dram.timing.rfc=64", "dram.timing.refi=1000"}), Texts{});
 }
 
+TEST(IdleKeys, AWriteBackBufferNeedsWritesBack) {
+  EXPECT_EQ(idle({"l1.write_back_buffer=4"}),
+            std::vector<std::string>{"l1.write_back_buffer: l1.private_writes = write_through"});
+  EXPECT_EQ(idle({"l1.write_back_buffer=4", "l1.private_writes=write_back"}), std::vector<std::string>{});
+}
+
 TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
   register_memory_system("filed", nullptr, true);
   const std::vector<std::string> filed = {"dram.model=filed", "dram.simulator.config=a.json"};

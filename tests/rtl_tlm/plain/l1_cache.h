@@ -104,8 +104,7 @@ class L1Cache {
     miss_latency_.add(now - mshr.allocated);
     for (const Access& waiter : mshr.waiting) clients_[waiter.client].fills.emplace_back(now, waiter);
     CacheLines::Line* line = lines_.line(answer.address);
-    if (line == nullptr &&
-        misses_.size() + lines_.dirty_sectors(lines_.place(answer.address)).size() > config_.miss_queue) {
+    if (line == nullptr && !victim_can_leave(answer.address)) {
       ++fills_bypassed_;
       prefetches_.unused += mshr.prefetched ? 1 : 0;
       return;
@@ -115,13 +114,25 @@ class L1Cache {
     sector.valid = true;
     sector.prefetched = mshr.prefetched;
   }
-  /// A line for the address; the dirty sectors of the one that leaves go to the miss queue, which has room for them.
+  /// Whether there is a place in the write-back buffer for the line whose place the address would take, if it needs
+  /// one.
+  bool victim_can_leave(std::uint64_t address) {
+    return lines_.dirty_sectors(lines_.place(address)).empty() || leaving_.size() < config_.write_back_buffer;
+  }
+  /// Misses and writes in the miss queue: what waits for the crossbar but is not in the write-back buffer.
+  std::size_t queued() const {
+    return static_cast<std::size_t>(
+        std::count_if(misses_.begin(), misses_.end(), [](const auto& miss) { return miss.second.client != kNobody; }));
+  }
+  /// A line for the address; the one that leaves goes to the write-back buffer if it is dirty.
   CacheLines::Line& take_line(Cycle now, std::uint64_t address) {
     CacheLines::Line& line = lines_.place(address);
     if (line.used) {
       ++evictions_;
       for (const auto& sector : line.sectors) prefetches_.unused += sector.valid && sector.prefetched ? 1 : 0;
-      for (const std::uint64_t sector : lines_.dirty_sectors(line)) {
+      const std::vector<std::uint64_t> dirty = lines_.dirty_sectors(line);
+      if (!dirty.empty()) leaving_.push_back(dirty.size());
+      for (const std::uint64_t sector : dirty) {
         misses_.emplace_back(now + config_.tag_latency, Access{sector, line.writer, true, false, 0, kNobody, sm_});
         ++writes_pending_;
         ++write_backs_;
@@ -186,7 +197,7 @@ class L1Cache {
       return true;
     }
     if (mshrs_.size() >= config_.mshr_entries) return refuse(stalls_.mshr_full);
-    if (misses_.size() >= config_.miss_queue) return refuse(stalls_.miss_queue_full);
+    if (queued() >= config_.miss_queue) return refuse(stalls_.miss_queue_full);
     mshrs_[access.address] = {{access}, now, access.prefetch};
     misses_.emplace_back(now + config_.tag_latency, access);
     if (access.prefetch) {
@@ -210,9 +221,8 @@ class L1Cache {
                             access.region == Region::k_buffer || access.region == Region::stack;
     const bool kept = is_private && (config_.private_writes.allocate || (back && line != nullptr));
     const bool dirty = kept && back;
-    std::size_t places = dirty ? 0 : 1;
-    if (kept && line == nullptr) places += lines_.dirty_sectors(lines_.place(access.address)).size();
-    if (misses_.size() + places > config_.miss_queue) return refuse(stalls_.miss_queue_full);
+    if (!dirty && queued() >= config_.miss_queue) return refuse(stalls_.miss_queue_full);
+    if (kept && line == nullptr && !victim_can_leave(access.address)) return refuse(stalls_.miss_queue_full);
 
     ++counts_[access.region].writes;
     if (lines_.sector(access.address) != nullptr) {
@@ -249,6 +259,7 @@ class L1Cache {
     if (misses_.empty() || misses_.front().first > now || !to_memory_.has_room(now)) return;
     ++(misses_.front().second.write ? sent_writes_ : sent_reads_);
     to_memory_.push(now, misses_.front().second);
+    if (misses_.front().second.client == kNobody && --leaving_.front() == 0) leaving_.pop_front();
     misses_.pop_front();
   }
 
@@ -274,8 +285,9 @@ class L1Cache {
   Channel<Access>& from_memory_;
   std::vector<Client> clients_;
   CacheLines lines_;
-  std::map<std::uint64_t, Mshr> mshrs_;  ///< by sector
-  std::deque<std::pair<Cycle, Access>> misses_;
+  std::map<std::uint64_t, Mshr> mshrs_;          ///< by sector
+  std::deque<std::pair<Cycle, Access>> misses_;  ///< and sectors of the write-back buffer, in the order of leaving
+  std::deque<std::size_t> leaving_;              ///< lines of the write-back buffer: sectors that have not left
   std::vector<bool> banks_taken_;
   std::size_t next_first_ = 0;
   std::uint64_t writes_pending_ = 0;

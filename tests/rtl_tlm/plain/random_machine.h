@@ -130,9 +130,6 @@ inline GpuConfig random_machine(Random& random) {
   l1.rotating_priority = random.coin();
   l1.private_writes.policy = random.one_of({modules::WritePolicy::write_through, modules::WritePolicy::write_back});
   l1.private_writes.allocate = random.upto(2) == 0;
-  if (l1.private_writes.policy == modules::WritePolicy::write_back) {
-    l1.miss_queue = std::max(l1.miss_queue, l1.geometry.sectors() + 1);  // the write-back of a line
-  }
   l1.perfect = random.upto(15) == 0;
 
   c.links.latency = random.one_of({1U, 1U, 2U});
@@ -207,6 +204,8 @@ inline GpuConfig random_machine(Random& random) {
     c.interleave.slices *= shared;
     c.l2_bytes *= shared;
   }
+  Random buffer = channels;  // likewise
+  l1.write_back_buffer = buffer.one_of({1U, 2U, 16U});
   check_config(c, "a random machine");
   return c;
 }

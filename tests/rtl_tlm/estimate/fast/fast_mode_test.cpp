@@ -74,8 +74,24 @@ INSTANTIATE_TEST_SUITE_P(
                               {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",
                                "rt.private_store.checkpoint_entries=3"},
                               0.06},
+                      Machine{"written_back", true, {"l1.private_writes=write_back", "l1.private_allocate=true"}, 0.06},
                       Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
     [](const auto& i) { return std::string(i.param.name); });
+
+// It kept every fill, where the cycle model dropped half of them.
+TEST(FastModeWrittenBack, DropsFillsWhereTheCycleModelDoes) {
+  const test::ObservedRun run(true, true);
+  for (const unsigned lines : {1U, 64U}) {
+    for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::fast}) {
+      const auto stats = run.run({},
+                                 {"l1.private_writes=write_back", "l1.private_allocate=true", "l1.bytes=2048",
+                                  "l1.write_back_buffer=" + std::to_string(lines)},
+                                 mode);
+      EXPECT_GT(statistic(stats, "gpu.l1.write_backs"), 0U);
+      EXPECT_EQ(statistic(stats, "gpu.l1.fills_bypassed") > 0, lines == 1) << name_of(mode);
+    }
+  }
+}
 
 TEST(FastModeRefuses, WhatItDoesNotModel) {
   const test::ObservedRun run;
