@@ -16,6 +16,7 @@ class CycleBits {
  public:
   /// Cycles that are kept. Later ones are given out in order, and taken when they come into the window.
   static constexpr Cycle kWindow = 8192;
+  static constexpr Cycle kNone = ~Cycle{0};
 
   Cycle begin() const { return begin_; }  ///< first cycle that is kept, a multiple of 64
   Cycle end() const { return begin_ + kWindow; }
@@ -40,10 +41,39 @@ class CycleBits {
     }
     return from;
   }
-  /// A cycle from `from` on, not before end(): each is given once, in order.
-  Cycle take_beyond(Cycle from) {
+  /// The first cycle from `from` on and before `to` that is taken, and kept; kNone: none is.
+  Cycle first_taken(Cycle from, Cycle to) const {
+    from = std::max(from, begin_);
+    to = std::min(to, end());
+    while (from < to) {
+      const std::uint64_t taken = bits_[from % kWindow / 64] >> from % 64;
+      if (taken != 0) {
+        from += static_cast<Cycle>(std::countr_zero(taken));
+        return from < to ? from : kNone;
+      }
+      from += 64 - from % 64;
+    }
+    return kNone;
+  }
+  /// The last cycle before `to` and not before `from` that is taken, and kept; kNone: none is.
+  Cycle last_taken(Cycle from, Cycle to) const {
+    from = std::max(from, begin_);
+    to = std::min(to, end());
+    while (from < to) {
+      const Cycle last = to - 1;
+      const std::uint64_t taken = bits_[last % kWindow / 64] << (63 - last % 64);
+      if (taken != 0) {
+        to = last - static_cast<Cycle>(std::countl_zero(taken));
+        return to >= from ? to : kNone;
+      }
+      to = last - last % 64;
+    }
+    return kNone;
+  }
+  /// A cycle from `from` on, not before end(): they are given in order, `distance` apart.
+  Cycle take_beyond(Cycle from, Cycle distance = 1) {
     from = std::max(from, beyond_);
-    beyond_ = from + 1;
+    beyond_ = from + distance;
     far_.push_back(from);
     return from;
   }

@@ -8,12 +8,9 @@ FastDramChannel::FastDramChannel(const modules::DramChannelConfig& config)
     : config_(config),
       mapping_(config),
       banks_(config.banks),
-      bus_(config.timing.ccd),
-      activates_(1, std::max(1u, config.timing.rrd)),  // a row command a clock
-      queue_(config.queue) {
-  if (config.timing.faw != 0) four_activates_.emplace(4, config.timing.faw);
-  if (config.timing.groups_differ()) groups_.assign(config.bank_groups, Group(config.timing));
-}
+      columns_(config.timing),
+      activates_(config.timing),
+      queue_(config.queue) {}
 
 Cycle FastDramChannel::after_refresh(Cycle clock, Cycle closing) const {
   const Cycle due = refreshes(clock) * config_.timing.refi;
@@ -25,18 +22,10 @@ Cycle FastDramChannel::activate(Cycle clock, std::uint32_t bank) {
   const modules::DramTiming& t = config_.timing;
   for (;;) {
     clock = after_refresh(clock, t.ras + t.rp);  // rows opened just before it was due are closed first
-    Cycle taken = clock;
-    if (!groups_.empty()) taken = groups_[mapping_.group(bank)].activates.reserve(taken);
-    if (four_activates_) taken = four_activates_->reserve(taken);
-    taken = activates_.reserve(taken);
+    const Cycle taken = activates_.reserve(clock, mapping_.group(bank));
     clock = after_refresh(taken, t.ras + t.rp);
     if (clock == taken) return taken;
   }
-}
-
-Cycle FastDramChannel::reserve_bus(Cycle clock, std::uint32_t bank) {
-  if (!groups_.empty()) clock = groups_[mapping_.group(bank)].bus.reserve(clock);
-  return bus_.reserve(clock);
 }
 
 Cycle FastDramChannel::open(Cycle clock, std::uint32_t number, std::uint64_t row, bool write) {
@@ -55,12 +44,11 @@ Cycle FastDramChannel::open(Cycle clock, std::uint32_t number, std::uint64_t row
   Cycle free = clock;
   if (bank.newest.number != kNoRow) {
     ++counters_.precharges;
-    const Cycle written = bank.last_column + (bank.wrote ? t.write_to_precharge() : t.rtp);
-    free = std::max({free, std::max(written, bank.newest.activated + t.ras) + t.rp, bank.newest.activated + t.rc});
+    free = std::max({free, bank.can_precharge, bank.newest.activated + t.ras}) + t.rp;
+    free = std::max(free, bank.newest.activated + t.rc);
   }
   bank.before = bank.newest;
   bank.newest = {row, activate(free, number)};
-  bank.wrote = false;
   return bank.newest.activated + to_column(write);
 }
 
@@ -93,28 +81,22 @@ Cycle FastDramChannel::request_row(Cycle clock, std::uint64_t local, unsigned se
     ++(counters_.precharges == precharges ? counters_.row_misses : counters_.row_conflicts);
     counters_.row_hits += sectors - 1;
   }
-  bank.wrote = bank.wrote || write;
-  if (write && column > writes_until_) {
-    // The bus turns around for the writes and back: reads lose these clocks.
-    const unsigned lost = (t.read_to_write() + t.write_to_read() - 2 * t.ccd) / t.ccd;
-    for (unsigned i = 0; i < lost; ++i) column = std::max(column, bus_.reserve(column));
-    writes_until_ = column + 32;
-  }
+  const unsigned group = mapping_.group(place.bank);
   const unsigned bursts = sectors * ((sector_bytes + config_.burst_bytes - 1) / config_.burst_bytes);
   const unsigned data = (write ? t.wl : t.cl) + t.ccd;
   counters_.bursts += bursts;
   for (unsigned i = 0; i < bursts; ++i) {
     if (i != 0) column += t.ccd;
-    column = reserve_bus(column, place.bank);
+    column = write ? columns_.write(column, group) : columns_.read(column, group);
     if (refreshes(column) > refreshes(bank.newest.activated)) {  // in between the row was closed
       ++counters_.activates;
       bank.newest.activated = after_refresh(column, t.rp);
-      column = reserve_bus(bank.newest.activated + to_column(write), place.bank);
+      column = bank.newest.activated + to_column(write);
+      column = write ? columns_.write(column, group) : columns_.read(column, group);
     }
     counters_.refreshes = std::max(counters_.refreshes, refreshes(column));
     queue_.take(column);
-    last_column_ = std::max(last_column_, column);
-    bank.last_column = std::max(bank.last_column, column);
+    bank.can_precharge = std::max(bank.can_precharge, column + (write ? t.write_to_precharge() : t.rtp));
     counters_.queue_clocks += column - clock;
     if ((i + 1) * sectors % bursts == 0) counters_.latency_clocks += column + data - clock;
   }

@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
+#include "grtx/rtl_tlm/estimate/fast/activate_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/column_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/place_calendar.h"
-#include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"
-#include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 
 namespace grtx::sim {
 
@@ -32,20 +31,15 @@ class FastDramChannel {
   Cycle room(Cycle from) { return queue_.room(from); }
   /// Nothing arrives before `clock` any more.
   void advance(Cycle clock) {
-    bus_.advance(clock);
+    columns_.advance(clock);
     activates_.advance(clock);
-    if (four_activates_) four_activates_->advance(clock);
-    for (Group& group : groups_) {
-      group.bus.advance(clock);
-      group.activates.advance(clock);
-    }
   }
   /// Precharges are those that a row conflict needs; requests do not age.
   const modules::DramChannelCounters& counters() const { return counters_; }
   /// Bursts whose command came by that clock, at least: the bus serves those behind it one after the other.
   std::uint64_t bursts_by(Cycle clock) const {
-    if (last_column_ <= clock) return counters_.bursts;
-    const std::uint64_t later = (last_column_ - clock - 1) / config_.timing.ccd + 1;
+    if (columns_.end() <= clock) return counters_.bursts;
+    const std::uint64_t later = (columns_.end() - clock - 1) / config_.timing.ccd + 1;
     return counters_.bursts - std::min(counters_.bursts, later);
   }
 
@@ -59,14 +53,7 @@ class FastDramChannel {
   struct Bank {
     Row newest;
     Row before;  ///< still open for requests that come before the newest is activated
-    Cycle last_column = 0;
-    bool wrote = false;
-  };
-  struct Group {
-    explicit Group(const modules::DramTiming& t)
-        : bus(t.ccd_of_group()), activates(1, std::max(1u, t.rrd_of_group())) {}
-    SpanCalendar bus;
-    SlotCalendar activates;
+    Cycle can_precharge = 0;
   };
 
   /// The same for sectors of one row.
@@ -75,8 +62,6 @@ class FastDramChannel {
   Cycle open(Cycle clock, std::uint32_t number, std::uint64_t row, bool write);
   /// Takes a place among activates, no earlier than `clock`.
   Cycle activate(Cycle clock, std::uint32_t bank);
-  /// Takes the data bus for a burst.
-  Cycle reserve_bus(Cycle clock, std::uint32_t bank);
   unsigned to_column(bool write) const { return write ? config_.timing.activate_to_write() : config_.timing.rcd; }
   /// Refreshes that are due by a clock.
   Cycle refreshes(Cycle clock) const { return config_.timing.refi == 0 ? 0 : clock / config_.timing.refi; }
@@ -86,12 +71,8 @@ class FastDramChannel {
   modules::DramChannelConfig config_;
   modules::DramMapping mapping_;
   std::vector<Bank> banks_;
-  SpanCalendar bus_;
-  SlotCalendar activates_;
-  std::optional<SlotCalendar> four_activates_;
-  std::vector<Group> groups_;  ///< none when they have no times of their own
-  Cycle last_column_ = 0;
-  Cycle writes_until_ = 0;  ///< until when writes find the bus turned around for them
+  ColumnCalendar columns_;
+  ActivateCalendar activates_;
   PlaceCalendar queue_;
   modules::DramChannelCounters counters_;
 };

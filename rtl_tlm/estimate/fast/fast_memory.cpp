@@ -31,8 +31,10 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
       l2_(config.interleave.slices) {
   const std::size_t capacity =
       config.l2.latency + config.l2.queue + config.crossbar.latency + config.crossbar.output_buffer;
+  // A response holds its way for a core period; the next begins in the first memory clock after that.
+  const auto response = static_cast<unsigned>(core_fs_ / memory_fs_ + 1);
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
-    slices_.emplace_back(config.l2_slice(i), capacity);
+    slices_.emplace_back(config.l2_slice(i), capacity, response);
   }
   for (unsigned i = 0; i < interleave_.dram_channels(); ++i) dram_channels_.emplace_back(dram_.channel);
 }
@@ -146,8 +148,10 @@ void FastMemory::write_dram(unsigned channel, Cycle clock) {
       const Write& write = writes.front();
       if (dram_.perfect) {
         dram.count_unqueued(write.sectors, sector_bytes_, true);
+        respond(slices_[index], write.clock, write.sectors);
       } else {
-        dram.request(write.clock, write.address, write.sectors, sector_bytes_, true);
+        const Cycle done = dram.request(write.clock, write.address, write.sectors, sector_bytes_, true);
+        respond(slices_[index], done, write.sectors);
       }
       writes.pop();
     }
@@ -166,11 +170,11 @@ Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsi
   write_dram(channel, clock);
   if (dram_.perfect) {
     dram.count_unqueued(sectors, sector_bytes_, false);
-    return cycle_of(clock + dram_.fixed_latency);
+    return cycle_of(respond(slice, clock, sectors));
   }
   const Cycle enters = dram.room(clock);  // the channel's own queue
   const std::uint64_t address = interleave_.in_channel(local, index);
-  const Cycle done = cycle_of(dram.request(enters, address, sectors, sector_bytes_, false) + dram_.fixed_latency);
+  const Cycle done = cycle_of(respond(slice, dram.request(enters, address, sectors, sector_bytes_, false), sectors));
   slice.mshrs.take(done, sectors);
   if (enters > clock) slice.queue.take(enters, sectors);
   // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
@@ -182,6 +186,16 @@ Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsi
   return done;
 }
 
+Cycle FastMemory::respond(Slice& slice, Cycle done, unsigned sectors) {
+  const Cycle burst = dram_.perfect ? 0 : dram_.channel.timing.ccd;
+  Cycle begins = 0;
+  for (unsigned behind = sectors; behind-- > 0;) {
+    const Cycle data = done - std::min<Cycle>(done, behind * burst);
+    begins = std::max(begins, slice.responses.reserve(data + dram_.fixed_latency));
+  }
+  return begins;
+}
+
 void FastMemory::advance(Cycle now) {
   const Cycle clock = clock_of(now);
   for (PortCalendar& port : replies_) port.advance(now);
@@ -189,6 +203,7 @@ void FastMemory::advance(Cycle now) {
     slice.input.advance(now);
     slice.lookup.advance(now);
     slice.reply.advance(now);
+    slice.responses.advance(clock);
   }
   for (FastDramChannel& dram : dram_channels_) dram.advance(clock);
 }

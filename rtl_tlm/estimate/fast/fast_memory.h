@@ -14,6 +14,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/estimate/fast/place_ring.h"
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/span_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/turn_calendar.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
@@ -60,8 +61,13 @@ class FastMemory {
     unsigned sectors = 0;
   };
   struct Slice {
-    Slice(const modules::L2Slice::Config& c, std::size_t capacity)
-        : tags(c.geometry), written_by(tags.slots()), looked_up(capacity), queue(c.dram_queue), mshrs(c.mshr_entries) {}
+    Slice(const modules::L2Slice::Config& c, std::size_t capacity, unsigned response)
+        : tags(c.geometry),
+          written_by(tags.slots()),
+          looked_up(capacity),
+          queue(c.dram_queue),
+          mshrs(c.mshr_entries),
+          responses(response) {}
     modules::SectorCacheTags tags;
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
     TurnCalendar input;
@@ -70,6 +76,7 @@ class FastMemory {
     PlaceCalendar queue;               ///< to the DRAM, in memory clocks
     PlaceCalendar mshrs;               ///< in core cycles
     Cycle blocked_until = 0;           ///< the queue to the DRAM or the MSHRs were full
+    SpanCalendar responses;            ///< of the DRAM, to reads and writes, in memory clocks
     modules::RingQueue<Write> writes;  ///< which the DRAM does not know of yet
   };
   // First edge of the other clock after that of a cycle.
@@ -80,6 +87,8 @@ class FastMemory {
                                                 modules::SectorCacheTags::Victim& victim);
   Cycle look_up(unsigned index, const Request& request, Cycle now);
   Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
+  /// The data of the last of so many sectors is there: when the last of their responses begins.
+  Cycle respond(Slice& slice, Cycle done, unsigned sectors);
   /// A line has left the slice.
   void write_back(unsigned index, Cycle now, const modules::SectorCacheTags::Victim& victim, modules::Region region);
   /// Gives a channel what has left its slices up to memory clock `clock`.
