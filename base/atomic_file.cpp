@@ -148,8 +148,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
 
 AtomicFile::~AtomicFile() {
   if (file_ == nullptr) return;
+  if (!partial_.empty()) std::remove(partial_.c_str());  // while it is locked: then it is nobody else's
   std::fclose(file_);
-  if (!partial_.empty()) std::remove(partial_.c_str());
   Targets::all().remove(target_);
 }
 
@@ -167,10 +167,12 @@ void AtomicFile::commit() {
     if (done && !succeeded) why = errno;
     done = done && succeeded;
   };
-  then(std::fclose(file_) == 0);
-  file_ = nullptr;
+  // Renamed while it is locked: another process would take the partial file over, and this one's name would go to that.
   if (done && regular) then(std::rename(partial_.c_str(), target_.c_str()) == 0);
   if (!done && regular) std::remove(partial_.c_str());
+  const bool closed = std::fclose(file_) == 0;
+  if (!regular) then(closed);  // else all of it is on the disk already
+  file_ = nullptr;
   Targets::all().remove(target_);
   errno = why;
   if (!done) fail("");

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <vector>
 
 #include "grtx/base/error.h"
 
@@ -107,6 +108,35 @@ TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileDoNotMix) {
   EXPECT_EQ(grtx::read_file(folder / "a"), "of the parent");
   grtx::write_file(folder / "a", "again");
   EXPECT_EQ(grtx::read_file(folder / "a"), "again");
+}
+
+TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileAgainAndAgainLoseIt) {
+  const std::string path = (folder / "f").string();
+  constexpr int kProcesses = 4, kTimes = 200;
+  const auto content = [](int process) { return std::string(5000, static_cast<char>('a' + process)); };
+  std::vector<pid_t> children;
+  for (int process = 0; process < kProcesses; ++process) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      try {
+        for (int i = 0; i < kTimes; ++i) {
+          grtx::write_file(path, content(process));
+          const std::string read = grtx::read_file(path);
+          if (read.size() != 5000 || read != std::string(5000, read.front())) ::_exit(2);
+        }
+      } catch (const grtx::Error&) {
+        ::_exit(1);
+      }
+      ::_exit(0);
+    }
+    children.push_back(child);
+  }
+  for (const pid_t child : children) {
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), 0);  // 1: a file could not be written; 2: it was of nobody
+  }
+  EXPECT_EQ(files_in(folder), 1U);
 }
 
 TEST_F(AtomicFileTest, GoesByAnotherNameWhileAnotherProcessWrites) {
