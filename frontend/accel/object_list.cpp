@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/camera/json_fields.h"
 
@@ -18,7 +17,12 @@ bool is_object_list(const std::string& path) {
 }
 
 ObjectList load_object_list(const std::string& path) {
-  const nlohmann::json json = parse_json(read_file(path), path);
+  FilesRead files;
+  return load_object_list(path, files);
+}
+
+ObjectList load_object_list(const std::string& path, FilesRead& files) {
+  const nlohmann::json json = parse_json(files.read(path), path);
   if (!json.is_array() || json.empty()) throw Error(path, "", "must be a list of at least one object");
   static const std::set<std::string> kKeys = {"file", "translate", "rotate", "scale"};
   ObjectList list;

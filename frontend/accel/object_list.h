@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/files_read.h"
+
 namespace grtx::frontend {
 
 /// One object's place: world = scale * rotate * (file coordinates) + translate.
@@ -24,7 +26,10 @@ struct ObjectList {
 /// True for the name of an object list (.json) rather than of a scene.
 bool is_object_list(const std::string& path);
 /// JSON array of {"file", "translate": [x, y, z], "rotate": [w, x, y, z], "scale": s}; all but "file" may be left out.
-/// Files are relative to the list's folder. Throws Error.
+/// Files are relative to the list's folder. files: takes the list itself.
+/// Throws Error.
+ObjectList load_object_list(const std::string& path, FilesRead& files);
+/// The same for those who do not ask what was opened.
 ObjectList load_object_list(const std::string& path);
 
 }  // namespace grtx::frontend

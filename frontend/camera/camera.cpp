@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/camera/cameras_json.h"
 #include "grtx/frontend/camera/colmap_reader.h"
@@ -69,9 +68,15 @@ glm::dvec3 Camera::direction(unsigned x, unsigned y) const {
 }
 
 std::vector<Camera> load_cameras(const std::string& path) {
-  if (std::filesystem::is_directory(path)) return read_colmap(path);
-  const nlohmann::json json = parse_json(read_file(path), path);
-  std::vector<Camera> cameras = json.is_array() ? read_cameras_json(json, path) : read_transforms_json(json, path);
+  FilesRead files;
+  return load_cameras(path, files);
+}
+
+std::vector<Camera> load_cameras(const std::string& path, FilesRead& files) {
+  if (std::filesystem::is_directory(path)) return read_colmap(path, files);
+  const nlohmann::json json = parse_json(files.read(path), path);
+  std::vector<Camera> cameras =
+      json.is_array() ? read_cameras_json(json, path) : read_transforms_json(json, path, files);
   if (cameras.empty()) throw Error(path, "", "has no cameras");
   return cameras;
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/files_read.h"
+
 namespace grtx::frontend {
 
 enum class Projection { pinhole, fisheye };
@@ -32,6 +34,8 @@ struct Camera {
 
 /// 3DGS cameras.json, NeRF transforms.json, or a COLMAP binary folder. Throws Error{file, place, rule}.
 std::vector<Camera> load_cameras(const std::string& path);
+/// files: takes every file that is opened. Of pictures it is the header alone, which says their size.
+std::vector<Camera> load_cameras(const std::string& path, FilesRead& files);
 
 /// Writes 3DGS cameras.json.
 void write_cameras_json(const std::string& path, const std::vector<Camera>& cameras);

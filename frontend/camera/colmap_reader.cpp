@@ -9,7 +9,6 @@
 #include <map>
 #include <numbers>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/camera/camera_check.h"
 
@@ -35,7 +34,7 @@ constexpr std::size_t kFisheyeModel = 5;
 // Little-endian numbers from a file's bytes; every read is checked.
 class ByteReader {
  public:
-  explicit ByteReader(std::string path) : path_(std::move(path)), bytes_(read_file(path_)) {}
+  ByteReader(std::string path, FilesRead& files) : path_(std::move(path)), bytes_(files.read(path_)) {}
 
   template <typename T>
   T next() {
@@ -73,8 +72,8 @@ class ByteReader {
   std::size_t at_ = 0;
 };
 
-std::map<std::int32_t, Camera> read_intrinsics(const std::string& path) {
-  ByteReader in(path);
+std::map<std::int32_t, Camera> read_intrinsics(const std::string& path, FilesRead& files) {
+  ByteReader in(path, files);
   std::map<std::int32_t, Camera> cameras;
   const auto count = in.next<std::uint64_t>();
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -153,10 +152,10 @@ std::filesystem::path model_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::vector<Camera> read_colmap(const std::string& folder) {
+std::vector<Camera> read_colmap(const std::string& folder, FilesRead& files) {
   const std::filesystem::path model = model_folder(folder);
-  const std::map<std::int32_t, Camera> intrinsics = read_intrinsics((model / "cameras.bin").string());
-  ByteReader in((model / "images.bin").string());
+  const std::map<std::int32_t, Camera> intrinsics = read_intrinsics((model / "cameras.bin").string(), files);
+  ByteReader in((model / "images.bin").string(), files);
   std::vector<Camera> cameras;
   const auto count = in.next<std::uint64_t>();
   for (std::uint64_t i = 0; i < count; ++i) cameras.push_back(read_image_entry(in, intrinsics));

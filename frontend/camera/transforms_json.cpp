@@ -13,13 +13,14 @@ namespace grtx::frontend {
 namespace {
 
 // Width and height in the header of a PNG: big-endian at bytes 16 and 20. False when the file is missing or no PNG.
-bool png_size(const std::filesystem::path& path, unsigned& width, unsigned& height) {
+bool png_size(const std::filesystem::path& path, unsigned& width, unsigned& height, FilesRead& files) {
   if (!std::filesystem::is_regular_file(path)) return false;
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) return false;
   unsigned char head[24] = {};
   const bool complete = std::fread(head, 1, sizeof(head), file) == sizeof(head);
   std::fclose(file);
+  files.note(path.string(), {reinterpret_cast<const char*>(head), sizeof(head)});
   if (!complete || head[0] != 0x89 || head[1] != 'P' || head[2] != 'N' || head[3] != 'G') return false;
   const auto big_endian = [&head](int at) {
     return unsigned{head[at]} << 24 | unsigned{head[at + 1]} << 16 | unsigned{head[at + 2]} << 8 | head[at + 3];
@@ -34,7 +35,7 @@ const JsonObject& holder(const JsonObject& frame, const JsonObject& all, const c
   return frame.has(key) ? frame : all;
 }
 
-void read_size(Camera& camera, const JsonObject& frame, const JsonObject& all) {
+void read_size(Camera& camera, const JsonObject& frame, const JsonObject& all, FilesRead& files) {
   const bool given = holder(frame, all, "w").has("w") && holder(frame, all, "h").has("h");
   if (given) {
     camera.width = holder(frame, all, "w").pixels("w");
@@ -43,7 +44,7 @@ void read_size(Camera& camera, const JsonObject& frame, const JsonObject& all) {
   }
   std::filesystem::path image = std::filesystem::path(frame.file).parent_path() / camera.name;
   if (image.extension() != ".png") image += ".png";  // file_path usually leaves the extension out
-  if (!png_size(image, camera.width, camera.height)) {
+  if (!png_size(image, camera.width, camera.height, files)) {
     frame.fail("needs \"w\" and \"h\", or its image as PNG beside the file");
   }
 }
@@ -86,7 +87,7 @@ void read_projection(Camera& camera, const JsonObject& frame, const JsonObject& 
   camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel has a ray as long as the angle exists
 }
 
-Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t index) {
+Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t index, FilesRead& files) {
   Camera camera;
   camera.name = frame.has("file_path") ? frame.text("file_path") : "frame_" + std::to_string(index);
   const std::vector<double> pose = frame.matrix("transform_matrix", 3, 4);
@@ -98,7 +99,7 @@ Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t in
     camera.rotation[2][r] = -pose[row * 4 + 2];
     camera.position[r] = pose[row * 4 + 3];
   }
-  read_size(camera, frame, all);
+  read_size(camera, frame, all, files);
   read_focal_lengths(camera, frame, all);
   read_projection(camera, frame, all);
   check_camera(camera, frame.file, frame.place);
@@ -107,7 +108,7 @@ Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t in
 
 }  // namespace
 
-std::vector<Camera> read_transforms_json(const nlohmann::json& json, const std::string& file) {
+std::vector<Camera> read_transforms_json(const nlohmann::json& json, const std::string& file, FilesRead& files) {
   const JsonObject all{json, file, ""};
   if (!json.is_object() || !all.has("frames") || !json["frames"].is_array()) {
     all.fail("must be an array of cameras (3DGS) or an object with an array \"frames\" (NeRF)");
@@ -115,7 +116,7 @@ std::vector<Camera> read_transforms_json(const nlohmann::json& json, const std::
   std::vector<Camera> cameras;
   const nlohmann::json& frames = json["frames"];
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    cameras.push_back(read_frame(JsonObject{frames[i], file, "frame " + std::to_string(i)}, all, i));
+    cameras.push_back(read_frame(JsonObject{frames[i], file, "frame " + std::to_string(i)}, all, i, files));
   }
   return cameras;
 }

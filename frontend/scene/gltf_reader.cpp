@@ -83,7 +83,7 @@ Container read_container(std::string_view bytes, const std::string& file) {
 
 class Gltf {
  public:
-  Gltf(std::string_view bytes, std::string file) : file_(std::move(file)) {
+  Gltf(std::string_view bytes, std::string file, FilesRead& files) : file_(std::move(file)), files_(files) {
     Container container = read_container(bytes, file_);
     document_ = std::move(container.document);
     binary_ = container.binary;
@@ -180,7 +180,7 @@ class Gltf {
       if (!decoded) throw Error(file_, place + ".uri", "must be data in base64");
       bytes = *decoded;
     } else {
-      bytes = read_beside(file_, percent_decoded(uri));
+      bytes = read_beside(file_, percent_decoded(uri), files_);
       beside_ += bytes;
     }
     return loaded_.emplace(index, std::move(bytes)).first->second;
@@ -210,6 +210,7 @@ class Gltf {
   }
 
   std::string file_;
+  FilesRead& files_;
   json document_;
   std::string_view binary_;
   std::map<std::size_t, std::string> loaded_;  ///< buffers with a uri
@@ -357,8 +358,8 @@ bool is_gltf(std::string_view bytes) {
   return first != std::string_view::npos && bytes[first] == '{' && bytes.find("\"asset\"") != std::string_view::npos;
 }
 
-GltfRows read_gltf(std::string_view bytes, const std::string& file) {
-  Gltf gltf(bytes, file);
+GltfRows read_gltf(std::string_view bytes, const std::string& file, FilesRead& files) {
+  Gltf gltf(bytes, file, files);
   json nodes = json::array();
   if (gltf.document().contains("scenes")) {
     const json scene = gltf.document().value("scene", json(0U));

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/scene/scene_rows.h"
 
 namespace grtx::frontend {
@@ -25,7 +26,7 @@ struct GltfRows {
 /// bytes: a .glb or .gltf; buffers with a relative uri are beside `file`. All splat primitives of the file's scene, one
 /// after the other, in the axes of a .ply: glTF's y points up, so positions, rotations and harmonics are turned by half
 /// a turn about z, as PlayCanvas' tools do. Nodes may move and scale uniformly; a node that rotates is refused, because
-/// its harmonics would have to be rotated, too. Throws Error{file, place, rule}.
-GltfRows read_gltf(std::string_view bytes, const std::string& file);
+/// its harmonics would have to be rotated, too. files: takes the buffers beside it. Throws Error{file, place, rule}.
+GltfRows read_gltf(std::string_view bytes, const std::string& file, FilesRead& files);
 
 }  // namespace grtx::frontend

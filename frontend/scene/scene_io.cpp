@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <string_view>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/scene/compressed_ply_reader.h"
@@ -51,18 +50,19 @@ struct Input {
   std::string hash;
 };
 
-Input read_input(const std::string& path, const SceneReadOptions& options) {
+Input read_input(const std::string& path, const SceneReadOptions& options, FilesRead& files) {
   const std::string file = file_of(path);
-  const std::string bytes = read_file(file);
+  const std::string bytes = files.read(file);
   if (is_sog_archive(bytes) || is_sog_meta(bytes)) {
-    SogRows sog = is_sog_archive(bytes) ? read_sog_archive(bytes, file) : read_sog_meta(bytes, options.sog_lod, file);
+    SogRows sog =
+        is_sog_archive(bytes) ? read_sog_archive(bytes, file) : read_sog_meta(bytes, options.sog_lod, file, files);
     return {std::move(sog.rows), hex(xxh3(sog.content))};
   }
+  std::string hash = hex(files.files().back().hash);
   if (is_glb(bytes) || is_gltf(bytes)) {
-    GltfRows gltf = read_gltf(bytes, file);
-    return {std::move(gltf.rows), hex(xxh3(gltf.beside.empty() ? bytes : bytes + gltf.beside))};
+    GltfRows gltf = read_gltf(bytes, file, files);
+    return {std::move(gltf.rows), gltf.beside.empty() ? hash : hex(xxh3(bytes + gltf.beside))};
   }
-  std::string hash = hex(xxh3(bytes));
   // The same file read with other axes is another input.
   if (options.spz_raw_axes && is_spz(bytes)) hash = hex(xxh3(hash + " raw axes"));
   return {read_rows(file, bytes, options), std::move(hash)};
@@ -70,13 +70,36 @@ Input read_input(const std::string& path, const SceneReadOptions& options) {
 
 }  // namespace
 
-RawRows load_rows(const std::string& path, const SceneReadOptions& options) { return read_input(path, options).rows; }
+RawRows load_rows(const std::string& path, const SceneReadOptions& options, FilesRead& files) {
+  return read_input(path, options, files).rows;
+}
 
-Scene load_scene(const std::string& path, const SceneReadOptions& options) {
-  Input input = read_input(path, options);
+RawRows load_rows(const std::string& path, const SceneReadOptions& options) {
+  FilesRead files;
+  return load_rows(path, options, files);
+}
+
+Scene load_scene(const std::string& path, const SceneReadOptions& options, FilesRead& files) {
+  Input input = read_input(path, options, files);
   return make_scene(input.rows, name_of(path), std::move(input.hash));
 }
 
+Scene load_scene(const std::string& path, const SceneReadOptions& options) {
+  FilesRead files;
+  return load_scene(path, options, files);
+}
+
 Scene load_scene(const std::string& path) { return load_scene(path, SceneReadOptions{}); }
+
+void find_scene_files(const std::string& path, FilesRead& files) {
+  const std::string file = file_of(path);
+  const std::string bytes = files.read(file);
+  // Which others a text names, its reader alone knows. All other formats are one file.
+  if (is_sog_meta(bytes)) {
+    (void)read_sog_meta(bytes, SceneReadOptions{}.sog_lod, file, files);
+  } else if (is_gltf(bytes)) {
+    (void)read_gltf(bytes, file, files);
+  }
+}
 
 }  // namespace grtx::frontend

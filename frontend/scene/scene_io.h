@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/scene/scene_rows.h"
 
@@ -21,8 +22,14 @@ struct SceneReadOptions {
 /// rule}.
 /// The rows of a scene as its file stores them, before any is dropped or clamped.
 RawRows load_rows(const std::string& path, const SceneReadOptions& options);
+RawRows load_rows(const std::string& path, const SceneReadOptions& options, FilesRead& files);
 
 Scene load_scene(const std::string& path);
 Scene load_scene(const std::string& path, const SceneReadOptions& options);
+/// files: takes every file that is opened.
+Scene load_scene(const std::string& path, const SceneReadOptions& options, FilesRead& files);
+
+/// Notes the files that load_scene(path, {}, files) opens, in its order, and makes no scene. Throws Error.
+void find_scene_files(const std::string& path, FilesRead& files);
 
 }  // namespace grtx::frontend

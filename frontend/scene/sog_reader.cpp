@@ -312,9 +312,9 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   }
 }
 
-Load beside(const std::string& file, std::string& content) {
-  return [file, &content](const std::string& name) {
-    std::string bytes = read_beside(file, name);
+Load beside(const std::string& file, std::string& content, FilesRead& files) {
+  return [file, &content, &files](const std::string& name) {
+    std::string bytes = read_beside(file, name, files);
     content += bytes;
     return bytes;
   };
@@ -385,7 +385,7 @@ void collect_level(const json& node, const std::string& level, std::size_t files
   }
 }
 
-void read_streamed(const json& meta, unsigned lod, const std::string& file, SogRows& scene) {
+void read_streamed(const json& meta, unsigned lod, const std::string& file, SogRows& scene, FilesRead& files) {
   const std::uint64_t levels = whole(meta.at("lodLevels"), 64, "lodLevels", file);
   if (lod >= levels)
     throw Error(file, "lodLevels",
@@ -396,7 +396,7 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
     throw Error(file, "filenames", "must be a list of file names");
   std::map<std::size_t, std::uint64_t> units;
   collect_level(member(meta, "", "tree", file), std::to_string(lod), listed.size(), 0, file, units);
-  const Load load = beside(file, scene.content);
+  const Load load = beside(file, scene.content, files);
   const auto read = [&](const std::string& name) {
     const std::string path = (std::filesystem::path(file).parent_path() / name).string();
     const std::string unit = load(name);
@@ -406,7 +406,7 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
           parse(archive.read("meta.json"), path), [&](const std::string& inside) { return archive.read(inside); }, path,
           scene.rows);
     } else {
-      read_unit(parse(unit, path), beside(path, scene.content), path, scene.rows);
+      read_unit(parse(unit, path), beside(path, scene.content, files), path, scene.rows);
     }
   };
   // Writers say null where there is none.
@@ -446,14 +446,14 @@ SogRows read_sog_archive(std::string_view bytes, const std::string& file) {
   return scene;
 }
 
-SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file) {
+SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file, FilesRead& files) {
   const json meta = parse(bytes, file);
   SogRows scene;
   scene.content = bytes;
   if (meta.contains("lodLevels")) {
-    read_streamed(meta, lod, file, scene);
+    read_streamed(meta, lod, file, scene, files);
   } else {
-    read_unit(meta, beside(file, scene.content), file, scene.rows);
+    read_unit(meta, beside(file, scene.content, files), file, scene.rows);
   }
   return scene;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/scene/scene_rows.h"
 
 namespace grtx::frontend {
@@ -25,7 +26,8 @@ struct SogRows {
 SogRows read_sog_archive(std::string_view bytes, const std::string& file);
 
 /// bytes: meta.json or lod-meta.json; pictures and units are beside `file`. lod: level of detail of a streamed scene, 0
-/// the finest; what lod-meta.json names `environment` belongs to every level. Throws Error.
-SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file);
+/// the finest; what lod-meta.json names `environment` belongs to every level. files: takes those beside it.
+/// Throws Error.
+SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file, FilesRead& files);
 
 }  // namespace grtx::frontend

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "frontend/scene/scene_bytes.h"
+#include "grtx/base/hash.h"
 #include "parameter_names.h"
 
 namespace grtx::frontend::test {
@@ -50,7 +51,11 @@ std::vector<Camera> load(const Bytes& cameras, const Bytes& images, const std::s
   std::filesystem::create_directories(folder.str() + below);
   write_file(folder.str() + below + "/cameras.bin", cameras.str());
   write_file(folder.str() + below + "/images.bin", images.str());
-  return load_cameras(folder.str());
+  FilesRead files;
+  std::vector<Camera> made = load_cameras(folder.str(), files);
+  EXPECT_EQ(files.files().size(), 2U);
+  EXPECT_EQ(files.files().back().hash, xxh3(images.str()));
+  return made;
 }
 
 std::string load_error(const Bytes& cameras, const Bytes& images) {

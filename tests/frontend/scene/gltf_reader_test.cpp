@@ -9,6 +9,11 @@
 namespace grtx::frontend {
 namespace {
 
+GltfRows read_gltf(std::string_view bytes, const std::string& file) {
+  FilesRead files;
+  return frontend::read_gltf(bytes, file, files);
+}
+
 using nlohmann::json;
 using test::Bytes;
 using test::error_of;
@@ -122,8 +127,11 @@ TEST_F(GltfReader, BuffersBesideTheFileBelongToTheScene) {
   write_file(folder + "/my splats.bin", binary_.str());
   document_["buffers"][0]["uri"] = "my%20splats.bin";
   write_file(folder + "/s.gltf", document_.dump());
-  const Scene scene = load_scene(folder + "/s.gltf");
+  FilesRead files;
+  const Scene scene = load_scene(folder + "/s.gltf", {}, files);
   ASSERT_EQ(scene.size(), 1U);
+  ASSERT_EQ(files.files().size(), 2U);
+  EXPECT_EQ(files.files()[1].name, "my splats.bin");
   const GltfRows text = read_gltf(document_.dump(), folder + "/s.gltf");
   EXPECT_EQ(text.beside, binary_.str());
   std::string changed = binary_.str();
