@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -60,9 +61,11 @@ void print_energy(const CostArguments& options, const GpuConfig& config,
   }
   const nlohmann::ordered_json& stats = document.at("stats");
   const auto value = [&](const std::string& name) {
-    return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
+    const bool counted = stats.contains(name) && stats.at(name).at("value").is_number();
+    return counted ? std::optional(stats.at(name).at("value").get<double>()) : std::nullopt;
   };
-  const std::vector<EnergyPart> parts = run_energy(value, config, inventories, options.cost, options.energy);
+  const std::vector<EnergyPart> parts =
+      run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
   if (as_json) {
     print_json(energy_json(parts));
   } else {

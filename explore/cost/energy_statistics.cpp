@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -45,7 +46,7 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   }
   const auto value = [&](const std::string& name) {
     const auto found = counts.find(name);
-    return found == counts.end() ? 0.0 : found->second;
+    return found == counts.end() ? std::nullopt : std::optional(found->second);
   };
   CostOptions options;
   options.clock_mhz = config.core_mhz;

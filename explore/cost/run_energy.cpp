@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <set>
+#include <stdexcept>
 
+#include "grtx/base/error.h"
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/technology.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::sim {
 namespace {
@@ -21,6 +25,17 @@ const Inventory* module_of(const std::vector<Inventory>& all, const std::string&
 const CostItem* item_of(const std::vector<CostItem>& items, const std::string& name) {
   const auto found = std::find_if(items.begin(), items.end(), [&](const CostItem& i) { return i.name == name; });
   return found == items.end() ? nullptr : &*found;
+}
+
+/// Whether a run has a statistic of this name: one that is misspelt here would cost nothing.
+bool is_declared(const std::string& name) {
+  static const std::set<std::string> names = [] {
+    std::set<std::string> all;
+    const modules::StatisticList kinds = statistic_kinds();
+    for (const modules::Statistic& statistic : kinds.items()) all.insert(statistic.name);
+    return all;
+  }();
+  return names.contains(name);
 }
 
 class Prices {
@@ -64,9 +79,17 @@ class Prices {
 
 }  // namespace
 
-std::vector<EnergyPart> run_energy(const std::function<double(const std::string&)>& value, const GpuConfig& config,
+std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
-                                   const EnergyOptions& energy) {
+                                   const EnergyOptions& energy, const std::string& statistics) {
+  const auto value = [&](const std::string& name) {
+    if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
+    const std::optional<double> found = counted(name);
+    if (!found && !name.starts_with("gpu.dram.")) {
+      throw Error(statistics, name, "is missing, or no number: the energy of the run cannot be told");
+    }
+    return found.value_or(0.0);
+  };
   const Prices prices(inventories, options);
   std::vector<EnergyPart> parts;
   const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {

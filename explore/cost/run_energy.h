@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,15 @@ struct EnergyPart {
   std::string basis;  ///< what an action is
 };
 
-/// value: a statistic of the run by its name (docs of `grtx sim`), 0 when the machine has no such part. inventories: of
-/// the same machine. Order and names of the parts do not depend on the run.
-std::vector<EnergyPart> run_energy(const std::function<double(const std::string&)>& value, const GpuConfig& config,
+/// A number that a run counted, by its name (docs of `grtx sim`); none when it is not among its statistics.
+using RunStatistics = std::function<std::optional<double>(const std::string& name)>;
+
+/// inventories: of the same machine. Order and names of the parts do not depend on the run. Throws Error{statistics,
+/// name, rule} for a count that a run must have and this one has not; a memory that is not ours may have no gpu.dram.*,
+/// which then costs nothing. statistics: what to call them.
+std::vector<EnergyPart> run_energy(const RunStatistics& value, const GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
-                                   const EnergyOptions& energy);
+                                   const EnergyOptions& energy, const std::string& statistics = "statistics");
 
 Range total(const std::vector<EnergyPart>& parts);
 

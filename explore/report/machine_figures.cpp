@@ -1,5 +1,6 @@
 #include "grtx/explore/report/machine_figures.h"
 
+#include <optional>
 #include <vector>
 
 #include "grtx/base/child_process.h"
@@ -19,7 +20,8 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
                        const std::vector<modules::Inventory>& inventories) {
   const auto value = [&](const std::string& name) {
     const auto found = statistics.find(name);
-    return found != statistics.end() && found->at("value").is_number() ? found->at("value").get<double>() : 0.0;
+    const bool counted = found != statistics.end() && found->at("value").is_number();
+    return counted ? std::optional(found->at("value").get<double>()) : std::nullopt;
   };
   ordered_json energy = ordered_json::array();
   for (const EnergyPart& part : run_energy(value, config, inventories, CostOptions(), EnergyOptions())) {

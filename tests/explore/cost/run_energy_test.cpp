@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <optional>
 
 #include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
 namespace grtx::sim {
@@ -28,6 +30,40 @@ double energy_of(const std::string& part, const std::map<std::string, double>& s
     return std::to_string(sum);
   });
   return std::stod(child.result());
+}
+
+TEST(RunEnergy, AStatisticThatIsMissingIsFree) {
+  const auto energy = [](const std::string& missing) {
+    ChildProcess child("energy", [&] {
+      const GpuConfig config = load_config("", {});
+      const auto value = [&](const std::string& name) -> std::optional<double> {
+        if (name == missing) return std::nullopt;
+        return 1.0;
+      };
+      run_energy(value, config, machine_inventory(config, {"grtx", false}), {}, {}, "s.json");
+      return std::string("priced");
+    });
+    try {
+      return child.result();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  };
+  EXPECT_EQ(energy("gpu.l1.fills"),
+            "s.json: gpu.l1.fills: is missing, or no number: the energy of the run cannot be told");
+  EXPECT_EQ(energy("gpu.dram.bytes"), "priced");  // a memory that is not ours may not say
+  EXPECT_EQ(energy(""), "priced");
+}
+
+TEST(RunEnergy, EveryStatisticThatIsPricedIsDeclared) {
+  // Every part that a configuration can add. One that is misspelt would be a fault of ours: std::logic_error.
+  for (const std::vector<std::string>& settings : {std::vector<std::string>{},
+                                                   {"rt.cooperation.ahead=2"},
+                                                   {"rt.stack_prefetch.depth=4"},
+                                                   {"simt.private_store.k_buffer_entries=8"},
+                                                   {"rt.private_store.checkpoint_entries=16"}}) {
+    EXPECT_GE(energy_of("total", {}, settings), 0.0);
+  }
 }
 
 TEST(RunEnergy, NothingDoneInNoTimeCostsNothing) { EXPECT_EQ(energy_of("total", {}), 0.0); }
