@@ -1,9 +1,10 @@
-// Makes a small sweep database (schema grtx.sweep/1, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
+// Makes a small sweep database (schema grtx.sweep/2, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
 // follow from the coordinates by the formulas below, so that a test knows them.
 #pragma once
 
 #include <sqlite3.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -28,16 +29,44 @@ inline std::string quoted(const std::string& text) {
 }
 
 inline const char* const kSchema = R"(
-CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT) STRICT;
 CREATE TABLE trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER, status TEXT, reason TEXT,
-                   seconds REAL);
+                   seconds REAL) STRICT;
 CREATE TABLE point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT, scene TEXT, design TEXT,
-                   coordinates TEXT, config TEXT, status TEXT, reason TEXT, seconds REAL, document TEXT);
-CREATE TABLE value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL, PRIMARY KEY(point_id, name)) WITHOUT ROWID;
-CREATE TABLE quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT);
-INSERT INTO meta VALUES ('schema', 'grtx.sweep/1'), ('plan', '[sweep]' || char(10) || 'kind = "grid"'),
+                   coordinates TEXT, config TEXT, status TEXT, reason TEXT, seconds REAL, document TEXT) STRICT;
+CREATE TABLE value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL, PRIMARY KEY(point_id, name)) WITHOUT ROWID,
+                   STRICT;
+CREATE TABLE quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT) STRICT;
+INSERT INTO meta VALUES ('schema', 'grtx.sweep/2'), ('plan', '[sweep]' || char(10) || 'kind = "grid"'),
                         ('program', 'grtx test'), ('created', '2026');
 )";
+
+/// Documents that say what the table `value` says.
+inline void write_documents(const std::string& path) {
+  sqlite3* database = nullptr;
+  sqlite3_stmt* select = nullptr;
+  std::map<int, nlohmann::json> documents;
+  if (sqlite3_open(path.c_str(), &database) == SQLITE_OK &&
+      sqlite3_prepare_v2(database, "SELECT point_id, name, value FROM value", -1, &select, nullptr) == SQLITE_OK) {
+    while (sqlite3_step(select) == SQLITE_ROW) {
+      const std::string name = reinterpret_cast<const char*>(sqlite3_column_text(select, 1));
+      nlohmann::json& document = documents[sqlite3_column_int(select, 0)];
+      const double value = sqlite3_column_double(select, 2);
+      if (name.starts_with("cost.")) {
+        document["cost"][name] = value;
+      } else {
+        document["stats"][name]["value"] = value;
+      }
+    }
+  }
+  sqlite3_finalize(select);
+  sqlite3_close(database);
+  std::string sql = "BEGIN;\n";
+  for (const auto& [id, document] : documents) {
+    sql += "UPDATE point SET document = " + quoted(document.dump()) + " WHERE id = " + std::to_string(id) + ";\n";
+  }
+  execute(path, sql + "COMMIT;\n");
+}
 
 /// 60 points: warp buffer 4, 8, 12, 16, 20 x checkpoint lanes 1, 4, 16 x L1 64 or 128 KiB x k 4 or 8; #7 failed and #31
 /// timed out, 58 are done. config: resolved configuration of all points, as JSON text (warp buffer, lanes and L1 are
@@ -76,6 +105,7 @@ INSERT INTO value SELECT id, 'gpu.energy_nj.rt', time * 100 FROM grid WHERE id N
 INSERT INTO value SELECT id, 'gpu.energy_nj.dram', time * 220 FROM grid WHERE id NOT IN (7, 31);
 COMMIT;
 )");
+  write_documents(path);
 }
 
 /// One point a row: {id, design, scene, coordinates, values{}, status, reason}; missing members have defaults.
@@ -93,6 +123,7 @@ inline void make_points(const std::string& path, const nlohmann::json& points) {
     }
   }
   execute(path, sql + "COMMIT;\n");
+  write_documents(path);
 }
 
 }  // namespace grtx::testing_sweep

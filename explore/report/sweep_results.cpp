@@ -50,13 +50,12 @@ bool is_database(const std::string& path) {
 }
 
 SweepResults read_sweep_results(const std::string& path) {
-  check_sweep_tables(path);
+  check_sweep(path);
   Sqlite database(path, Sqlite::Open::read_only);
   SweepResults sweep;
   sweep.file = std::filesystem::path(path).filename().string();
   select(database, "SELECT key, value FROM meta ORDER BY key",
          [&](const SqliteStatement& row) { sweep.meta[row.text(0)] = row.text(1); });
-  if (sweep.meta["schema"] != "grtx.sweep/1") throw Error(path, "meta.schema", "must be grtx.sweep/1");
 
   if (const auto search = sweep.meta.find("search"); search != sweep.meta.end()) {
     sweep.search = object(search->second, path, "meta.search");

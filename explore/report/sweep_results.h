@@ -1,4 +1,4 @@
-// A sweep database (schema grtx.sweep/1, docs/guide/sweep.md) as a report needs it.
+// A sweep database (schema grtx.sweep/2, docs/guide/sweep.md) as a report needs it.
 #pragma once
 
 #include <cstdint>

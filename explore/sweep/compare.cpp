@@ -30,7 +30,7 @@ constexpr Query kQueries[] = {
 }  // namespace
 
 std::vector<std::string> compare_sweeps(const std::string& a, const std::string& b, std::size_t limit) {
-  for (const std::string& path : {a, b}) check_sweep_tables(path);
+  for (const std::string& path : {a, b}) check_sweep(path);
   Sqlite first(a, Sqlite::Open::read_only), second(b, Sqlite::Open::read_only);
   std::vector<std::string> differences;
   const auto add = [&](const std::string& line) {

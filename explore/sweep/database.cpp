@@ -7,24 +7,29 @@
 #include <ctime>
 
 #include "grtx/base/error.h"
+#include "grtx/explore/sweep/check_values.h"
 
 namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* kSchema = R"(
-CREATE TABLE IF NOT EXISTS meta(key TEXT PRIMARY KEY, value TEXT);
+constexpr const char* kTables = R"(
+CREATE TABLE IF NOT EXISTS meta(key TEXT PRIMARY KEY, value TEXT){0};
 CREATE TABLE IF NOT EXISTS trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER,
-                                 status TEXT, reason TEXT, seconds REAL);
+                                 status TEXT, reason TEXT, seconds REAL){0};
 CREATE TABLE IF NOT EXISTS point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT,
                                  scene TEXT, design TEXT, coordinates TEXT, config TEXT, status TEXT, reason TEXT,
-                                 seconds REAL, document TEXT);
+                                 seconds REAL, document TEXT){0};
 CREATE TABLE IF NOT EXISTS value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL,
-                                 PRIMARY KEY(point_id, name)) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT);
+                                 PRIMARY KEY(point_id, name)) WITHOUT ROWID{1};
+CREATE TABLE IF NOT EXISTS quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT){0};
 )";
-constexpr const char* kSchemaName = "grtx.sweep/1";
+constexpr const char* kSchemaName = "grtx.sweep/2";
+constexpr const char* kOldSchemaName = "grtx.sweep/1";  // columns took whatever came; still read
+
+/// strict: a column takes values of its type alone.
+std::string tables(bool strict) { return fmt::format(kTables, strict ? " STRICT" : "", strict ? ", STRICT" : ""); }
 
 std::string now_text() {
   const std::time_t now = std::time(nullptr);
@@ -63,15 +68,24 @@ std::map<std::string, SchemaObject> schema_of(Sqlite& database) {
   return objects;
 }
 
-std::map<std::string, SchemaObject> expected_schema() {
-  Sqlite made(":memory:", Sqlite::Open::create);
-  made.execute(kSchema);
+std::map<std::string, SchemaObject> expected_schema(bool strict) {
+  Sqlite made;
+  made.execute(tables(strict));
   return schema_of(made);
+}
+
+std::string schema_name(Sqlite& database) {
+  SqliteStatement table(database, "SELECT count(*) FROM sqlite_master WHERE name = 'meta'");
+  table.step();
+  if (table.integer(0) == 0) return "";
+  SqliteStatement select(database, "SELECT value FROM meta WHERE key = 'schema'");
+  return select.step() ? select.text(0) : "";
 }
 
 /// strict: nothing besides a sweep's tables.
 void check_schema(Sqlite& database, bool strict) {
-  static const std::map<std::string, SchemaObject> expected = expected_schema();
+  static const std::map<std::string, SchemaObject> now = expected_schema(true), before = expected_schema(false);
+  const auto& expected = schema_name(database) == kOldSchemaName ? before : now;
   for (const auto& [name, object] : schema_of(database)) {
     const auto known = expected.find(name);
     if (known == expected.end() && !strict) continue;
@@ -94,9 +108,14 @@ std::string of_both(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-void check_sweep_tables(const std::string& path) {
+void check_sweep(const std::string& path) {
   Sqlite database(path, Sqlite::Open::read_only);
   check_schema(database, false);
+  const std::string schema = schema_name(database);
+  if (schema != kSchemaName && schema != kOldSchemaName) {
+    throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
+  }
+  check_values(database, schema == kSchemaName);
 }
 
 std::vector<CostValue> cost_values(const ordered_json& cost) {
@@ -129,17 +148,19 @@ SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::
   }
   if (empty) {
     SqliteTransaction transaction(database_);
-    database_.execute(kSchema);
+    database_.execute(tables(true));
     set_meta("schema", kSchemaName);
     set_meta("created", now_text());
     transaction.commit();
   } else {
-    SqliteStatement table(database_, "SELECT count(*) FROM sqlite_master WHERE name = 'meta'");
-    table.step();
-    if (table.integer(0) == 0 || meta("schema") != kSchemaName) {
-      throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
+    const std::string schema = schema_name(database_);
+    if (schema == kOldSchemaName) {
+      throw Error(path, "meta.schema",
+                  schema + ", of an earlier version, can be read by report and --compare, not filled: begin another");
     }
+    if (schema != kSchemaName) throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
     check_schema(database_, true);
+    check_values(database_, true);
   }
 }
 
@@ -225,6 +246,17 @@ void SweepDatabase::set_running(const std::vector<Task>& tasks) {
   transaction.commit();
 }
 
+namespace {
+
+/// All that `value` holds of a point: statistics, and what its machine costs.
+ordered_json stored_document(const TaskOutcome& o) {
+  ordered_json document = o.document;
+  for (const CostValue& cost : cost_values(o.cost)) document["cost"][cost.name] = cost.value;
+  return document;
+}
+
+}  // namespace
+
 void SweepDatabase::record(const TaskOutcome& o) {
   SqliteTransaction transaction(database_);
   const bool done = o.status == "done";
@@ -236,7 +268,7 @@ void SweepDatabase::record(const TaskOutcome& o) {
   if (o.is_trace) {
     update.bind(5, static_cast<std::int64_t>(o.bytes));
   } else {
-    update.bind(5, done ? o.document.dump() : std::string());
+    update.bind(5, done ? stored_document(o).dump() : std::string());
   }
   update.run();
   if (done && !o.is_trace) record_values(o.key, o);

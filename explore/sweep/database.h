@@ -1,4 +1,4 @@
-// The results of sweeps: an SQLite file, schema "grtx.sweep/1" (docs/guide/sweep.md). Every change is one transaction.
+// The results of sweeps: an SQLite file, schema "grtx.sweep/2" (docs/guide/sweep.md). Every change is one transaction.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,15 @@ struct CostValue {
 };
 std::vector<CostValue> cost_values(const nlohmann::ordered_json& cost);
 
-/// Throws Error when something in the file has the name of a table of a sweep and is not that table: a view of that
-/// name would show other results.
-void check_sweep_tables(const std::string& path);
+/// Throws Error when the file is no database of a sweep, when something in it has the name of a table of a sweep and is
+/// not that table (a view of that name would show other results), or when a point's values are not those of its
+/// document. Databases of schema "grtx.sweep/1" are read, too.
+void check_sweep(const std::string& path);
 
 class SweepDatabase {
  public:
-  /// Makes it when there is none. Throws Error when the file is no such database, or holds more than a sweep made: a
-  /// trigger would change what is recorded.
+  /// Makes it when there is none. Throws Error when the file is no such database, holds values that are not those of
+  /// their documents, or more than a sweep made: a trigger would change what is recorded.
   explicit SweepDatabase(const std::string& path);
 
   /// Notes the plan's text. What was "running" when a sweep was killed is pending again; with `retry`, so is what

@@ -11,18 +11,33 @@
 
 namespace grtx::sim {
 
+namespace {
+
+/// SQLite takes "" and names that begin with ':' or "file:" for something else than files.
+std::string plain_name(const std::string& path) {
+  if (path.empty()) throw Error("database", "", "needs a name");
+  return path.front() == '/' ? path : "./" + path;
+}
+
+}  // namespace
+
 Sqlite::Sqlite(const std::string& path, Open how) : path_(path) {
   std::error_code unknown;
   if (std::filesystem::exists(path, unknown)) check_regular_file(path);
-  const int flags = how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  if (sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
+  open(plain_name(path), how == Open::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+}
+
+Sqlite::Sqlite() : path_("database in memory") { open(":memory:", SQLITE_OPEN_READWRITE); }
+
+void Sqlite::open(const std::string& name, int flags) {
+  if (sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
     if (handle_ == nullptr || sqlite3_errcode(handle_) == SQLITE_NOMEM) {
       sqlite3_close(handle_);
       throw std::bad_alloc();
     }
     const std::string why = sqlite3_errmsg(handle_);
     sqlite3_close(handle_);
-    throw Error(path, "", why);
+    throw Error(path_, "", why);
   }
   sqlite3_busy_timeout(handle_, 10000);  // ms; a reader may hold it for a moment
 }
@@ -40,7 +55,7 @@ void Sqlite::fail() const {
 bool Sqlite::sound() const {
   sqlite3* again = nullptr;
   bool found = false;
-  if (sqlite3_open_v2(path_.c_str(), &again, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
+  if (sqlite3_open_v2(plain_name(path_).c_str(), &again, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
     const auto not_ok = [](void* damaged, int, char** columns, char**) {
       *static_cast<bool*>(damaged) = columns[0] == nullptr || std::string_view(columns[0]) != "ok";
       return 0;
@@ -108,6 +123,11 @@ std::int64_t SqliteStatement::integer(int column) const { return sqlite3_column_
 double SqliteStatement::real(int column) const { return sqlite3_column_double(statement_, column); }
 
 bool SqliteStatement::null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
+
+bool SqliteStatement::is_number(int column) const {
+  const int type = sqlite3_column_type(statement_, column);
+  return type == SQLITE_INTEGER || type == SQLITE_FLOAT;
+}
 
 SqliteTransaction::~SqliteTransaction() {
   if (committed_) return;

@@ -12,7 +12,10 @@ namespace grtx::sim {
 class Sqlite {
  public:
   enum class Open { read_only, create };
+  /// Of the file of this name, whatever the name: ":memory:" is one, too.
   Sqlite(const std::string& path, Open how);
+  /// Of no file, and empty.
+  Sqlite();
   ~Sqlite();
   Sqlite(const Sqlite&) = delete;
   Sqlite& operator=(const Sqlite&) = delete;
@@ -22,6 +25,7 @@ class Sqlite {
 
  private:
   friend class SqliteStatement;
+  void open(const std::string& name, int flags);
   [[noreturn]] void fail() const;
   /// false: SQLite finds the file damaged.
   bool sound() const;
@@ -51,16 +55,21 @@ class SqliteStatement {
   std::int64_t integer(int column) const;
   double real(int column) const;
   bool null(int column) const;
+  /// Not of a text or a blob, which read as 0.
+  bool is_number(int column) const;
 
  private:
   Sqlite& database_;
   sqlite3_stmt* statement_ = nullptr;
 };
 
-/// A transaction: what is not committed is undone.
+/// A transaction: what is not committed is undone. What is read in one is of one moment.
 class SqliteTransaction {
  public:
-  explicit SqliteTransaction(Sqlite& database) : database_(database) { database_.execute("BEGIN IMMEDIATE"); }
+  enum class Kind { write, read };
+  explicit SqliteTransaction(Sqlite& database, Kind kind = Kind::write) : database_(database) {
+    database_.execute(kind == Kind::write ? "BEGIN IMMEDIATE" : "BEGIN");
+  }
   ~SqliteTransaction();
   SqliteTransaction(const SqliteTransaction&) = delete;
   SqliteTransaction& operator=(const SqliteTransaction&) = delete;

@@ -106,7 +106,7 @@ def read_results(path):
 
 
 def read_sweep(path, values=None):
-    """Points of a sweep or a search (SQLite, schema grtx.sweep/1), opened read-only.
+    """Points of a sweep or a search (SQLite, schema grtx.sweep/2 or 1), opened read-only.
 
     Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``mode``, ``status``, ``reason``, ``seconds``, a
     column for each coordinate that was varied, and one for each statistic and cost. ``values``: names of those wanted
@@ -128,8 +128,8 @@ def read_sweep(path, values=None):
 
 def _sweep(database, path, values):
     meta = dict(database.execute("SELECT key, value FROM meta"))
-    if meta.get("schema") != "grtx.sweep/1":
-        raise StatisticsError(path, "meta.schema", "must be grtx.sweep/1: write one with 'grtx sweep -o DB'")
+    if meta.get("schema") not in ("grtx.sweep/2", "grtx.sweep/1"):
+        raise StatisticsError(path, "meta.schema", "must be grtx.sweep/2: write one with 'grtx sweep -o DB'")
     quantities = pd.read_sql_query("SELECT * FROM quantity", database, index_col="name")
     names = list(quantities.index) if values is None else list(values)
     for name in names:

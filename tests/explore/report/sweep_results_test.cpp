@@ -48,7 +48,8 @@ TEST_F(SweepResultsTest, TheHashIsOfThePointsAndNotOfTheFile) {
   testing_sweep::execute(path,
                          "CREATE TABLE filler(a); INSERT INTO filler VALUES (randomblob(9999)); DROP TABLE filler");
   EXPECT_EQ(read_sweep_results(path).hash, before);
-  testing_sweep::execute(path, "UPDATE point SET document = '{\"a\": 1}' WHERE id = 5");
+  testing_sweep::execute(path, "UPDATE value SET value = value + 1 WHERE point_id = 5 AND name = 'gpu.cycles'");
+  testing_sweep::write_documents(path);
   EXPECT_NE(read_sweep_results(path).hash, before);
 }
 
