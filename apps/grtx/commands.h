@@ -4,6 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
+#include <vector>
+
+#include "grtx/apps/grtx/command_files.h"
 
 namespace grtx::sim {
 
@@ -12,6 +16,7 @@ struct CommonOptions {
   bool quiet = false;           ///< no progress, no informative text; results and errors are still printed
   bool json = false;            ///< --json: one JSON document in place of text
   bool list_json = false;       ///< --list-json: what --json of each command prints
+  CommandFiles files;           ///< what the chosen command reads and writes
   std::function<int()> action;  ///< body of the chosen command; returns 0 (done) or 1 (a check did not hold)
 };
 
@@ -26,6 +31,8 @@ void add_trace_dump(CLI::App& app, CommonOptions& common);
 void add_sim(CLI::App& app, CommonOptions& common);
 void add_cost(CLI::App& app, CommonOptions& common);
 void add_run(CLI::App& app, CommonOptions& common);
+/// Everything that grtx run may write into its folder. views: as --views.
+std::vector<std::string> run_files(const std::string& folder, const std::string& views);
 void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
 void add_sweep(CLI::App& app, CommonOptions& common);

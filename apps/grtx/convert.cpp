@@ -24,7 +24,9 @@ int convert(const ConvertArguments& options, const CommonOptions& common) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension != ".ply" && extension != ".spz")
     throw Error(options.output, "", "must end in .ply or .spz: these are written");
-  const frontend::RawRows rows = frontend::load_rows(options.input, options.read);
+  FilesRead files;
+  const frontend::RawRows rows = frontend::load_rows(options.input, options.read, files);
+  common.files.check(files);
   std::uint64_t left_out = 0;
   if (extension == ".ply") {
     frontend::write_ply(rows, options.output);

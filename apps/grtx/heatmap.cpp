@@ -47,13 +47,20 @@ std::string label(double value) {
 
 }  // namespace
 
+std::string heatmap_path(const std::string& request) {
+  const std::size_t equals = request.find('=');
+  return equals == std::string::npos ? request + ".png" : request.substr(equals + 1);
+}
+
+std::string heatmap_values_path(const std::string& picture) {
+  return std::filesystem::path(picture).replace_extension(".exr").string();
+}
+
 std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& texts,
                                              const std::vector<std::string>& names) {
   std::vector<HeatmapRequest> requests;
   for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    HeatmapRequest request{text.substr(0, equals), ""};
-    request.path = equals == std::string::npos ? request.name + ".png" : text.substr(equals + 1);
+    const HeatmapRequest request{text.substr(0, text.find('=')), heatmap_path(text)};
     if (std::find(names.begin(), names.end(), request.name) == names.end()) {
       throw Error("--heatmap", request.name, "is unknown; the nearest is " + nearest_name(request.name, names));
     }
@@ -122,7 +129,7 @@ void write_heatmap(const std::string& path, const Heatmap& map) {
   frontend::Image raw(map.width, map.height);
   for (std::size_t i = 0; i < map.values.size(); ++i) raw.pixels[i] = glm::vec3(static_cast<float>(map.values[i]));
   frontend::write_image(path, draw_heatmap(map));
-  frontend::write_image(std::filesystem::path(path).replace_extension(".exr").string(), raw);
+  frontend::write_image(heatmap_values_path(path), raw);
 }
 
 }  // namespace grtx::sim

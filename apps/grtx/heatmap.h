@@ -21,6 +21,9 @@ struct HeatmapRequest {
   std::string name;
   std::string path;
 };
+/// Its picture, and the values beside it.
+std::string heatmap_path(const std::string& request);
+std::string heatmap_values_path(const std::string& picture);
 /// Throws Error for an unknown name or a path that is not a .png.
 std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& texts,
                                              const std::vector<std::string>& names);

@@ -7,17 +7,24 @@
 
 namespace grtx::sim {
 
-LoadedObjects load_objects(const std::string& path) {
-  const frontend::ObjectList list = frontend::load_object_list(path);
+LoadedObjects load_objects(const std::string& path, FilesRead& files) {
+  const frontend::ObjectList list = frontend::load_object_list(path, files);
   LoadedObjects objects;
-  for (const std::string& file : list.files) objects.scenes.push_back(frontend::load_scene(file));
+  for (const std::string& file : list.files) objects.scenes.push_back(frontend::load_scene(file, {}, files));
   objects.placements = list.placements;
   return objects;
 }
 
-frontend::Scene load_flat_scene(const std::string& path) {
-  if (!frontend::is_object_list(path)) return frontend::load_scene(path);
-  LoadedObjects loaded = load_objects(path);
+void find_files_of_scene(const std::string& path, FilesRead& files) {
+  if (!frontend::is_object_list(path)) return frontend::find_scene_files(path, files);
+  for (const std::string& file : frontend::load_object_list(path, files).files) {
+    frontend::find_scene_files(file, files);
+  }
+}
+
+frontend::Scene load_flat_scene(const std::string& path, FilesRead& files) {
+  if (!frontend::is_object_list(path)) return frontend::load_scene(path, {}, files);
+  LoadedObjects loaded = load_objects(path, files);
   // It does not matter from which structure the placements are taken.
   const frontend::MultiObjectWorld world(std::move(loaded.scenes), loaded.placements,
                                          {frontend::AccelKind::tlas_sphere, 6, false}, {});
@@ -32,7 +39,8 @@ void add_flatten_option(CLI::App* command, bool& flatten) {
 }
 
 std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
-                                                        const TracerCli& cli, frontend::AccelKind accel) {
+                                                        const TracerCli& cli, frontend::AccelKind accel,
+                                                        FilesRead& files) {
   if (cli.secondary.what != "none") throw Error(path, "--secondary", "works on scenes of one object");
   if (cli.tracing != name_of(frontend::Tracing::multi)) {
     throw Error(path, "--tracing", "works on scenes of one object, but for multi");
@@ -40,7 +48,7 @@ std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path,
   if (cli.triangle_test == frontend::TriangleTest::world) {
     throw Error(path, "--triangle-test world", "works on scenes of one object");
   }
-  LoadedObjects loaded = load_objects(path);
+  LoadedObjects loaded = load_objects(path, files);
   return std::make_unique<frontend::ObjectViewTracer>(path, std::move(loaded.scenes), loaded.placements,
                                                       std::move(cameras), accel_options(cli, accel),
                                                       kernel_of(cli.kernel_radius, cli.kernel_degree));

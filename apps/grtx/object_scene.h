@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/scene/scene.h"
@@ -18,15 +19,21 @@ struct LoadedObjects {
   std::vector<frontend::Scene> scenes;
   std::vector<frontend::Placement> placements;
 };
-LoadedObjects load_objects(const std::string& path);
+/// files: takes the list and what it names.
+LoadedObjects load_objects(const std::string& path, FilesRead& files);
 
-/// The scene in this file; of an object list its Gaussians in one scene.
-frontend::Scene load_flat_scene(const std::string& path);
+/// The scene in this file; of an object list its Gaussians in one scene. files: takes what is opened.
+frontend::Scene load_flat_scene(const std::string& path, FilesRead& files);
+
+/// Notes what either opens for this scene, in the same order.
+void find_files_of_scene(const std::string& path, FilesRead& files);
 
 void add_flatten_option(CLI::App* command, bool& flatten);
 
-/// Tracer of the object list at `path`. Throws Error for options that need a scene of one object.
+/// Tracer of the object list at `path`. files: takes what is opened. Throws Error for options that need a scene of one
+/// object.
 std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
-                                                        const TracerCli& cli, frontend::AccelKind accel);
+                                                        const TracerCli& cli, frontend::AccelKind accel,
+                                                        FilesRead& files);
 
 }  // namespace grtx::sim

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <regex>
 #include <utility>
 
@@ -28,45 +29,6 @@ void refuse_nan(const CLI::App& command) {
   }
 }
 
-struct NamedFile {
-  std::string option, text, path;
-  bool output = false;
-};
-
-/// What the options of kind kInputFile and kOutputFile were given; a heat map's as NAME=FILE.
-std::vector<NamedFile> named_files(const CLI::App& command) {
-  std::vector<NamedFile> files;
-  for (const CLI::Option* option : command.get_options()) {
-    const bool output = option->get_type_name() == kOutputFile;
-    if (!output && option->get_type_name() != kInputFile) continue;
-    for (const std::string& text : option->results()) {
-      const std::size_t equals = option->get_name() == "--heatmap" ? text.find('=') : text.npos;
-      const std::string name = equals == text.npos ? text : text.substr(equals + 1);
-      std::error_code unknown;
-      const std::filesystem::path path = std::filesystem::weakly_canonical(name, unknown);
-      files.push_back({option->get_name(), text, unknown ? name : path.string(), output});
-    }
-  }
-  return files;
-}
-
-void refuse_overwriting(const CLI::App& command) {
-  const std::vector<NamedFile> files = named_files(command);
-  for (const NamedFile& file : files) {
-    if (file.output && file.text.empty()) throw Error(file.option, "", "must name a file");
-  }
-  for (const NamedFile& a : files) {
-    std::error_code unknown;
-    if (!a.output || std::filesystem::is_character_file(a.path, unknown)) continue;  // /dev/null takes all
-    for (const NamedFile& b : files) {
-      if (&a == &b || a.path != b.path) continue;
-      throw Error(
-          a.option, a.text,
-          b.output ? "two outputs have one name: " + b.option : "is an input, too, and would be lost: " + b.option);
-    }
-  }
-}
-
 }  // namespace
 
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
@@ -77,7 +39,7 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
   command->add_flag("--json", common.json, json_help(name));
   command->callback([&common, command, body = std::move(body)] {
     refuse_nan(*command);
-    refuse_overwriting(*command);
+    common.files.take(*command);
     common.action = body;
   });
   return command;
@@ -118,6 +80,20 @@ void add_views_option(CLI::App* command, ViewOptions& view) {
 
 namespace {
 
+constexpr std::uint64_t kMostFrames = 4096;  ///< whose names are compared with others
+
+struct ViewRange {
+  std::uint64_t first = 0, last = 0;
+};
+
+/// Of --views.
+std::optional<ViewRange> view_range(const std::string& views) {
+  static const std::regex form("([0-9]{1,9}):([0-9]{1,9})");
+  std::smatch match;
+  if (!std::regex_match(views, match, form)) return std::nullopt;
+  return ViewRange{std::stoul(match[1]), std::stoul(match[2])};
+}
+
 /// One of the views of `view.cameras`, with the options applied.
 frontend::Camera adjusted(const ViewOptions& view, const std::vector<frontend::Camera>& cameras, std::uint64_t index) {
   const std::string place = fmt::format("view {}", index);
@@ -139,27 +115,33 @@ frontend::Camera adjusted(const ViewOptions& view, const std::vector<frontend::C
 
 }  // namespace
 
-frontend::Camera select_camera(const ViewOptions& view) {
-  return adjusted(view, frontend::load_cameras(view.cameras), view.view);
+frontend::Camera select_camera(const ViewOptions& view, FilesRead& files) {
+  return adjusted(view, frontend::load_cameras(view.cameras, files), view.view);
 }
 
-std::vector<frontend::Camera> select_cameras(const ViewOptions& view) {
-  if (view.views.empty()) return {select_camera(view)};
-  static const std::regex form("([0-9]{1,9}):([0-9]{1,9})");
-  std::smatch match;
-  if (!std::regex_match(view.views, match, form)) throw Error("--views", view.views, "must be A:B, two views");
-  const std::uint64_t first = std::stoul(match[1]);
-  const std::uint64_t last = std::stoul(match[2]);
-  if (first > last) throw Error("--views", view.views, "the first view must not lie behind the last");
-  const std::vector<frontend::Camera> cameras = frontend::load_cameras(view.cameras);
+std::vector<frontend::Camera> select_cameras(const ViewOptions& view, FilesRead& files) {
+  if (view.views.empty()) return {select_camera(view, files)};
+  const std::optional<ViewRange> range = view_range(view.views);
+  if (!range) throw Error("--views", view.views, "must be A:B, two views");
+  if (range->first > range->last) throw Error("--views", view.views, "the first view must not lie behind the last");
+  const std::vector<frontend::Camera> cameras = frontend::load_cameras(view.cameras, files);
   std::vector<frontend::Camera> chosen;
-  for (std::uint64_t i = first; i <= last; ++i) chosen.push_back(adjusted(view, cameras, i));
+  for (std::uint64_t i = range->first; i <= range->last; ++i) chosen.push_back(adjusted(view, cameras, i));
   return chosen;
 }
 
 std::string frame_path(const std::string& path, std::size_t frame) {
   const std::filesystem::path name(path);
   return (name.parent_path() / fmt::format("{}_{}{}", name.stem().string(), frame, name.extension().string())).string();
+}
+
+std::vector<std::string> frame_paths(const std::string& path, const std::string& views) {
+  const std::optional<ViewRange> range = view_range(views);
+  if (!range || range->first >= range->last) return {path};
+  std::vector<std::string> paths;
+  const std::uint64_t frames = std::min(range->last - range->first + 1, kMostFrames);
+  for (std::uint64_t i = 0; i < frames; ++i) paths.push_back(frame_path(path, i));
+  return paths;
 }
 
 }  // namespace grtx::sim

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/apps/grtx/command_files.h"
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/base/files_read.h"
 #include "grtx/base/named_enum.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/frontend/camera/camera.h"
@@ -20,11 +22,6 @@ namespace grtx::sim {
 /// exit code (0 or 1); it may throw grtx::Error for bad input.
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body);
-
-/// Type names of options that name files. --help shows them, and an output that is an input or another output, too, is
-/// refused before anything is done.
-inline constexpr const char* kInputFile = "INPUT";
-inline constexpr const char* kOutputFile = "OUTPUT";
 
 /// Prints a sentence, on lines of a terminal's width.
 template <typename... Values>
@@ -74,11 +71,13 @@ struct ViewOptions {
 void add_view_options(CLI::App* command, ViewOptions& view);
 /// --views.
 void add_views_option(CLI::App* command, ViewOptions& view);
-/// Loads the cameras and applies the options. Throws Error when the view does not exist.
-frontend::Camera select_camera(const ViewOptions& view);
+/// Loads the cameras and applies the options. files: takes what is opened. Throws Error when the view does not exist.
+frontend::Camera select_camera(const ViewOptions& view, FilesRead& files);
 /// The same of --views, if given: one camera a frame.
-std::vector<frontend::Camera> select_cameras(const ViewOptions& view);
+std::vector<frontend::Camera> select_cameras(const ViewOptions& view, FilesRead& files);
 /// File of a frame of a sequence: `path` with the frame's number before its ending.
 std::string frame_path(const std::string& path, std::size_t frame);
+/// Of all frames of --views; `path` alone when that is none.
+std::vector<std::string> frame_paths(const std::string& path, const std::string& views);
 
 }  // namespace grtx::sim

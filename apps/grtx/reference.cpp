@@ -56,8 +56,10 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
-  const frontend::Camera camera = select_camera(options.view);
-  const frontend::Scene scene = load_flat_scene(options.scene);
+  FilesRead files;
+  const frontend::Camera camera = select_camera(options.view, files);
+  const frontend::Scene scene = load_flat_scene(options.scene, files);
+  common.files.check(files);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   if (common.json) {

@@ -25,6 +25,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/base/file_lock.h"
 #include "grtx/base/hash.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/report/report.h"
@@ -51,6 +52,7 @@ constexpr std::array<Design, 4> kDesigns = {{{"baseline", frontend::AccelKind::t
                                              {"hw", frontend::AccelKind::tri20, true},
                                              {"sw", frontend::AccelKind::tlas_tri20, false},
                                              {"grtx", frontend::AccelKind::tlas_tri20, true}}};
+constexpr const char* kLock = "run.lock";
 constexpr std::array<const char*, 4> kTableOrder = {"baseline", "sw", "hw", "grtx"};
 
 /// The designs that a scene has: several objects need a two-level structure, so theirs are sw and grtx.
@@ -102,13 +104,15 @@ struct TracedDesigns {
   std::vector<frontend::Image> images;  ///< of the first, by frame
   bool identical = true;                ///< all images, to the bit
   RaysEnd rays_end;                     ///< of each design
+  std::string files_hash;               ///< of what cameras and scene were read from
 };
 
 /// trace(design, render options, trace file) gives a view; statistics(view) and host(view) what is said of it.
 template <typename Trace, typename Statistics, typename Host>
-TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, bool quiet, Trace&& trace,
-                         Statistics&& statistics, Host&& host) {
+TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, const FilesRead& files, bool quiet,
+                         Trace&& trace, Statistics&& statistics, Host&& host) {
   TracedDesigns all;
+  all.files_hash = files.hash();
   for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
@@ -134,31 +138,39 @@ TracedDesigns trace_each(const RunArguments& options, const Comparison& comparis
   return all;
 }
 
-TracedDesigns trace_scene(const RunArguments& options, const Comparison& comparison, bool quiet) {
-  frontend::ViewTracer view(load_flat_scene(options.scene), select_cameras(options.view),
+TracedDesigns trace_scene(const RunArguments& options, const Comparison& comparison, const CommonOptions& common) {
+  FilesRead files;
+  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
+  frontend::ViewTracer view(load_flat_scene(options.scene, files), cameras,
                             kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
+  common.files.check(files);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   return trace_each(
-      options, comparison, quiet,
+      options, comparison, files, common.quiet,
       [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
         view.build(accel_options(options.tracer, design.accel));
         std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
         inputs.merge(object_inputs(objects));
+        inputs.merge(files.inputs());
         return view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, path, inputs);
       },
       [&](const frontend::TracedView& traced) { return tracer_statistics(view, traced); },
       [&](const frontend::TracedView& traced) { return tracer_host_statistics(view.accel(), traced.result); });
 }
 
-TracedDesigns trace_objects(const RunArguments& options, const Comparison& comparison, bool quiet) {
+TracedDesigns trace_objects(const RunArguments& options, const Comparison& comparison, const CommonOptions& common) {
   const frontend::AccelKind kind = comparison.designs().front().accel;  // that of all
-  const auto view = object_view(options.scene, select_cameras(options.view), options.tracer, kind);
+  FilesRead files;
+  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
+  const auto view = object_view(options.scene, cameras, options.tracer, kind, files);
+  common.files.check(files);
   return trace_each(
-      options, comparison, quiet,
+      options, comparison, files, common.quiet,
       [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
-        return view->trace(tracer_options(options.tracer, design.checkpoint, kind), render, path,
-                           option_inputs(options.tracer, design.checkpoint, kind));
+        std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, kind);
+        inputs.merge(files.inputs());
+        return view->trace(tracer_options(options.tracer, design.checkpoint, kind), render, path, inputs);
       },
       [&](const frontend::TracedView& traced) { return tracer_statistics(view->world(), traced); },
       [&](const frontend::TracedView& traced) { return tracer_host_statistics(view->world(), traced.result); });
@@ -334,9 +346,10 @@ int run(const RunArguments& options, const CommonOptions& common) {
   std::error_code failed;
   std::filesystem::create_directories(options.output, failed);
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
+  const FileLock lock(options.output + "/" + kLock, options.output, "another grtx run is filling it");
 
   const TracedDesigns traced =
-      objects ? trace_objects(options, comparison, quiet) : trace_scene(options, comparison, quiet);
+      objects ? trace_objects(options, comparison, common) : trace_scene(options, comparison, common);
   const std::size_t frames = traced.images.size();
   for (std::size_t i = 0; i < frames; ++i) {
     const std::string image = options.output + "/image.png";
@@ -362,7 +375,10 @@ int run(const RunArguments& options, const CommonOptions& common) {
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
     warn_of_dropped_fills(documents.at(name).at("stats"), name);
-    results["inputs"][name] = documents.at(name).at("inputs");
+    const ordered_json& inputs = results["inputs"][name] = documents.at(name).at("inputs");
+    if (inputs.value(std::string("trace.") + kFilesHash, "") != traced.files_hash) {
+      throw Error(traced.designs.at(name).path, "", "was replaced by another trace while the run was under way");
+    }
     results["binding_bound"][name] = documents.at(name).at("binding_bound");
     for (const auto& violation : documents.at(name).at("violations")) {
       violations.push_back(fmt::format("{}: {}", name, violation.get<std::string>()));
@@ -396,6 +412,13 @@ int run(const RunArguments& options, const CommonOptions& common) {
 
 }  // namespace
 
+std::vector<std::string> run_files(const std::string& folder, const std::string& views) {
+  std::vector<std::string> files = frame_paths(folder + "/image.png", views);
+  for (const Design& design : kDesigns) files.push_back(fmt::format("{}/{}.grtx", folder, design.name));
+  for (const char* name : {"results.json", "report.html", kLock}) files.push_back(folder + "/" + name);
+  return files;
+}
+
 void add_run(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<RunArguments>();
   CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
@@ -421,6 +444,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("-o,--output", options->output,
                    "Folder for results.json, report.html, image.png and the traces (no default)")
+      ->type_name(kOutputFile)
       ->required();
 }
 

@@ -51,7 +51,9 @@ void add_search(CLI::App& app, CommonOptions& common) {
   CLI::App* command =
       make_command(app, common, "search", "Finds the front of a design space; results in a sweep's SQLite database",
                    [options, &common] { return search(*options, common); });
-  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/search.md (no default)")->required();
+  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/search.md (no default)")
+      ->type_name(kInputFile)
+      ->required();
   add_session_options(command, options->session);
   add_machine_option(command, options->machine);
 }

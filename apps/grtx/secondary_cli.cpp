@@ -1,6 +1,7 @@
 #include "grtx/apps/grtx/secondary_cli.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
@@ -54,6 +55,13 @@ std::map<std::string, std::string> secondary_inputs(const SecondaryCli& cli) {
   inputs["secondary_seed"] = std::to_string(cli.seed);
   inputs["secondary_bounces"] = std::to_string(cli.bounces);
   inputs["glass_index"] = fmt::format("{}", cli.glass_index);
+  return inputs;
+}
+
+std::map<std::string, std::string> placed_inputs(const SecondaryCli& cli) {
+  std::map<std::string, std::string> inputs;
+  if (!cli.glass.empty()) inputs["placed_glass"] = fmt::format("{}", fmt::join(cli.glass, ","));
+  if (!cli.mirror.empty()) inputs["placed_mirror"] = fmt::format("{}", fmt::join(cli.mirror, ","));
   return inputs;
 }
 

@@ -28,6 +28,8 @@ frontend::OpticalObjects optical_objects(const SecondaryCli& cli, const frontend
                                          const frontend::Camera& camera);
 /// The options as text.
 std::map<std::string, std::string> secondary_inputs(const SecondaryCli& cli);
+/// Where --glass and --mirror put them, as text; empty for what the seed places.
+std::map<std::string, std::string> placed_inputs(const SecondaryCli& cli);
 /// Where the objects ended up, as text in the form that --glass and --mirror take; empty without objects.
 std::map<std::string, std::string> object_inputs(const frontend::OpticalObjects& objects);
 /// The same as one line for people.

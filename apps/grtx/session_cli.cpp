@@ -6,9 +6,11 @@
 namespace grtx::sim {
 
 void add_session_options(CLI::App* command, SessionOptions& options) {
-  command->add_option("-o,--output", options.database,
-                      "Database to fill; points that it holds are not run again; traces go to the folder traces beside "
-                      "it (no default)");
+  command
+      ->add_option("-o,--output", options.database,
+                   "Database to fill; points that it holds are not run again; traces go to the folder traces beside it "
+                   "(no default)")
+      ->type_name(kOutputFile);
   command->add_option("--launcher", options.launcher, "Processes of this machine, or a job array of Slurm")
       ->check(one_of({"local", "slurm"}));
   command->add_option("--jobs", options.jobs, "Points at a time; 0: one a core, or as many as Slurm grants");

@@ -152,15 +152,17 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<SweepArguments>();
   CLI::App* command = make_command(app, common, "sweep", "Explores a design space; results in an SQLite database",
                                    [options, &common] { return sweep(*options, common); });
-  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)");
+  command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)")->type_name(kInputFile);
   add_session_options(command, options->session);
   add_machine_option(command, options->machine);
   command->add_option("--mode", options->mode, "Mode of grtx sim (default: the plan's, else cycle)");
   command->add_option(
       "--confirm", options->confirm,
       "Mode in which the front of time against area is simulated again (default: the plan's, else none)");
-  command->add_option("--scene", options->scene, "Scene file in place of the plan's only one (default: the plan's)");
-  command->add_option("--cameras", options->cameras, "Camera file in place of the plan's (default: the plan's)");
+  command->add_option("--scene", options->scene, "Scene file in place of the plan's only one (default: the plan's)")
+      ->type_name(kInputFile);
+  command->add_option("--cameras", options->cameras, "Camera file in place of the plan's (default: the plan's)")
+      ->type_name(kInputFile);
   command->add_flag("--list", options->list, "Print the plan's points and do nothing (default: off)");
   command->add_option("--compare", options->compare, "Two databases: prints what differs, exit 1 (default: none)")
       ->expected(2);

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 
+#include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/frontend/camera/camera.h"
 
 namespace grtx::sim {
 namespace {
@@ -59,7 +62,20 @@ std::map<std::string, std::string> CliTracerRules::resolve(const std::map<std::s
   const TracerCli cli = parsed(options);
   const frontend::AccelKind kind = frontend::accel_from_name(accel);
   tracer_options(cli, checkpoint, kind);
-  return option_inputs(cli, checkpoint, kind);
+  std::map<std::string, std::string> inputs = option_inputs(cli, checkpoint, kind);
+  inputs.merge(placed_inputs(cli.secondary));
+  return inputs;
+}
+
+SceneInput CliTracerRules::input(const std::string& scene, const std::string& cameras) const {
+  const auto [at, is_new] = read_.try_emplace({scene, cameras});
+  if (is_new) {
+    FilesRead files;
+    (void)frontend::load_cameras(cameras, files);
+    find_files_of_scene(scene, files);
+    at->second = {files.hash(), frontend::is_object_list(scene)};
+  }
+  return at->second;
 }
 
 }  // namespace grtx::sim

@@ -1,6 +1,10 @@
 // The tracer's options as a sweep's plan names them: what the command line of `grtx trace` takes.
 #pragma once
 
+#include <map>
+#include <string>
+#include <utility>
+
 #include "grtx/explore/sweep/plan.h"
 
 namespace grtx::sim {
@@ -10,6 +14,11 @@ class CliTracerRules final : public TracerRules {
   void check(const std::string& option, const std::string& value) const override;
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override;
+  /// Files are read the first time that they are asked for.
+  SceneInput input(const std::string& scene, const std::string& cameras) const override;
+
+ private:
+  mutable std::map<std::pair<std::string, std::string>, SceneInput> read_;
 };
 
 }  // namespace grtx::sim

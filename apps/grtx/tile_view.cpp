@@ -40,11 +40,14 @@ modules::StatisticList tile_statistics(const frontend::TileCounters& c) {
 
 }  // namespace
 
-int render_tile_view(const std::string& scene_file, const frontend::Camera& camera, frontend::AccelKind accel,
+int render_tile_view(const std::string& scene_file, const ViewOptions& view, frontend::AccelKind accel,
                      const TracerCli& cli, const std::string& image, const std::string& statistics,
                      const CommonOptions& common) {
   const frontend::TracerOptions options = tile_options(cli, accel);
-  const frontend::Scene scene = frontend::load_scene(scene_file);
+  FilesRead files;
+  const frontend::Camera camera = select_camera(view, files);
+  const frontend::Scene scene = frontend::load_scene(scene_file, {}, files);
+  common.files.check(files);
   if (!optical_objects(cli.secondary, scene, camera).empty()) {
     throw Error("--tracing", "tiles", "traces camera rays only: glass and mirrors need --tracing multi");
   }
@@ -62,6 +65,7 @@ int render_tile_view(const std::string& scene_file, const frontend::Camera& came
     inputs["scene"] = scene.name;
     inputs["scene_hash"] = scene.hash;
     inputs["camera"] = camera.name;
+    inputs.merge(files.inputs());
     modules::StatisticList host;
     host.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
     host.add("tracer.rays_per_second", static_cast<double>(c.rays) / seconds, "1/s", "rays / wall_seconds");

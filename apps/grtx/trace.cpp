@@ -63,8 +63,7 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  return render_tile_view(options.scene, select_camera(options.view), kind, options.tracer, options.image,
-                          options.statistics, common);
+  return render_tile_view(options.scene, options.view, kind, options.tracer, options.image, options.statistics, common);
 }
 
 /// A traced view, and what is said of it.
@@ -77,12 +76,15 @@ struct Traced {
 
 Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
                    frontend::AccelKind kind, const frontend::TracerOptions& tracer,
-                   const frontend::RenderOptions& render, std::map<std::string, std::string> inputs) {
-  frontend::ViewTracer view(load_flat_scene(options.scene), cameras, tracer.kernel);
+                   const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
+                   const CommandFiles& named) {
+  frontend::ViewTracer view(load_flat_scene(options.scene, files), cameras, tracer.kernel);
+  named.check(files);
   const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   inputs.merge(object_inputs(objects));
+  inputs.merge(files.inputs());
   Traced traced;
   traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
   traced.statistics = tracer_statistics(view, traced.view);
@@ -99,8 +101,11 @@ Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Ca
 
 Traced trace_objects(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
                      frontend::AccelKind kind, const frontend::TracerOptions& tracer,
-                     const frontend::RenderOptions& render, const std::map<std::string, std::string>& inputs) {
-  const auto view = object_view(options.scene, cameras, options.tracer, kind);
+                     const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
+                     const CommandFiles& named) {
+  const auto view = object_view(options.scene, cameras, options.tracer, kind, files);
+  named.check(files);
+  inputs.merge(files.inputs());
   const frontend::MultiObjectWorld& world = view->world();
   Traced traced;
   traced.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs);
@@ -134,11 +139,12 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
   render.pixel_costs = !heatmaps.empty();
   if (!options.view.views.empty() && !heatmaps.empty())
     throw Error("--heatmap", "", "is of one view: not with --views");
-  const std::vector<frontend::Camera> cameras = select_cameras(options.view);
+  FilesRead files;
+  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
   const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
   const Traced traced = frontend::is_object_list(options.scene) && !options.flatten
-                            ? trace_objects(options, cameras, kind, tracer, render, chosen)
-                            : trace_scene(options, cameras, kind, tracer, render, chosen);
+                            ? trace_objects(options, cameras, kind, tracer, render, chosen, files, common.files)
+                            : trace_scene(options, cameras, kind, tracer, render, chosen, files, common.files);
   const frontend::RenderResult& result = traced.view.result;
   if (!options.image.empty()) write_images(options.image, traced.view);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);

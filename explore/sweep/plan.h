@@ -49,6 +49,12 @@ struct SweepPlan {
   PlanLimits limits;
 };
 
+/// What the views of a scene are made from.
+struct SceneInput {
+  std::string files_hash;        ///< FilesRead::hash() of what the tracer opens: cameras, then scene
+  bool several_objects = false;  ///< it is a list of objects
+};
+
 /// What the sweep asks the tracer, which it does not know itself.
 class TracerRules {
  public:
@@ -58,6 +64,8 @@ class TracerRules {
   /// All options of a structure with these given: name -> text. Throws Error for what cannot go together.
   virtual std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                                      const std::string& accel, bool checkpoint) const = 0;
+  /// Reads every file that the tracer opens for these. Throws Error when one is missing or no such file.
+  virtual SceneInput input(const std::string& scene, const std::string& cameras) const = 0;
 };
 
 /// Paths in the plan are relative to the plan's own folder. Throws Error{path, "line N", rule} for whatever is unknown,

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <set>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/config/config_file.h"
@@ -80,22 +79,19 @@ std::string point_key(const SweepPoint& p, const std::string& program) {
   return key_of({{"trace", p.trace_key}, {"config", p.config}, {"mode", p.mode}, {"program", program}});
 }
 
-}  // namespace
-
-std::string content_hash(const std::string& path) {
-  if (!fs::exists(path)) throw Error(path, "", "no such file");
-  if (!fs::is_directory(path)) return hex(xxh3(read_file(path)));
-  std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    if (entry.is_regular_file()) files.push_back(entry.path().string());
-  }
-  std::sort(files.begin(), files.end());
-  std::string hashes;
-  for (const std::string& file : files) {
-    hashes += fs::path(file).filename().string() + " " + hex(xxh3(read_file(file))) + "\n";
-  }
-  return hex(xxh3(hashes));
+/// Of the trace that is written: as many versions may be known, a key has the one.
+std::uint32_t trace_format(const ordered_json& tracer, bool several_objects) {
+  traces::Header header;
+  const auto choose = [&]<typename Enum>(const char* option, Enum& value) {
+    if (tracer.contains(option)) value = value_of<Enum>(tracer.at(option).get<std::string>(), "tracer", option);
+  };
+  choose("pop_test", header.pop_test);
+  choose("child_order", header.child_order);
+  if (several_objects) header.object_roots.push_back(0);
+  return traces::format_version(header);
 }
+
+}  // namespace
 
 /// A scene of the plan with what its keys need.
 struct PointMaker::Scene {
@@ -103,15 +99,17 @@ struct PointMaker::Scene {
   ordered_json identity;
   std::string file, cameras;
   std::vector<std::string> synth;
+  SceneInput input;  ///< of a scene file
 
-  Scene(const PlanScene& scene, const std::string& program);
+  Scene(const PlanScene& scene, const TracerRules& tracer, const std::string& program);
   SweepTrace trace(unsigned view, const Structure& structure, const std::map<std::string, std::string>& given,
                    const TracerRules& tracer, const std::string& program, std::string& broken) const;
 };
 
-PointMaker::Scene::Scene(const PlanScene& from, const std::string& program) : plan(&from) {
+PointMaker::Scene::Scene(const PlanScene& from, const TracerRules& tracer, const std::string& program) : plan(&from) {
   if (from.preset.empty()) {
-    identity = {{"scene", content_hash(from.file)}, {"cameras", content_hash(from.cameras)}};
+    input = tracer.input(from.file, from.cameras);
+    identity = {{"files", input.files_hash}};
     file = fs::absolute(from.file).string();
     cameras = fs::absolute(from.cameras).string();
   } else {
@@ -134,6 +132,7 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
   made.scene_file = file;
   made.cameras = cameras;
   made.synth = synth;
+  made.files_hash = input.files_hash;
   made.options = identity;
   made.options["view"] = view;
   made.options["width"] = plan->width;
@@ -146,7 +145,7 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
     broken = error.what();
   }
   made.options["program"] = program;
-  made.options["trace_format"] = traces::kFormatVersion;
+  made.options["trace_format"] = trace_format(made.options.at("tracer"), input.several_objects);
   made.key = key_of(made.options);
   const PlanScene& p = *plan;
   made.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),
@@ -163,7 +162,7 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
     : plan_(plan), tracer_(tracer), program_(std::move(program)) {
   for (const PlanScene& scene : plan.scenes) {
     for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
-    scenes_.emplace_back(scene, program_);
+    scenes_.emplace_back(scene, tracer, program_);
   }
 }
 

@@ -18,6 +18,7 @@ struct SweepTrace {
   std::vector<std::string> arguments;  ///< of `grtx trace`, without -o, --scene and --cameras
   std::string scene_file, cameras;     ///< absolute; of a generated scene relative to the traces' folder
   std::vector<std::string> synth;      ///< arguments of `grtx synth` without -o; empty for a scene file
+  std::string files_hash;              ///< of a scene file's SceneInput; "" for a generated scene
 };
 
 struct SweepPoint {
@@ -36,9 +37,6 @@ struct SweepPoints {
   std::vector<SweepTrace> traces;
   std::vector<SweepPoint> points;  ///< in the plan's order; scenes, views, designs, then what is varied
 };
-
-/// XXH3 of the bytes of a file, or of all files in a folder (a COLMAP reconstruction). Throws Error.
-std::string content_hash(const std::string& path);
 
 /// Makes the points of a plan's scenes, whose files are read once.
 class PointMaker {

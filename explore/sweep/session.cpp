@@ -77,7 +77,7 @@ std::string program_version() { return std::string("grtx ") + GRTX_VERSION; }
 
 SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
     : path_(database_path(options.database)),
-      lock_(path_),
+      lock_(path_ + ".lock", path_, "another sweep is filling it"),
       self_(this_program()),
       work_(path_ + ".work"),
       setting_(setting_of(options, plan, path_, self_)),

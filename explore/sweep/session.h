@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/file_lock.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/launcher.h"
 #include "grtx/explore/sweep/sweep.h"
@@ -46,7 +47,7 @@ class SweepSession {
 
  private:
   std::string path_;  ///< of the database, absolute
-  SweepLock lock_;
+  FileLock lock_;
   std::string self_;  ///< this program
   WorkFolder work_;
   SweepSetting setting_;

@@ -1,18 +1,10 @@
 #include "grtx/explore/sweep/sweep.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <map>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/explore/sweep/dominance.h"
 
@@ -106,30 +98,6 @@ class Queue {
 };
 
 }  // namespace
-
-SweepLock::SweepLock(const std::string& database) : path_(database + ".lock") {
-  for (;;) {
-    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
-    if (file_ < 0) throw Error(database, "", std::string("cannot be locked: ") + std::strerror(errno));
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      ::close(file_);
-      throw Error(database, "", "another sweep is filling it");
-    }
-    // The one before may have removed the file after it was opened here.
-    struct stat opened {
-    }, named{};
-    const bool same =
-        ::fstat(file_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_ino == named.st_ino;
-    if (same && S_ISREG(opened.st_mode) && opened.st_size == 0) return;
-    ::close(file_);
-    if (same) throw Error(path_, "", "is no lock of a sweep (which is empty, and deleted at its end): move it away");
-  }
-}
-
-SweepLock::~SweepLock() {
-  ::unlink(path_.c_str());
-  ::close(file_);
-}
 
 void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                 const SweepSetting& setting, std::set<std::string>& sound_traces) {

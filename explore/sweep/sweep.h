@@ -9,19 +9,6 @@
 
 namespace grtx::sim {
 
-/// Keeps a second sweep off the same database. Throws Error when there is one. The lock ends with the process.
-class SweepLock {
- public:
-  explicit SweepLock(const std::string& database);
-  ~SweepLock();
-  SweepLock(const SweepLock&) = delete;
-  SweepLock& operator=(const SweepLock&) = delete;
-
- private:
-  std::string path_;
-  int file_ = -1;
-};
-
 struct SweepSetting {
   std::string program;  ///< runs the tasks' commands
   std::string traces;   ///< folder of the traces, absolute

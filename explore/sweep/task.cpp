@@ -6,6 +6,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/own_folder.h"
 #include "grtx/explore/sweep/program_run.h"
@@ -81,25 +82,92 @@ bool is_sound(const std::string& trace) {
   }
 }
 
-ordered_json do_trace(const ordered_json& task, const Commands& commands) {
-  const std::string scene = task.at("scene"), cameras = task.at("cameras"), target = task.at("target");
-  if (!task.at("synth").empty() && !fs::exists(scene)) {
-    std::vector<std::string> arguments = texts(task.at("synth"));
-    const std::string made = commands.file("scene.ply");
-    arguments.insert(arguments.end(), {"-o", made, "--quiet"});
-    commands.run("synth", arguments);
-    // The scene last: where it is, its cameras are. Another task may have made the same one: the same bytes.
-    fs::rename(commands.file("scene.cameras.json"), cameras);
-    fs::rename(made, scene);
+/// Why a trace is not what its key stands for; "" when it is. files: FilesRead::hash() of what it must be made from.
+std::string misfit(const std::string& trace, const std::string& files, const ordered_json& tracer) {
+  const traces::Reader reader(trace);
+  reader.verify_content();
+  const auto& inputs = reader.header().inputs;
+  const auto is = [&](const std::string& name) { return inputs.contains(name) ? inputs.at(name) : "unknown"; };
+  if (is(kFilesHash) != files)
+    return fmt::format("was made from other files: {} {}, not {}", kFilesHash, is(kFilesHash), files);
+  for (const auto& [name, value] : tracer.items()) {
+    if (inputs.contains(name) && value != inputs.at(name)) {
+      return fmt::format("was made with {} = {}, not {}", name, inputs.at(name), value.get<std::string>());
+    }
   }
+  return "";
+}
+
+/// Whether the trace of an earlier sweep can stand for this key.
+bool fits(const std::string& trace, const std::string& files, const ordered_json& tracer) {
+  try {
+    return misfit(trace, files, tracer).empty();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// A generated scene: made once, and noted what was made.
+class GeneratedScene {
+ public:
+  GeneratedScene(const ordered_json& task, const Commands& commands)
+      : task_(task), commands_(commands), scene_(task.at("scene")), cameras_(task.at("cameras")) {}
+
+  /// FilesRead::hash() of what was made, now or by an earlier task.
+  std::string files() const {
+    if (const std::string made = noted(); !made.empty()) return made;
+    std::vector<std::string> arguments = texts(task_.at("synth"));
+    const std::string made = commands_.file("scene.ply"), made_cameras = commands_.file("scene.cameras.json");
+    arguments.insert(arguments.end(), {"-o", made, "--quiet"});
+    commands_.run("synth", arguments);
+    FilesRead files;
+    files.read(made_cameras);
+    files.read(made);
+    // The note last: where it is, the others are. Another task may have made the same ones: the same bytes.
+    fs::rename(made_cameras, cameras_);
+    fs::rename(made, scene_);
+    write_file(note(), files.hash());
+    return files.hash();
+  }
+  /// It is not what was made: the next files() makes it anew.
+  void forget() const { fs::remove(note()); }
+
+ private:
+  std::string note() const { return scene_ + ".hash"; }
+  /// "" when there is none: another task may be making the scene anew.
+  std::string noted() const {
+    try {
+      return fs::exists(scene_) ? read_file(note()) : "";
+    } catch (const Error&) {
+      return "";
+    }
+  }
+
+  const ordered_json& task_;
+  const Commands& commands_;
+  std::string scene_, cameras_;
+};
+
+ordered_json do_trace(const ordered_json& task, const Commands& commands) {
+  const std::string target = task.at("target");
+  const bool generated = !task.at("synth").empty();
+  const GeneratedScene scene(task, commands);
   ordered_json result;
-  if (!is_sound(target)) {
-    std::vector<std::string> arguments = {"--scene", scene, "--cameras", cameras};
+  for (bool again : {true, false}) {
+    const std::string files = generated ? scene.files() : task.at("files_hash").get<std::string>();
+    if (fits(target, files, task.at("tracer"))) break;
+    std::vector<std::string> arguments = {"--scene", task.at("scene"), "--cameras", task.at("cameras")};
     for (const std::string& argument : texts(task.at("arguments"))) arguments.push_back(argument);
     const std::string made = commands.file("trace.grtx");
     arguments.insert(arguments.end(), {"-o", made, "--quiet"});
     result["seconds"] = commands.run("trace", arguments);
-    fs::rename(made, target);
+    const std::string why = misfit(made, files, task.at("tracer"));
+    if (why.empty()) {
+      fs::rename(made, target);
+      break;
+    }
+    if (!generated || !again) throw Failure{"failed", "trace: " + why};
+    scene.forget();  // somebody has changed it
   }
   result["bytes"] = fs::file_size(target);
   return result;
@@ -165,6 +233,8 @@ Task trace_task(const SweepTrace& trace, const std::string& program, const std::
            {"synth", trace.synth},
            {"scene", generated ? folder + "/" + trace.scene_file : trace.scene_file},
            {"cameras", generated ? folder + "/" + trace.cameras : trace.cameras},
+           {"files_hash", trace.files_hash},
+           {"tracer", trace.options.at("tracer")},
            {"arguments", trace.arguments},
            {"target", folder + "/" + trace_name(trace.key)}}};
 }

@@ -37,9 +37,9 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
 /// Name of a trace's file in the traces' folder.
 std::string trace_name(const std::string& key);
 
-/// Does what the file describes and writes `result`, complete or not at all. A trace whose file is there and sound is
-/// not made again. scratch: an OwnFolder for its files, made and removed. Throws only when the description is none or
-/// the result cannot be written.
+/// Does what the file describes and writes `result`, complete or not at all. A trace whose file is there, sound, and
+/// made from the files and options that its key stands for is not made again. scratch: an OwnFolder for its files, made
+/// and removed. Throws only when the description is none or the result cannot be written.
 void run_task(const std::string& description, const std::string& result, const std::string& scratch);
 
 /// Reads what run_task wrote. Throws Error when it is damaged.

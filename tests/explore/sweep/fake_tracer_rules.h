@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 #include "grtx/explore/sweep/plan.h"
 
 namespace grtx::sim::test {
@@ -24,6 +25,12 @@ class FakeTracerRules final : public TracerRules {
     for (const auto& [name, value] : options) all[name] = value;
     if (checkpoint && all["k"] == "1") throw Error("tracer", "k", "k = 1 has nothing to checkpoint");
     return all;
+  }
+  SceneInput input(const std::string& scene, const std::string& cameras) const override {
+    FilesRead files;
+    files.read(cameras);
+    files.read(scene);
+    return {files.hash(), false};
   }
 };
 

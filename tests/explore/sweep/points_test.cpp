@@ -76,6 +76,32 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
   EXPECT_NE(points(plan(), "grtx 2").points.at(0).key, base.points.at(0).key);
 }
 
+/// A tracer that knows how the file format depends on what is traced.
+class FormatRules final : public TracerRules {
+ public:
+  void check(const std::string&, const std::string&) const override {}
+  std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options, const std::string&,
+                                             bool) const override {
+    return options;
+  }
+  SceneInput input(const std::string& scene, const std::string&) const override {
+    return {"same", scene.ends_with(".json")};
+  }
+};
+
+TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
+  const auto format = [&](const std::string& scene, const Coordinates& options) {
+    SweepPlan p = plan();
+    p.scenes[0].file = scene;
+    p.settings = options;
+    return expand(p, FormatRules(), "grtx 1").traces.at(0).options.at("trace_format").get<unsigned>();
+  };
+  EXPECT_EQ(format("s.ply", {}), 4U);
+  EXPECT_EQ(format("s.ply", {{"tracer.pop_test", "off"}}), 5U);
+  EXPECT_EQ(format("s.ply", {{"tracer.child_order", "vulkan_sim"}}), 5U);
+  EXPECT_EQ(format("objects.json", {}), 6U);
+}
+
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
   const SweepPoints base = points(plan());
   SweepPlan other = plan();

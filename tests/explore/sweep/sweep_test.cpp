@@ -22,13 +22,15 @@ class Sweep : public test::SweepBench {};
 TEST_F(Sweep, FillsItsDatabaseOnce) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
-  EXPECT_THAT(rows("a.sqlite", "SELECT value FROM meta WHERE key = 'schema'"), ElementsAre("grtx.sweep/1"));
+  EXPECT_THAT(rows("a.sqlite", "SELECT value FROM meta WHERE key = 'schema'"), ElementsAre("grtx.sweep/2"));
   EXPECT_THAT(rows("a.sqlite", "SELECT status, count(*) FROM point GROUP BY status", 2), ElementsAre("done|8"));
   EXPECT_THAT(rows("a.sqlite", "SELECT status, count(*) FROM trace GROUP BY status", 2), ElementsAre("done|2"));
   EXPECT_THAT(rows("a.sqlite", "SELECT coordinates FROM point WHERE id = 2"),
               ElementsAre(R"({"tracer.k":4,"rt.warp_buffer.entries":2,"rt.checkpoint.lanes":4})"));
   // The document is that of `grtx sim` on the same trace and configuration.
-  const auto document = nlohmann::json::parse(rows("a.sqlite", "SELECT document FROM point WHERE id = 5").at(0));
+  auto document = nlohmann::json::parse(rows("a.sqlite", "SELECT document FROM point WHERE id = 5").at(0));
+  EXPECT_GT(document.at("cost").at("cost.mm2").get<double>(), 0.0);
+  document.erase("cost");
   const std::string trace =
       rows("a.sqlite", "SELECT path FROM trace JOIN point ON trace.key = trace_key WHERE id = 5").at(0);
   ASSERT_EQ(
@@ -119,7 +121,7 @@ TEST_F(Sweep, ADifferenceIsFound) {
   std::filesystem::copy_file(folder + "/a.sqlite", folder + "/b.sqlite");
   {
     Sqlite b(folder + "/b.sqlite", Sqlite::Open::create);
-    b.execute("UPDATE value SET value = value + 1 WHERE point_id = 3 AND name = 'gpu.cycles'");
+    b.execute("UPDATE quantity SET unit = 'ticks' WHERE name = 'gpu.cycles'");
     b.execute("UPDATE point SET seconds = 7 WHERE id = 4");  // may differ
   }
   const Outcome compared =
@@ -237,7 +239,7 @@ TEST_F(Sweep, AFolderOfSomebodyElsesIsDeleted) {
   EXPECT_EQ(read_file(other + "/results/mine"), "precious");
   std::filesystem::remove(work);
   write_file(folder + "/a.sqlite.lock", "mine, too");
-  expect_refused("a.sqlite.lock: is no lock of a sweep");
+  expect_refused("a.sqlite.lock: is no lock");
   EXPECT_EQ(read_file(folder + "/a.sqlite.lock"), "mine, too");
   std::filesystem::remove(folder + "/a.sqlite.lock");
   write_file(folder + "/a.sqlite.mode", "mine as well");
@@ -337,6 +339,152 @@ TEST_F(Sweep, ATriggerChangesResultsInSilence) {
         test::shell(grtx::paths::program() + " report " + folder + "/b.sqlite -o " + folder + "/r.html");
     EXPECT_EQ(report.code, std::string(c.refused) == "sweep" ? 0 : 2) << c.sql << report.output;
   }
+}
+
+TEST_F(Sweep, AForgedValueIsBelieved) {
+  write_plan();
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const std::string key = rows("a.sqlite", "SELECT key FROM point WHERE id = 3").at(0);
+  const auto copy = [&](const std::string& sql) {
+    std::filesystem::copy_file(folder + "/a.sqlite", folder + "/b.sqlite",
+                               std::filesystem::copy_options::overwrite_existing);
+    Sqlite(folder + "/b.sqlite", Sqlite::Open::create).execute(sql);
+  };
+  // A text would read as 0: the table does not take it.
+  EXPECT_THROW(copy("UPDATE value SET value = 'many' WHERE point_id = 3"), Error);
+  struct Case {
+    const char *sql, *text;
+  };
+  for (const Case& c :
+       {Case{"UPDATE value SET value = 1 WHERE point_id = 3 AND name = 'gpu.cycles'", "gpu.cycles is 1 in"},
+        Case{"UPDATE value SET value = 1 WHERE point_id = 3 AND name = 'cost.mm2'", "cost.mm2 is 1 in"},
+        Case{"DELETE FROM value WHERE point_id = 3 AND name = 'gpu.cycles'", "gpu.cycles is missing in"},
+        Case{"INSERT INTO value VALUES(3, 'gpu.mine', 7)", "gpu.mine is 7 in the table `value` and missing"},
+        Case{"UPDATE value SET value = NULL WHERE point_id = 3 AND name = 'gpu.cycles'", "must be a number"},
+        Case{"UPDATE point SET document = substr(document, 1, 99) WHERE id = 3", "is no JSON"},
+        Case{"UPDATE point SET document = NULL WHERE id = 3", "is no JSON"}}) {
+    copy(c.sql);
+    const std::string b = folder + "/b.sqlite";
+    for (const std::string& arguments :
+         {"report " + b + " -o " + folder + "/r.html", "sweep --compare " + folder + "/a.sqlite " + b,
+          "sweep " + folder + "/plan.toml --list -o " + b, "sweep " + folder + "/plan.toml -o " + b}) {
+      const Outcome refused = test::shell(grtx::paths::program() + " " + arguments);
+      EXPECT_EQ(refused.code, 2) << c.sql << ": " << arguments;
+      EXPECT_EQ(std::count(refused.output.begin(), refused.output.end(), '\n'), 1) << refused.output;
+      EXPECT_THAT(refused.output, AllOf(HasSubstr("point 3 (" + key + ")"), HasSubstr(c.text))) << c.sql;
+    }
+  }
+}
+
+TEST_F(Sweep, ADatabaseOfAnEarlierVersionIsReadAndNotFilled) {
+  write_plan();
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  // As it was: columns of any type, and documents without costs.
+  std::filesystem::copy_file(folder + "/a.sqlite", folder + "/old.sqlite");
+  Sqlite(folder + "/old.sqlite", Sqlite::Open::create)
+      .execute(
+          "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(replace(sql, ', STRICT', ''), ' "
+          "STRICT', '');"
+          "UPDATE meta SET value = 'grtx.sweep/1' WHERE key = 'schema';"
+          "UPDATE point SET document = json_remove(document, '$.cost')");
+  EXPECT_EQ(test::shell(grtx::paths::program() + " report " + folder + "/old.sqlite -o " + folder + "/r.html").code, 0);
+  const Outcome filled = sweep("old.sqlite");
+  EXPECT_EQ(filled.code, 2);
+  EXPECT_THAT(filled.output,
+              HasSubstr("grtx.sweep/1, of an earlier version, can be read by report and --compare, not filled"));
+  Sqlite(folder + "/old.sqlite", Sqlite::Open::create)
+      .execute("UPDATE value SET value = 'many' WHERE point_id = 3 AND name = 'gpu.cycles'");
+  EXPECT_THAT(test::shell(grtx::paths::program() + " report " + folder + "/old.sqlite -o " + folder + "/r.html").output,
+              HasSubstr("its value gpu.cycles must be a number"));
+}
+
+TEST_F(Sweep, ADatabaseCalledMemoryIsEmpty) {
+  write_plan();
+  const auto here = [&](const std::string& arguments) {
+    return test::shell("cd " + folder + " && " + grtx::paths::program() + " " + arguments);
+  };
+  ASSERT_EQ(here("sweep plan.toml -o :memory: --quiet").code, 0);
+  EXPECT_EQ(rows(":memory:", "SELECT count(*) FROM point WHERE status = 'done'"), (Texts{"8"}));
+  const Outcome report = here("report :memory: -o r.html");
+  EXPECT_EQ(report.code, 0) << report.output;
+  EXPECT_THAT(here("sweep --compare :memory: " + folder + "/:memory:").output, HasSubstr("the same results"));
+}
+
+/// A sweep of an object list, and what happens to it when a file changes that the list names.
+class SweepOfObjects : public Sweep {
+ protected:
+  SweepOfObjects() {
+    make_object("a.ply", 1);
+    make_object("b.ply", 2);
+    write_file(folder + "/objects.json", R"([{"file": "a.ply"}, {"file": "b.ply", "translate": [3, 0, 0]}])");
+    write_file(folder + "/plan.toml", "base = '" + grtx::paths::source_dir() +
+                                          "/configs/small.toml'\n[[scene]]\nfile = 'objects.json'\n"
+                                          "cameras = 'a.cameras.json'\nwidth = 8\nheight = 8\n");
+  }
+  void make_object(const std::string& name, int seed) const {
+    EXPECT_EQ(test::shell(grtx::paths::program() + " synth --preset object --count 200 --quiet --seed " +
+                          std::to_string(seed) + " -o " + folder + "/" + name)
+                  .code,
+              0);
+  }
+  std::string point(const std::string& what) const {
+    return rows("a.sqlite", "SELECT " + what + " FROM point ORDER BY id DESC LIMIT 1").at(0);
+  }
+};
+
+TEST_F(SweepOfObjects, AChangedMemberIsTheSameScene) {
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const std::string key = point("key"), inputs = point("json_extract(document, '$.inputs')");
+  EXPECT_THAT(inputs, AllOf(HasSubstr("objects.json "), HasSubstr("a.ply "), HasSubstr("b.ply "),
+                            HasSubstr("a.cameras.json ")));
+  make_object("b.ply", 3);
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  EXPECT_NE(point("key"), key);
+  EXPECT_EQ(rows("a.sqlite", "SELECT count(*) FROM point"), (Texts{"2"}));
+  EXPECT_NE(
+      point("json_extract(document, '$.inputs.\"trace.files_hash\"')"),
+      rows("a.sqlite", "SELECT json_extract(document, '$.inputs.\"trace.files_hash\"') FROM point WHERE id = 1").at(0));
+}
+
+TEST_F(SweepOfObjects, ATraceOfAnotherSceneIsTakenUnderTheKey) {
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const std::string trace = folder + "/" + rows("a.sqlite", "SELECT path FROM trace").at(0), made = read_file(trace);
+  // Sound, of the same options, and of other Gaussians.
+  const std::string b = read_file(folder + "/b.ply");
+  make_object("b.ply", 3);
+  ASSERT_EQ(test::shell(grtx::paths::program() + " trace --quiet --scene " + folder + "/objects.json --cameras " +
+                        folder + "/a.cameras.json --width 8 --height 8 --accel tlas-tri20 --checkpoint on -o " + trace)
+                .code,
+            0);
+  ASSERT_NE(read_file(trace), made);
+  write_file(folder + "/b.ply", b);
+  ASSERT_EQ(sweep("b.sqlite").code, 0);
+  EXPECT_EQ(read_file(trace), made);
+  EXPECT_EQ(
+      test::shell(grtx::paths::program() + " sweep --compare " + folder + "/a.sqlite " + folder + "/b.sqlite").output,
+      "the same results\n");
+}
+
+TEST_F(SweepOfObjects, ASceneThatChangesWhileASweepRunsGoesUnderTheOldKey) {
+  const std::string script = program("if [ $1 = trace ]; then cp " + folder + "/a.ply " + folder + "/b.ply; fi");
+  EXPECT_EQ(sweep("a.sqlite", "--program " + script).code, 1);
+  EXPECT_THAT(point("reason"), HasSubstr("trace: was made from other files"));
+}
+
+TEST_F(Sweep, AnEditedGeneratedSceneIsTraced) {
+  write_plan();
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  for (const auto& file : std::filesystem::directory_iterator(folder + "/traces")) {
+    if (file.path().extension() == ".grtx") std::filesystem::remove(file.path());
+    if (file.path().extension() != ".ply") continue;
+    test::shell(grtx::paths::program() + " synth --preset object --count 300 --seed 8 --quiet -o " + folder +
+                "/other.ply");
+    std::filesystem::copy_file(folder + "/other.ply", file.path(), std::filesystem::copy_options::overwrite_existing);
+  }
+  ASSERT_EQ(sweep("b.sqlite").code, 0);
+  EXPECT_EQ(
+      test::shell(grtx::paths::program() + " sweep --compare " + folder + "/a.sqlite " + folder + "/b.sqlite").output,
+      "the same results\n");
 }
 
 }  // namespace

@@ -1,0 +1,126 @@
+#include "grtx/apps/grtx/command_files.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/heatmap.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/base/error.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/rtl_tlm/observe/waveform.h"
+
+namespace grtx::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string canonical(const std::string& path) {
+  std::error_code unknown;
+  const fs::path found = fs::weakly_canonical(path, unknown);
+  return unknown ? path : found.string();
+}
+
+/// Results of another option of the same command; empty when it has none of that name.
+std::vector<std::string> results(const CLI::App& command, const std::string& name) {
+  const CLI::Option* option = command.get_option_no_throw(name);
+  return option == nullptr ? std::vector<std::string>() : option->results();
+}
+
+/// What a value of an output option makes the command write: the first is what the value itself names.
+std::vector<std::string> written(const CLI::App& command, const CLI::Option& option, const std::string& text) {
+  const std::string& name = option.get_name();
+  if (name == "--heatmap") {
+    const std::string picture = heatmap_path(text);
+    return {picture, heatmap_values_path(picture)};
+  }
+  if (name == "--vcd") return {text, save_file_of(text)};
+  if (command.get_name() == "synth" && name == "--output") return {text, frontend::synth_cameras_path(text)};
+  const std::vector<std::string> views = results(command, "--views");
+  if (command.get_name() == "run") return run_files(text, views.empty() ? "" : views.front());
+  if (name == "--image" && !views.empty()) return frame_paths(text, views.front());
+  if (command.get_name() == "sweep" || command.get_name() == "search") return {text, text + ".lock", text + ".work"};
+  return {text};
+}
+
+/// Names of filters are those of the signals that the waveform has.
+bool is_filter_of(const std::string& save_file, const std::string& path) {
+  return save_file.ends_with(".gtkw") && path.ends_with(".filter") &&
+         path.starts_with(save_file.substr(0, save_file.size() - 4));
+}
+
+}  // namespace
+
+CommandFiles::File CommandFiles::file_of(const std::string& path) {
+  File file;
+  file.path = canonical(path);
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode)) file.node = {status.st_dev, status.st_ino};
+  return file;
+}
+
+void CommandFiles::add(const CLI::Option& option, const std::string& text, const std::string& path, bool output,
+                       bool follows) {
+  File& file = files_.emplace_back(file_of(path));
+  file.option = option.get_name();
+  file.text = text;
+  file.output = output;
+  file.follows = follows;
+}
+
+bool CommandFiles::same(const File& a, const File& b) {
+  if (a.path == b.path) return true;
+  // An output is written under this name first; a file of this name that is there is taken for what a killed run left.
+  if (a.output && !b.output && b.path == a.path + ".partial") return true;
+  if (a.node == b.node && a.node.second != 0) return true;
+  return (a.output && is_filter_of(a.path, b.path)) || (b.output && is_filter_of(b.path, a.path));
+}
+
+std::string CommandFiles::what(const File& file) {
+  return file.follows ? fmt::format("{} (writes {})", file.option, file.path) : file.option;
+}
+
+void CommandFiles::take(const CLI::App& command) {
+  files_.clear();
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& text : option->results()) {
+      if (option->get_type_name() == kOutputFile) {
+        if (text.empty()) throw Error(option->get_name(), "", "must name a file");
+        const std::vector<std::string> paths = written(command, *option, text);
+        for (const std::string& path : paths) {
+          const bool named = path == text || (&path == paths.data() && option->get_name() == "--heatmap");
+          add(*option, text, path, true, !named);
+        }
+      } else if (option->get_type_name() == kInputFile ||
+                 (option->get_name() == "--machine" && text.ends_with(".toml"))) {
+        add(*option, text, text, false, false);
+      }
+    }
+  }
+  for (const File& a : files_) {
+    std::error_code unknown;
+    if (!a.output || fs::is_character_file(a.path, unknown)) continue;  // /dev/null takes all
+    for (const File& b : files_) {
+      if (&a == &b || !same(a, b)) continue;
+      const std::string rule = b.output ? "two outputs have one name: " : "is an input, too, and would be lost: ";
+      throw Error(what(a), a.text, rule + what(b));
+    }
+  }
+}
+
+void CommandFiles::check(const std::string& read) const {
+  const File input = file_of(read);
+  for (const File& file : files_) {
+    if (file.output && same(file, input)) {
+      throw Error(what(file), file.text, "is an input, too, and would be lost: " + read);
+    }
+  }
+}
+
+void CommandFiles::check(const FilesRead& read) const {
+  for (const FilesRead::File& file : read.files()) check(file.path);
+}
+
+}  // namespace grtx::sim
