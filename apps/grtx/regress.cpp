@@ -57,6 +57,9 @@ int regress(RegressArguments options, const CommonOptions& common) {
   regression.program = program_version();
   regression.machine = load_machine_config;
   regression.price = describe_energy;
+  for (const RegressionCase& c : load_regression(regression.folder)) {
+    for (const std::string& file : {c.file, c.record, c.trace, c.config}) common.files.check(file);
+  }
   const std::vector<RegressionOutcome> outcomes = run_regression(regression);
   if (common.json) print_json(regression_json(outcomes));
   return exit_code(outcomes);
@@ -75,7 +78,8 @@ void add_regress(CLI::App& app, CommonOptions& common) {
   command->add_option("--cases", regression.cases, "Shell pattern of the cases to run");
   command->add_option("--jobs", regression.jobs, "Cases at a time, each a process of its own")
       ->check(CLI::PositiveNumber);
-  command->add_option("--each", regression.each, "Differing statistics of a unit that are printed; 0: all");
+  command->add_option("--each", regression.each,
+                      "Print this many differing statistics of each unit, 0: all (default: those that moved most)");
   command->add_option("--junit", regression.junit, "Outcomes as JUnit XML (default: none)")->type_name(kOutputFile);
   command->add_flag("--update", options->update, "Record what differs or is new (default: off)");
   command->add_option("--reason", regression.reason, "With --update: why, for the case's file (default: none)");

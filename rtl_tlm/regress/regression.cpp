@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fnmatch.h>
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <filesystem>
@@ -24,9 +25,33 @@ using nlohmann::ordered_json;
 using Kind = RegressionOutcome::Kind;
 
 GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) {
-  if (options.machine) return options.machine(c.machine, c.config, c.settings);
-  if (!c.machine.empty()) throw Error(c.file, "machine", "is not known to this program: name a configuration");
-  return load_config(c.config, c.settings);
+  try {
+    if (options.machine) return options.machine(c.machine, c.config, c.settings);
+    if (!c.machine.empty()) throw Error(c.file, "machine", "is not known to this program: name a configuration");
+    return load_config(c.config, c.settings);
+  } catch (const Error& error) {
+    if (error.file() != "--set") throw;
+    // Said of a command line's option, which is a line of the case here.
+    std::string place = "set";
+    for (const RegressionSetting& setting : c.setting_places) {
+      if (setting.text == error.place() || setting.text.starts_with(error.place() + "=")) place = setting.place;
+    }
+    throw Error(c.file, place, fmt::format("set: {}: {}", error.place(), error.rule()));
+  }
+}
+
+/// Throws Error for a pattern of the case that no name fits.
+void check_patterns(const RegressionCase& c, const std::vector<std::string>& names) {
+  const auto is_used = [&](const std::string& pattern) {
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return fits(pattern, name); });
+  };
+  for (const std::string& pattern : c.statistics) {
+    if (!is_used(pattern)) throw Error(c.file, "statistics", fmt::format("'{}' is the name of none", pattern));
+  }
+  for (const RegressionTolerance& tolerance : c.tolerances) {
+    if (is_used(tolerance.pattern)) continue;
+    throw Error(c.file, tolerance.place, fmt::format("tolerance: '{}' fits none that is compared", tolerance.pattern));
+  }
 }
 
 /// What a case's process sends back.
@@ -98,10 +123,18 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
     refuse_old_record(c);
     throw Error(c.record, c.column, "there is no record: --update --reason TEXT makes one");
   }
+  const ordered_json record = is_new ? document : document_of(records.of(c.column));
+  std::vector<std::string> names;
+  for (const ordered_json& stats : {document.at("stats"), record.at("stats")}) {
+    for (const auto& [name, statistic] : stats.items()) {
+      if (is_compared(c, name)) names.push_back(name);
+    }
+  }
+  check_patterns(c, names);
   if (!is_new) {
-    outcome.comparison = compare_statistics(c, document_of(records.of(c.column)), document);
-    if (outcome.comparison.compared == 0 && (options.reason.empty() || outcome.comparison.unrecorded.empty())) {
-      throw Error(c.record, c.column, "holds none of the case's statistics");
+    outcome.comparison = compare_statistics(c, record, document);
+    if (outcome.comparison.compared == 0 && options.reason.empty()) {
+      throw Error(c.record, c.column, "holds none of the case's statistics: --update --reason TEXT records them");
     }
     const bool grown = !outcome.comparison.unrecorded.empty() && !options.reason.empty();
     if (outcome.comparison.equal() && !grown) return;
@@ -244,7 +277,8 @@ int exit_code(const std::vector<RegressionOutcome>& outcomes) {
   return count(outcomes, Kind::differs) > 0 ? 1 : 0;
 }
 
-std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes, std::size_t each) {
+std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes,
+                      std::optional<std::size_t> each) {
   double seconds = 0.0;
   for (const RegressionOutcome& outcome : outcomes) seconds += outcome.seconds;
   const std::string counts = fmt::format("tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\"", outcomes.size(),

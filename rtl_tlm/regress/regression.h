@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,17 +22,17 @@ using CaseSimulator = std::function<SimulationResult(const RegressionCase& regre
 
 struct RegressionOptions {
   std::string folder;
-  std::string cases = "*";       ///< shell pattern of their names
-  unsigned jobs = 1;             ///< simulations at a time, each a process of its own
-  std::string reason;            ///< not empty: what differs, or is not on record yet, is recorded, and why
-  std::string junit;             ///< file to write; "" for none
-  std::size_t each = 5;          ///< differing statistics of a unit that are printed; 0: all
-  bool quiet = false;            ///< prints differences only
-  bool silent = false;           ///< prints nothing to stdout
-  std::string program = "grtx";  ///< that records, as an update names it
-  MachineLoader machine;         ///< none: configuration files and settings alone
-  EnergyPricing price;           ///< none: the runs have no energy statistics
-  CaseSimulator simulate;        ///< none: simulate_case(). Own units and an own memory come in here
+  std::string cases = "*";          ///< shell pattern of their names
+  unsigned jobs = 1;                ///< simulations at a time, each a process of its own
+  std::string reason;               ///< not empty: what differs, or is not on record yet, is recorded, and why
+  std::string junit;                ///< file to write; "" for none
+  std::optional<std::size_t> each;  ///< differing statistics of a unit that are printed, 0: all; none: what moved most
+  bool quiet = false;               ///< prints differences only
+  bool silent = false;              ///< prints nothing to stdout
+  std::string program = "grtx";     ///< that records, as an update names it
+  MachineLoader machine;            ///< none: configuration files and settings alone
+  EnergyPricing price;              ///< none: the runs have no energy statistics
+  CaseSimulator simulate;           ///< none: simulate_case(). Own units and an own memory come in here
 };
 
 /// Runs the case's trace in the case's mode, with the project's own units. Throws what simulate() throws.
@@ -64,6 +65,7 @@ const char* outcome_name(RegressionOutcome::Kind kind);
 int exit_code(const std::vector<RegressionOutcome>& outcomes);
 
 /// The outcomes as JUnit XML: a test case each; statistics that differ are a failure, bad input is an error.
-std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes, std::size_t each);
+std::string junit_xml(const std::string& suite, const std::vector<RegressionOutcome>& outcomes,
+                      std::optional<std::size_t> each);
 
 }  // namespace grtx::sim

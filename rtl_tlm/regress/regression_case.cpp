@@ -19,10 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr std::string_view kEnding = ".case.toml";
 
-bool fits(const std::string& pattern, const std::string& name) {
-  return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
-}
-
 class CaseReader {
  public:
   explicit CaseReader(std::string path) : path_(std::move(path)), folder_(fs::path(path_).parent_path()) {}
@@ -46,8 +42,9 @@ class CaseReader {
 
  private:
   [[noreturn]] void fail(const toml::node& node, const std::string& rule) const {
-    throw Error(path_, fmt::format("line {}", node.source().begin.line), rule);
+    throw Error(path_, line_of(node), rule);
   }
+  static std::string line_of(const toml::node& node) { return fmt::format("line {}", node.source().begin.line); }
   std::string text(const toml::node& node, const std::string& name) const {
     const auto* value = node.as_string();
     if (value == nullptr || value->get().empty()) fail(node, name + ": must be a text");
@@ -91,6 +88,9 @@ class CaseReader {
       case_.config = path(node, name);
     } else if (name == "set") {
       case_.settings = texts(node, name);
+      for (const toml::node& item : *node.as_array()) {
+        case_.setting_places.push_back({text(item, name), line_of(item)});
+      }
     } else if (name == "mode") {
       case_.mode = choice<SimulationMode>(node, name);
     } else if (name == "statistics") {
@@ -133,7 +133,7 @@ class CaseReader {
     for (const auto& [pattern, value] : *table) {
       const std::string name(pattern.str());
       if (value.is_table()) fail(value, fmt::format("tolerance: a pattern is a text: \"{}...\"", name));
-      all.push_back({value.source().begin, {name, number(value, "tolerance: " + name, 1e6)}});
+      all.push_back({value.source().begin, {name, number(value, "tolerance: " + name, 1e6), line_of(value)}});
     }
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
       return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
@@ -181,6 +181,10 @@ std::vector<RegressionCase> load_regression(const std::string& folder) {
     cases.back().name = name.substr(0, name.size() - kEnding.size());
   }
   return cases;
+}
+
+bool fits(const std::string& pattern, const std::string& name) {
+  return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
 }
 
 bool is_compared(const RegressionCase& regression_case, const std::string& statistic) {

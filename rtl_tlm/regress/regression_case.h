@@ -13,6 +13,13 @@ namespace grtx::sim {
 struct RegressionTolerance {
   std::string pattern;
   double relative = 0.0;  ///< |found - recorded| / |recorded|
+  std::string place;      ///< "line N" of the case
+};
+
+/// A setting of a case, and where it stands.
+struct RegressionSetting {
+  std::string text;   ///< key=value
+  std::string place;  ///< "line N" of the case
 };
 
 /// What NAME.case.toml says (docs/guide/regress.md). Paths are relative to the working directory.
@@ -22,9 +29,10 @@ struct RegressionCase {
   std::string record;  ///< the table of its folder, records.tsv
   std::string column;  ///< of the case in it: its NAME
   std::string trace;
-  std::string machine;                ///< a name, or the path of a file .toml; "" for none
-  std::string config;                 ///< "" for none
-  std::vector<std::string> settings;  ///< key=value
+  std::string machine;                            ///< a name, or the path of a file .toml; "" for none
+  std::string config;                             ///< "" for none
+  std::vector<std::string> settings;              ///< key=value
+  std::vector<RegressionSetting> setting_places;  ///< of the settings
   SimulationMode mode = SimulationMode::cycle;
   SampledOptions sampled;                       ///< sampled mode: share, seed and engine
   std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
@@ -35,6 +43,8 @@ struct RegressionCase {
 /// for whatever is unknown, missing, of the wrong type or out of range.
 std::vector<RegressionCase> load_regression(const std::string& folder);
 
+/// A shell pattern and a name.
+bool fits(const std::string& pattern, const std::string& name);
 bool is_compared(const RegressionCase& regression_case, const std::string& statistic);
 /// Relative.
 double tolerance_of(const RegressionCase& regression_case, const std::string& statistic);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <string_view>
 
 namespace grtx::sim {
@@ -15,32 +17,56 @@ using nlohmann::ordered_json;
 struct UnitNames {
   const char* unit;
   std::vector<std::string_view> prefixes;
+  std::vector<std::string_view> keys;  ///< prefixes of the configuration keys that it obeys
 };
 
 /// In the order in which data flow: a warp is launched, its rays go down the tree, its fetches to the DRAM. Of a name
 /// that several prefixes fit the longest counts.
 const std::vector<UnitNames>& units() {
   static const std::vector<UnitNames> all = {
-      {"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}},
-      {"SIMT core", {"gpu.simt."}},
-      {"RT scheduler and warp buffer", {"gpu.rt."}},
-      {"stack unit", {"gpu.rt.stack."}},
-      {"memory scheduler", {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."}},
-      {"prefetchers", {"gpu.rt.prefetch.", "gpu.rt.stack_prefetch."}},
-      {"ray-box unit", {"gpu.rt.ray_box."}},
-      {"ray-triangle unit", {"gpu.rt.ray_triangle."}},
-      {"ray-sphere unit", {"gpu.rt.ray_sphere."}},
-      {"ray-transform unit", {"gpu.rt.ray_transform."}},
-      {"any-hit collector", {"gpu.rt.any_hit"}},
-      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}},
-      {"L1 data cache", {"gpu.l1."}},
-      {"crossbar", {"gpu.crossbar."}},
-      {"L2", {"gpu.l2."}},
-      {"DRAM", {"gpu.dram."}},
-      {"whole machine", {""}},
-      {"energy", {"gpu.energy_"}},
-      {"lower bounds", {"gpu.bound."}}};
+      {"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}, {"gpu."}},
+      {"SIMT core", {"gpu.simt."}, {"simt."}},
+      {"RT scheduler and warp buffer", {"gpu.rt."}, {"rt."}},
+      {"stack unit", {"gpu.rt.stack."}, {}},
+      {"memory scheduler", {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."}, {"rt.memory"}},
+      {"prefetchers", {"gpu.rt.prefetch.", "gpu.rt.stack_prefetch."}, {"rt.prefetch.", "rt.stack_prefetch."}},
+      {"ray-box unit", {"gpu.rt.ray_box."}, {"rt.box."}},
+      {"ray-triangle unit", {"gpu.rt.ray_triangle."}, {"rt.triangle."}},
+      {"ray-sphere unit", {"gpu.rt.ray_sphere."}, {"rt.sphere."}},
+      {"ray-transform unit", {"gpu.rt.ray_transform."}, {"rt.transform."}},
+      {"any-hit collector", {"gpu.rt.any_hit"}, {"rt.any_hit"}},
+      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}, {"rt.checkpoint.", "rt.private_store."}},
+      {"L1 data cache", {"gpu.l1."}, {"l1."}},
+      {"crossbar", {"gpu.crossbar."}, {"crossbar."}},
+      {"L2", {"gpu.l2."}, {"l2."}},
+      {"DRAM", {"gpu.dram."}, {"dram."}},
+      {"whole machine", {""}, {"gpu.core_mhz"}},
+      {"energy", {"gpu.energy_"}, {}},
+      {"lower bounds", {"gpu.bound."}, {}}};
   return all;
+}
+
+/// Place of the unit with the longest prefix of `name`; none: no prefix fits.
+std::optional<std::size_t> place_of(const std::string& name, std::vector<std::string_view> UnitNames::*prefixes) {
+  std::optional<std::size_t> place;
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < units().size(); ++i) {
+    for (const std::string_view prefix : units()[i].*prefixes) {
+      if (!name.starts_with(prefix) || prefix.size() < longest) continue;
+      longest = prefix.size();
+      place = i;
+    }
+  }
+  return place;
+}
+
+/// Units whose configuration differs.
+std::set<std::size_t> changed_units(const StatisticsComparison& comparison) {
+  std::set<std::size_t> places;
+  for (const std::string& line : comparison.configuration) {
+    if (const auto place = place_of(line.substr(0, line.find(':')), &UnitNames::keys)) places.insert(*place);
+  }
+  return places;
 }
 
 /// What the whole machine did follows from its units.
@@ -79,16 +105,8 @@ std::string line_of(const StatisticDifference& difference) {
 
 StatisticUnit unit_of_statistic(const std::string& statistic) {
   if (statistic.starts_with("gpu.sm") && statistic.find(".rt.") != statistic.npos) return unit_of_statistic("gpu.rt.");
-  StatisticUnit unit;
-  std::size_t longest = 0;
-  for (std::size_t i = 0; i < units().size(); ++i) {
-    for (const std::string_view prefix : units()[i].prefixes) {
-      if (!statistic.starts_with(prefix) || prefix.size() < longest) continue;
-      longest = prefix.size();
-      unit = {i, units()[i].unit};
-    }
-  }
-  return unit;
+  const std::size_t place = *place_of(statistic, &UnitNames::prefixes);  // "" fits all
+  return {place, units()[place].unit};
 }
 
 bool is_time(const std::string& statistic, const std::string& unit) {
@@ -137,10 +155,16 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
 }
 
 const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
+  // Where a key differs, the cause is in its unit, whoever else moved.
+  std::set<std::size_t> among = changed_units(comparison);
+  const auto in_a_changed_unit = [&](const StatisticDifference& d) { return among.contains(d.unit.place); };
+  const auto& all = comparison.differences;
+  if (std::none_of(all.begin(), all.end(), in_a_changed_unit)) among.clear();
   const StatisticDifference* work = nullptr;
   const StatisticDifference* time = nullptr;
   const StatisticDifference* sum = nullptr;
-  for (const StatisticDifference& difference : comparison.differences) {
+  for (const StatisticDifference& difference : all) {
+    if (!among.empty() && !in_a_changed_unit(difference)) continue;
     if (is_sum(difference.unit)) {
       if (sum == nullptr) sum = &difference;
     } else if (!difference.time) {
@@ -152,14 +176,13 @@ const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
   return work != nullptr ? work : time != nullptr ? time : sum;
 }
 
-std::string text_of(const StatisticsComparison& comparison, std::size_t each) {
+namespace {
+
+constexpr std::size_t kMostMoved = 8;
+
+/// By unit, at most `each` of one (0: all).
+std::string by_unit(const std::vector<StatisticDifference>& all, std::size_t each) {
   std::string text;
-  for (const std::string& input : comparison.inputs) text += fmt::format("  input {}\n", input);
-  for (const std::string& key : comparison.configuration) text += fmt::format("  configuration {}\n", key);
-  if (const StatisticDifference* first = moved_first(comparison)) {
-    text += fmt::format("  moved first: {}: {}\n", first->unit.name, line_of(*first));
-  }
-  const auto& all = comparison.differences;
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
     while (end < all.size() && all[end].unit.place == all[begin].unit.place) ++end;
     text += fmt::format("  {}: {} differ\n", all[begin].unit.name, end - begin);
@@ -168,6 +191,39 @@ std::string text_of(const StatisticsComparison& comparison, std::size_t each) {
     if (shown < end) text += fmt::format("    and {} more\n", end - shown);
   }
   return text;
+}
+
+/// Those that moved most, and how many there are of each unit.
+std::string moved_most(const std::vector<StatisticDifference>& all) {
+  std::vector<const StatisticDifference*> order;
+  for (const StatisticDifference& difference : all) order.push_back(&difference);
+  // What is missing, or was nothing and is something now, has no share: it moved more than any that has.
+  const auto share = [](const StatisticDifference& d) {
+    return d.relative == 0.0 ? std::numeric_limits<double>::infinity() : std::abs(d.relative);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) { return share(*a) > share(*b); });
+  order.resize(std::min(order.size(), kMostMoved));
+  std::string text = order.empty() ? "" : "  moved most:\n";
+  for (const StatisticDifference* difference : order) text += fmt::format("    {}\n", line_of(*difference));
+  std::string counts;
+  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+    while (end < all.size() && all[end].unit.place == all[begin].unit.place) ++end;
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", all[begin].unit.name, end - begin);
+  }
+  if (all.size() > kMostMoved) text += fmt::format("  differ: {} (--each 0 prints all)\n", counts);
+  return text;
+}
+
+}  // namespace
+
+std::string text_of(const StatisticsComparison& comparison, std::optional<std::size_t> each) {
+  std::string text;
+  for (const std::string& input : comparison.inputs) text += fmt::format("  input {}\n", input);
+  for (const std::string& key : comparison.configuration) text += fmt::format("  configuration {}\n", key);
+  if (const StatisticDifference* first = moved_first(comparison)) {
+    text += fmt::format("  moved first: {}: {}\n", first->unit.name, line_of(*first));
+  }
+  return text + (each ? by_unit(comparison.differences, *each) : moved_most(comparison.differences));
 }
 
 }  // namespace grtx::sim

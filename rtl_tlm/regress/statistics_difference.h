@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,10 +42,11 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
                                         const nlohmann::ordered_json& found);
 
 /// What moved first: in the flow of data, the first unit that did more or less; where all units did as much as before,
-/// the last that took longer or shorter, because waiting spreads against the flow. nullptr when nothing differs.
+/// the last that took longer or shorter, because waiting spreads against the flow. Where a key of the configuration
+/// differs and its unit moved, it is that unit. nullptr when nothing differs.
 const StatisticDifference* moved_first(const StatisticsComparison& comparison);
 
-/// For people: at most `each` statistics a unit (0: all). Lines, indented.
-std::string text_of(const StatisticsComparison& comparison, std::size_t each);
+/// For people: at most `each` statistics a unit (0: all); without, those that moved most. Lines, indented.
+std::string text_of(const StatisticsComparison& comparison, std::optional<std::size_t> each);
 
 }  // namespace grtx::sim

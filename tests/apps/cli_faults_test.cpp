@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <set>
 
 #include "apps/program.h"
 #include "grtx/frontend/image/image.h"
@@ -87,6 +88,77 @@ TEST_F(CliFaults, AnInputIsOverwrittenByAnOutput) {
   expect_refused(trace_ + "-o s.ply", "is an input, too");
   expect_refused(trace_ + "--no-trace --image i.png --heatmap visits=i.png", "two outputs have one name");
   EXPECT_EQ(folder_.read("t.grtx"), trace);
+}
+
+TEST_F(CliFaults, AnOutputThatFollowsFromAnotherIsOverwritten) {
+  make_scene();
+  const std::string trace = folder_.read("t.grtx"), no_trace = trace_ + "--no-trace ";
+  const std::string other = "trace --cameras s.cameras.json --width 8 --height 8 --accel tlas-tri20 ";
+  const std::string two = "two outputs have one name", lost = "is an input, too, and would be lost";
+  folder_.write("w.gtkw", trace);
+  folder_.write("w.warp_state.filter", trace);
+  folder_.write("x.grtx.partial", folder_.read("s.ply"));
+  folder_.write("objects.json", R"([{"file": "s.ply"}])");
+  std::filesystem::create_hard_link(folder_.path("t.grtx"), folder_.path("hard.grtx"));
+  std::filesystem::create_directory(folder_.path("out"));
+  folder_.write("out/results.json", R"([{"file": "../s.ply"}])");
+  struct Case {
+    std::string arguments, one, other, rule;
+  };
+  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 8 --height 8 -o out ";
+  for (const Case& c :
+       {Case{no_trace + "--image d.exr --heatmap visits=d.png", "--image", "--heatmap (writes ", two},
+        Case{no_trace + "--image visits.exr --heatmap visits", "--image", "--heatmap (writes ", two},
+        Case{no_trace + "--views 0:1 --image i.png --stats i_1.png", "--image (writes ", "--stats", two},
+        Case{other + "--no-trace --stats s.ply --scene objects.json", "--stats", "s.ply", lost},
+        Case{other + "-o x.grtx --scene x.grtx.partial", "--output", "--scene", lost},
+        Case{"sim w.gtkw --vcd w.vcd", "--vcd (writes ", "TRACE", lost},
+        Case{"sim w.warp_state.filter --vcd w.vcd", "--vcd (writes ", "TRACE", lost},
+        Case{"sim t.grtx --vcd w.vcd --stats w.gtkw", "--stats", "--vcd (writes ", two},
+        Case{"sim t.grtx --stats hard.grtx", "--stats", "TRACE", lost},
+        Case{"sim t.grtx --mode model --stats t.grtx.counts", "--stats", "TRACE (writes ", two},
+        Case{run + "--config out/grtx.grtx", "--output (writes ", "--config", lost},
+        Case{"run --scene out/results.json --cameras s.cameras.json --width 8 --height 8 -o out", "--output (writes ",
+             "--scene", lost}}) {
+    SCOPED_TRACE(c.arguments);
+    expect_refused(c.arguments, c.one);
+    expect_refused(c.arguments, c.other);
+    expect_refused(c.arguments, c.rule);
+  }
+  for (const char* name : {"t.grtx", "w.gtkw", "w.warp_state.filter", "hard.grtx"})
+    EXPECT_EQ(folder_.read(name), trace);
+  for (const char* name : {"d.exr", "d.png", "i_0.png", "x.grtx", "out/grtx.grtx"})
+    EXPECT_FALSE(folder_.has(name)) << name;
+}
+
+TEST_F(CliFaults, EveryFileThatACommandWritesIsKnownBefore) {
+  make_scene();
+  // Whatever appears is asked for again, as the name of another output.
+  struct Case {
+    std::string arguments, other;
+  };
+  for (const Case& c :
+       {Case{trace_ + "--no-trace --image a.png --heatmap visits=h.png", "--stats "},
+        Case{trace_ + "--no-trace --image f.png --views 0:1", "--stats "},
+        Case{"sim t.grtx --vcd w.vcd --timeline l.json", "--stats "}, Case{"sim t.grtx --mode model", "--stats "}}) {
+    const auto names = [&] {
+      std::set<std::string> all;
+      for (const auto& entry : std::filesystem::directory_iterator(folder_.path(""))) {
+        all.insert(entry.path().filename().string());
+      }
+      return all;
+    };
+    const std::set<std::string> before = names();
+    const Outcome outcome = folder_.run(c.arguments + " --quiet");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    unsigned appeared = 0;
+    for (const std::string& name : names()) {
+      if (before.contains(name) || name.find(".anchors-") != std::string::npos) continue;
+      expect_refused(c.arguments + " " + c.other + name, "two outputs have one name");
+      ++appeared;
+    }
+    EXPECT_GE(appeared, 1U) << c.arguments;
+  }
 }
 
 TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {

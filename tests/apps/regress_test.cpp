@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <sstream>
+
 #include "apps/program.h"
 
 namespace grtx::e2e {
@@ -85,6 +87,10 @@ TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
   EXPECT_THAT(differs.out, AllOf(HasSubstr("a: differs: "), HasSubstr("  configuration simt.cost.trace_call: 6 -> 999"),
                                  HasSubstr("  moved first: SIMT core: gpu.simt."), HasSubstr("  whole machine: "),
                                  HasSubstr("    and ")));
+  // Without --each: what moved most, and no page.
+  const std::string brief = folder_.run("regress d").out;
+  EXPECT_THAT(brief, AllOf(HasSubstr("  moved most:\n    gpu."), HasSubstr("  differ: ")));
+  EXPECT_LE(std::count(brief.begin(), brief.end(), '\n'), 16) << brief;
   const std::string xml = folder_.read("out.xml");
   EXPECT_THAT(xml, AllOf(HasSubstr("tests=\"1\" failures=\"1\" errors=\"0\""),
                          HasSubstr("<testcase classname=\"d\" name=\"a\""), HasSubstr("<failure message=\""),
@@ -139,6 +145,9 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   expect_refused("regress d --reason x", "--reason: needs --update");
   expect_refused("regress d --cases b", "d: b: is the name of no case");
   ASSERT_EQ(record().code, 0);
+  for (const char* lost : {"d/records.tsv", "d/a.case.toml", "t.grtx"}) {
+    expect_refused(std::string("regress d --junit ") + lost, "is an input, too, and would be lost");
+  }
   const struct {
     const char *more, *text;
   } cases[] = {{"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
@@ -155,9 +164,16 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
                {"x = = 1\n", "line 3: "},
                {"machine = 'papr'\n", "papr: is none of"},
                {"config = 'none.toml'\n", "none.toml: "},
-               {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"}};
+               {"statistics = ['gpu.nothing']\n", "statistics: name none that this simulation has"},
+               {"set = ['l2.latenzy=1']\n", "b.case.toml: line 3: set: l2.latenzy: unknown key"},
+               {"set = [\n'l2.latency=200',\n'l2.latency=-1']\n", "b.case.toml: line 5: set: l2.latency: must be"}};
   for (const auto& c : cases) {
-    write_case("b", c.more);
+    const std::string more = c.more;
+    if (more.starts_with("set")) {
+      folder_.write("d/b.case.toml", "trace = '../t.grtx'\n\n" + more);
+    } else {
+      write_case("b", more);
+    }
     expect_refused("regress d", c.text);
   }
   // What only shows when a case is run leaves the others alone.
@@ -171,6 +187,34 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
     folder_.write("d/records.tsv", table);
     expect_refused("regress d --cases a", "records.tsv: ");
   }
+}
+
+TEST_F(Regress, AnEmptyRecordIsEqual) {
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  std::string table;
+  std::istringstream lines(folder_.read("d/records.tsv"));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("gpu.")) table += line + '\n';
+  }
+  folder_.write("d/records.tsv", table);
+  const Outcome refused = folder_.run("regress d");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("records.tsv: a: holds none of the case's statistics"));
+  EXPECT_EQ(record().code, 0);
+  EXPECT_EQ(folder_.run("regress d").code, 0);
+}
+
+TEST_F(Regress, AMistypedToleranceIsNone) {
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  write_case("a", "statistics = ['gpu.l1.*']\n[tolerance]\n'gpu.l1.*' = 0.1\n'gpu.l3.*' = 0.1\n");
+  EXPECT_THAT(folder_.run("regress d").err,
+              HasSubstr("a.case.toml: line 6: tolerance: 'gpu.l3.*' fits none that is compared"));
+  write_case("a", "statistics = ['gpu.l1.*']\n[tolerance]\n'gpu.l2.*' = 0.1\n");  // there, and not compared
+  EXPECT_EQ(folder_.run("regress d").code, 2);
+  write_case("a", "statistics = ['gpu.l1.*', 'gpu.l3.*']\n");
+  EXPECT_THAT(folder_.run("regress d").err, HasSubstr("statistics: 'gpu.l3.*' is the name of none"));
 }
 
 TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/file_lock.h"
 #include "paths.h"
 
 namespace grtx {
@@ -70,6 +71,27 @@ TEST_F(RunTest, FourDesignsEndToEnd) {
   EXPECT_LT(stat("hw", "tracer.visits.total"), stat("baseline", "tracer.visits.total"));
   EXPECT_LT(stat("grtx", "tracer.visits.total"), stat("sw", "tracer.visits.total"));
   EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
+}
+
+TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  std::filesystem::create_directories(folder + "/out");
+  const std::string run = "run " + scene_arguments() + config() + "--mode fast --quiet -o " + folder + "/out";
+  {
+    const FileLock other(folder + "/out/run.lock", "out", "");  // as another process holds it
+    const Outcome refused = grtx(run);
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_EQ(refused.output, "grtx: " + folder + "/out: another grtx run is filling it\n");
+    EXPECT_FALSE(std::filesystem::exists(folder + "/out/results.json"));
+  }
+  write_file(folder + "/out/run.lock", "");  // a killed run leaves it
+  must(run);
+  EXPECT_FALSE(std::filesystem::exists(folder + "/out/run.lock"));
+  const nlohmann::json inputs = json("out/results.json").at("inputs");
+  for (const char* design : {"baseline", "sw", "hw", "grtx"}) {
+    EXPECT_EQ(inputs.at(design).at("trace.files_hash"), inputs.at("grtx").at("trace.files_hash"));
+    EXPECT_NE(inputs.at(design).at("trace.files").get<std::string>().find("s.cameras.json "), std::string::npos);
+  }
 }
 
 TEST_F(RunTest, SecondaryRaysEndToEnd) {
