@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 std::string canonical(const std::string& path) {
   std::error_code unknown;
-  const fs::path found = fs::weakly_canonical(path, unknown);
+  const fs::path found = fs::weakly_canonical(fs::absolute(path, unknown), unknown);
   return unknown ? path : found.string();
 }
 
