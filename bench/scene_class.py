@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Of which class a scene is: the statistics by which whole rooms and buildings differ from objects (docs/results/scene-classes.md).
+
+    bench/scene_class.py [--program GRTX] [--size 128] [--csv F.csv] [--range F.csv] [--speedups] SCENE.ply[:VIEW,VIEW...]...
+
+Cameras are those beside the scene, SCENE.cameras.json; without views, all of them. Rays are traced as the machine `paper` asks,
+and sw and grtx are simulated in fast mode, grtx with checkpoint traffic that costs nothing. --csv adds the rows to a file; --range
+prints what lies outside the range of such a file's rows in bold and then exits with 1; --speedups simulates all designs.
+"""
+import argparse
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+FREE = ("--set", "rt.private_store.checkpoint_entries=1024")
+TRACES = {"baseline": ("tri20", "off"), "hw": ("tri20", "on"), "sw": ("tlas-tri20", "off"), "grtx": ("tlas-tri20", "on")}
+SAMPLE = 64  # warps in which entries are looked at one by one
+
+
+def columns(of, entries):
+    """of(design, statistic) -> value; entries: of the sample. The row in the order of the table."""
+    rays, rounds = of("grtx", "tracer.rays"), of("grtx", "tracer.rounds")
+    mib = 2.0 ** -20
+    return {
+        "footprint tri20": of("baseline", "accel.footprint_bytes") * mib,
+        "footprint tlas": of("grtx", "accel.footprint_bytes") * mib,
+        "rounds": rounds / rays,
+        "ERT %": 100 * of("grtx", "tracer.ert_share"),
+        "hits / processed": of("grtx", "tracer.hits_behind_end"),
+        "visits baseline": of("baseline", "tracer.visits.total") / rays,
+        "visits sw": of("sw", "tracer.visits.total") / rays,
+        "visits grtx": of("grtx", "tracer.visits.total") / rays,
+        "written": of("grtx", "tracer.checkpoint.written") / rounds,
+        "read": of("grtx", "tracer.checkpoint.read") / rounds,
+        "in BLAS %": 100 * entries["blas"] / entries["written"],
+        "forwarded %": 100 * of("free", "gpu.rt.replay_forwards") / of("grtx", "tracer.checkpoint.read"),
+        "most entries": of("grtx", "tracer.checkpoint.max_per_ray"),
+        "L1 sw %": 100 * of("sw", "gpu.l1.node.hit_rate"),
+        "L1 free %": 100 * of("free", "gpu.l1.node.hit_rate"),
+    }
+
+
+def speedups(of):
+    return {design: of("baseline", "gpu.cycles") / of(design, "gpu.cycles") for design in ("sw", "hw", "grtx", "free")}
+
+
+def call(program, *arguments):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"scene_class: {arguments[0]}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def look_at_entries(program, trace):
+    """Checkpoint entries written, of those inside a BLAS, read, and of those only passed on, in a sample of the warps."""
+    header = json.loads(call(program, "trace-dump", trace, "--warp", 0, "--lane", 0).split("header ", 1)[1].split("\n", 1)[0])
+    found = dict.fromkeys(("written", "blas", "read", "forwarded"), 0)
+    for warp in sorted({number * header["groups"] // SAMPLE for number in range(SAMPLE)}):
+        for line in call(program, "trace-dump", trace, "--warp", warp).splitlines():
+            event = re.match(r" +\d+ (\w+) +0x", line)
+            if not event:
+                continue
+            found["read"] += event[1] in ("take", "forward")
+            found["forwarded"] += event[1] == "forward"
+            before, kept, children = line.partition("checkpointed")
+            if kept:  # the node itself, or those of its children that follow
+                addresses = re.findall(r":0x(\w+)", children) or re.findall(r" 0x(\w+)", before)[:1]
+                found["written"] += len(addresses)
+                found["blas"] += sum(int(address, 16) >= header["blas_base"] for address in addresses)
+    return found
+
+
+def measure(options, scene, view):
+    cameras = scene.removesuffix(".ply") + ".cameras.json"
+    machine = ("--machine", "paper")
+    statistics = {}
+    with tempfile.TemporaryDirectory(prefix="grtx_scene_class_") as folder:
+
+        def simulate(name, design, *settings):
+            file = os.path.join(folder, name + ".sim.json")
+            call(options.program, "sim", os.path.join(folder, design + ".grtx"), "--mode", "fast", *machine, *settings, "--stats", file)
+            load(name, file)
+
+        def load(name, file):
+            with open(file, encoding="utf-8") as text:
+                statistics.setdefault(name, {}).update(json.load(text)["stats"])
+
+        def of(design, name):
+            return statistics[design][name]["value"]
+
+        for design, (accel, checkpoint) in TRACES.items():
+            if design == "hw" and not options.speedups:
+                continue
+            trace, file = os.path.join(folder, design + ".grtx"), os.path.join(folder, design + ".json")
+            kept = ("--no-trace",) if design == "baseline" and not options.speedups else ("-o", trace)
+            call(options.program, "trace", "--scene", scene, "--cameras", cameras, "--view", view, "--width", options.size,
+                 "--height", options.size, *machine, "--accel", accel, "--checkpoint", checkpoint, *kept, "--stats", file, "--quiet")
+            load(design, file)
+            if design == "sw" or options.speedups:
+                simulate(design, design)
+        simulate("free", "grtx", *FREE)
+        row = columns(of, look_at_entries(options.program, os.path.join(folder, "grtx.grtx")))
+        return {**row, **speedups(of)} if options.speedups else row
+
+
+def views_of(scene):
+    with open(scene.removesuffix(".ply") + ".cameras.json", encoding="utf-8") as file:
+        return range(len(json.load(file)))
+
+
+def write(value):
+    return f"{value:.2f}" if value < 10 else f"{value:.0f}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", default="build/release/grtx")
+    parser.add_argument("--size", type=int, default=128, help="pixels an edge")
+    parser.add_argument("--csv", help="rows are added to this file")
+    parser.add_argument("--range", help="rows of the class: what lies outside is bold")
+    parser.add_argument("--speedups", action="store_true", help="all designs, over the baseline")
+    parser.add_argument("scenes", nargs="+", metavar="SCENE.ply[:VIEWS]")
+    options = parser.parse_args()
+    allowed = {}
+    if options.range:
+        with open(options.range, encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        allowed = {name: (min(float(r[name]) for r in rows), max(float(r[name]) for r in rows))
+                   for name in rows[0] if name not in ("view", "sw", "hw", "grtx", "free")}  # speed-ups are no property
+    outside = False
+    head = None
+    for asked in options.scenes:
+        scene, _, views = asked.partition(":")
+        for view in (int(v) for v in views.split(",")) if views else views_of(scene):
+            row = {column: float(f"{value:.6g}") for column, value in measure(options, scene, view).items()}
+            name = f"{os.path.basename(scene).removesuffix('.ply')} {view}"
+            if head is None:
+                head = list(row)
+                print("| view | " + " | ".join(head) + " |\n|" + "---|" * (len(head) + 1))
+            cells = []
+            for column, value in row.items():
+                least, most = allowed.get(column, (value, value))
+                inside = least <= value <= most
+                outside = outside or not inside
+                cells.append(write(value) if inside else f"**{write(value)}**")
+            print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+            if options.csv:
+                new = not os.path.exists(options.csv)
+                with open(options.csv, "a", encoding="utf-8", newline="") as file:
+                    writer = csv.writer(file)
+                    if new:
+                        writer.writerow(["view"] + head)
+                    writer.writerow([name, *row.values()])
+    if allowed:
+        print("| *range* | " + " | ".join(f"{write(allowed[c][0])} to {write(allowed[c][1])}" if c in allowed else "" for c in head) + " |")
+    return 1 if outside else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
