@@ -104,7 +104,7 @@ std::string make_room(const Options& options) {
   const std::string folder = fs::absolute(options.output).string() + "/room";
   fs::create_directories(folder);
   const std::string scene = folder + "/room.ply";
-  if (!fs::exists(scene)) run_program(fmt::format("synth --preset indoor --count {} -o '{}'", options.room, scene));
+  if (!fs::exists(scene)) run_program(fmt::format("synth --preset flat --count {} -o '{}'", options.room, scene));
   const std::map<std::string, std::string> designs = {{"baseline", "--accel tri20"},
                                                       {"sw", "--accel tlas-tri20"},
                                                       {"hw", "--accel tri20 --checkpoint on"},

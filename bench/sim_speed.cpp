@@ -142,7 +142,7 @@ std::vector<std::string> make_traces(const std::string& folder) {
     }
   };
   const std::string scene = folder + "/room.ply";
-  run("synth --preset indoor --count 20000 -o '" + scene + "'");
+  run("synth --preset flat --count 20000 -o '" + scene + "'");
   std::vector<std::string> traces;
   for (const auto& [name, arguments] :
        std::map<std::string, std::string>{{"baseline", "--accel tri20"},

@@ -52,7 +52,7 @@ runs=(
   "single|--accel tri80 --checkpoint off --tracing single --k 64 --mapping linear|--set rt.memory.by_shader=true --set gpu.rt_units=2"
 )
 scene=$folder/scene.ply
-"$folder/gcc_O3/grtx" synth --preset indoor --count 2000 --seed 7 -o "$scene" --quiet
+"$folder/gcc_O3/grtx" synth --preset flat --count 2000 --seed 7 -o "$scene" --quiet
 for run in "${runs[@]}"; do
   IFS='|' read -r name trace_options settings <<< "$run"
   for build in "${builds[@]}"; do

@@ -34,10 +34,10 @@ mkdir -p "$out"
 out=$(cd "$out" && pwd)
 
 step "3/5 A scene of $count Gaussians, and its picture"
-"$grtx" synth --preset object --count "$count" --seed 1 -o "$out/object.ply"
-view=(--scene "$out/object.ply" --cameras "$out/object.cameras.json" --view 0)
-"$grtx" trace "${view[@]}" --width 512 --height 512 --accel tlas-sphere --tracing tiles --no-trace --image "$out/object.png" --quiet >"$out/object.txt"
-echo "picture, 512 x 512: $out/object.png"
+"$grtx" synth --preset hall --count "$count" --seed 1 -o "$out/hall.ply"
+view=(--scene "$out/hall.ply" --cameras "$out/hall.cameras.json" --view 0)
+"$grtx" trace "${view[@]}" --width 512 --height 512 --accel tlas-sphere --tracing tiles --no-trace --image "$out/hall.png" --quiet >"$out/hall.txt"
+echo "picture, 512 x 512: $out/hall.png"
 
 results=()
 for machine in paper modern; do
@@ -47,6 +47,6 @@ for machine in paper modern; do
 done
 
 step "5/5 Results"
-"$grtx" report "${results[@]}" --image "$out/object.png" --title "GRTX-TLM: the demo" -o "$out/report.html"
+"$grtx" report "${results[@]}" --image "$out/hall.png" --title "GRTX-TLM: the demo" -o "$out/report.html"
 python3 "$here/scripts/demo_table.py" "$(basename "$grtx")" "${results[@]}"
 echo "Report, open it in a browser: $out/report.html"

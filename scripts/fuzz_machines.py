@@ -36,7 +36,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.sectors_per_cycle",
           "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes", "fast.stride",
           "dram.group_bytes"}
-SCENES = [("object", 120), ("indoor", 150), ("object", 400)]
+SCENES = [("object", 120), ("flat", 150), ("object", 400)]
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("tri80", "off"),
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
            ("tlas-sphere", "on")]

@@ -102,7 +102,7 @@ class Selftest {
   std::string result(const std::string& step) {
     if (step == "synth") {
       const std::string error =
-          call({"synth", "--preset", "indoor", "--count", "3000", "--seed", "5", "-o", file("scene.ply")});
+          call({"synth", "--preset", "flat", "--count", "3000", "--seed", "5", "-o", file("scene.ply")});
       return error.empty() ? hash_line("scene", "scene.ply") + hash_line("cameras", "scene.cameras.json") : error;
     }
     if (step == "trace") {

@@ -34,7 +34,12 @@ void add_synth(CLI::App& app, CommonOptions& common) {
         }
         return 0;
       });
-  command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
+  command->add_option("--preset", options->synth.preset, "Kind of scene")
+      ->check([](const std::string& preset) {
+        const std::string renamed = frontend::synth_renamed(preset);
+        return renamed.empty() ? renamed : preset + " " + renamed;
+      })
+      ->check(one_of(frontend::synth_presets()));
   // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
   command->add_option("--count", options->count, "Number of Gaussians; of dense_indoor by default 1000000")
       ->check(in_range(1.0, 4294967294.0))

@@ -22,6 +22,9 @@ const std::string kStressPrefix = "stress-";
 
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
+  if (const std::string renamed = synth_renamed(options.preset); !renamed.empty()) {
+    throw Error("preset", options.preset, renamed);
+  }
   if (std::find(known.begin(), known.end(), options.preset) == known.end()) {
     throw Error("preset", options.preset,
                 fmt::format("is not known; the nearest name is {}", nearest_name(options.preset, known)));
@@ -34,10 +37,12 @@ void check(const SynthOptions& options) {
 }
 
 SynthWorld world_of(const std::string& preset) {
-  if (preset == "indoor") return indoor_world();
+  if (preset == "hall") return hall_world();
+  if (preset == "building") return building_world();
+  if (preset == "flat") return flat_world();
   if (preset == "dense_indoor") return dense_indoor_world();
   if (preset == "room") return room_world();
-  if (preset == "outdoor") return outdoor_world();
+  if (preset == "garden") return garden_world();
   return object_world();
 }
 
@@ -50,8 +55,14 @@ std::string synth_cameras_path(const std::string& path) {
 
 std::uint64_t synth_default_count(const std::string& preset) { return preset == "dense_indoor" ? 1000000 : 100000; }
 
+std::string synth_renamed(const std::string& preset) {
+  const std::string now = preset == "indoor" ? "flat" : preset == "outdoor" ? "garden" : "";
+  if (now.empty()) return {};
+  return fmt::format("is called {} now, with the same bytes; scenes like the paper's are hall, room and building", now);
+}
+
 std::vector<std::string> synth_presets() {
-  std::vector<std::string> names{"indoor", "dense_indoor", "room", "outdoor", "object"};
+  std::vector<std::string> names{"hall", "building", "room", "object", "flat", "garden", "dense_indoor"};
   for (const std::string& name : stress_names()) names.push_back(kStressPrefix + name);
   return names;
 }

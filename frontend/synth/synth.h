@@ -8,7 +8,7 @@
 namespace grtx::frontend {
 
 struct SynthOptions {
-  std::string preset = "indoor";  ///< indoor, dense_indoor, outdoor, object, stress-NAME
+  std::string preset = "hall";  ///< of synth_presets()
   std::uint64_t count = 100000;
   std::uint64_t seed = 1;
   unsigned sh_degree = 2;
@@ -16,6 +16,9 @@ struct SynthOptions {
 
 /// Names accepted as preset.
 std::vector<std::string> synth_presets();
+
+/// What to say of a name that a preset once had; empty for all others.
+std::string synth_renamed(const std::string& preset);
 
 /// Gaussians where nobody says how many.
 std::uint64_t synth_default_count(const std::string& preset);

@@ -88,6 +88,58 @@ glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
   }
 }
 
+/// ln d8 of a patch by how well a capture sees it: from the nearest camera that has it in view and that it faces;
+/// coarse where there is none.
+double captured_spacing(const SynthPatch& patch, const SynthWorld& world) {
+  constexpr double kNearest = 0.08;  // in diagonals: no capture is finer than that close by
+  constexpr double kUnseen = 0.9;
+  const bool flat = patch.shape == SynthShape::quad || patch.shape == SynthShape::ground;
+  const glm::dvec3 middle = flat ? patch.origin + 0.5 * (patch.a + patch.b) : patch.origin;
+  const double radius = 0.5 * (glm::length(patch.a) + glm::length(patch.b));
+  double nearest = std::numeric_limits<double>::max();
+  double seen = nearest;
+  for (const Camera& camera : world.cameras) {
+    const glm::dvec3 from_eye = middle - camera.position;
+    const double distance = glm::length(from_eye);
+    nearest = std::min(nearest, distance);
+    if (flat && glm::dot(from_eye, glm::cross(patch.a, patch.b)) > 0.0) continue;
+    const glm::dvec3 at = glm::transpose(camera.rotation) * from_eye;
+    const double half = std::max(0.0, at.z) * 0.5 * camera.width / camera.fx + radius;
+    if (at.z > -radius && std::abs(at.x) < half && std::abs(at.y) < half) seen = std::min(seen, distance);
+  }
+  const double at = std::max(std::min(seen, 2.0 * nearest) / world.diagonal, kNearest);
+  return world.statistics.capture * portable_log(at) + (seen < std::numeric_limits<double>::max() ? 0.0 : kUnseen);
+}
+
+/// How far it is to the rim of what a Gaussian lies on.
+struct ToRim {
+  double across, along;
+  glm::dvec3 direction;  ///< of `along`
+};
+
+ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {
+  switch (patch.shape) {
+    case SynthShape::quad: {
+      const glm::dvec3 a = glm::normalize(patch.a);
+      const glm::dvec3 b = glm::normalize(patch.b);
+      const double s = glm::dot(at - patch.pattern_origin, a);
+      const double t = glm::dot(at - patch.pattern_origin, b);
+      const double to_a = std::max(0.0, std::min(s, patch.whole_a - s));
+      const double to_b = std::max(0.0, std::min(t, patch.whole_b - t));
+      return to_a < to_b ? ToRim{to_a, to_b, b} : ToRim{to_b, to_a, a};
+    }
+    case SynthShape::cylinder:
+      return {glm::length(patch.a), glm::length(patch.c), patch.c};
+    case SynthShape::ellipsoid: {
+      double size[] = {patch.a.x, patch.b.y, patch.c.z};
+      std::sort(std::begin(size), std::end(size));
+      return {0.6 * size[1], 0.6 * size[2], {0, 0, 0}};
+    }
+    default:
+      return {1e30, 1e30, {0, 0, 0}};
+  }
+}
+
 }  // namespace
 
 SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
@@ -116,7 +168,8 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
     SynthRandom object(options_.seed, kDensity, patches[i].object);
     SynthRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
     // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
-    const double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
+    double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
+    if (statistics.capture > 0.0) log_spacing += captured_spacing(patches[i], world_);
     const bool volume = patches[i].shape == SynthShape::haze;
     weights.push_back(volume ? 0.0 : patches[i].area * portable_exp(-2.0 * log_spacing));
     surface_weight += weights.back();
@@ -187,12 +240,20 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
   const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
   // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
-  const double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
+  double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
   const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
-  const double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
+  double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
   const SynthGamma& flatness =
       random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
   const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
+  glm::dvec3 along_rim{0.0};
+  if (statistics.rims) {
+    const ToRim rim = to_rim(part.patch, surface_point);
+    const double across = portable_log(0.5 * rim.across + 0.12 * part.spacing);
+    if (largest > across) along_rim = rim.direction;
+    largest = std::min(largest, portable_log(0.5 * rim.along + 0.12 * part.spacing));
+    middle = std::min({middle, across, largest});
+  }
   const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
   const double floor = portable_log(statistics.smallest_scale);
   const std::array<double, 3> scales{std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
@@ -206,6 +267,7 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
     const glm::dvec3 wanted = part.patch.grain + 0.25 * wobble;
     if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
   }
+  if (glm::length(glm::cross(along_rim, normal)) > 0.1 * glm::length(along_rim)) along = along_rim;
   shape_row(row, along, normal, scales, random);
   row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
 

@@ -1,4 +1,4 @@
-// A furnished living room, 5 m by 4.2 m: the first room of the indoor preset and all of the room preset. Units: metres;
+// A furnished living room, 5 m by 4.2 m: the first room of the flat preset and all of the room preset. Units: metres;
 // y points down.
 #include "grtx/frontend/synth/synth_rooms.h"
 #include "grtx/frontend/synth/synth_world.h"
@@ -31,6 +31,26 @@ void room_shell(SynthLayout& layout) {
   layout.style({P::mottled, {0.14, 0.30, 0.10}, {0.40, 0.52, 0.24}, 0.6}, 0.9);  // hedge before the window
   layout.leaves({1.4, -1.0, -2.2}, {1.6, 1.2, 0.5}, 0.2);
   layout.leaves({4.0, -1.0, -2.4}, {1.5, 1.2, 0.5}, 0.2);
+}
+
+/// The rooms behind the walls, as a capture of the one leaves them.
+void other_side(SynthLayout& layout) {
+  const V x(1, 0, 0);
+  const V z(0, 0, 1);
+  layout.style({P::plain, {0.70, 0.68, 0.64}, {0.62, 0.60, 0.57}, 0.8}, 0.4);
+  wall_face(layout, {{-0.2, 0, 0}, z, 4.2, kCeiling, {}}, false);
+  wall_face(layout, {{-3.0, 0, 0}, z, 4.2, kCeiling, {}}, true);
+  wall_face(layout, {{5.2, 0, 0}, z, 4.2, kCeiling, {}}, true);
+  wall_face(layout, {{8.0, 0, 0}, z, 4.2, kCeiling, {}}, false);
+  wall_face(layout, {{0, 0, 4.4}, x, 5, kCeiling, {}}, false);
+  wall_face(layout, {{0, 0, 6.6}, x, 5, kCeiling, {}}, true);
+  wall_face(layout, {{0, 0, -0.25}, x, 5, kCeiling, {{1.4, 3.4, 0.9, 2.3}}}, true);
+  layout.style({P::mottled, {0.45, 0.43, 0.40}, {0.36, 0.34, 0.32}, 0.8}, 1.2);  // what a capture leaves below
+  layout.quad({0, 0.25, 0}, {5, 0, 0}, {0, 0, 4.2});
+  layout.style({P::books, {0.35, 0.28, 0.2}, V(1.0), 0.08}, 0.2);
+  layout.box({-1.4, 0, 2.1}, {0.6, 2.0, 2.6});
+  layout.box({6.4, 0, 2.1}, {0.6, 2.0, 2.6});
+  layout.box({2.0, 0, 5.6}, {2.6, 2.0, 0.6});
 }
 
 }  // namespace
@@ -86,16 +106,17 @@ void furnish_living_room(SynthLayout& layout) {
 SynthWorld room_world() {
   SynthWorld world;
   room_shell(world.layout);
+  other_side(world.layout);
   // A capture of one room spends its Gaussians on what is in it: furniture is twice as fine as in the flat, walls
   // coarser.
   const std::size_t furniture = world.layout.patches().size();
   furnish_living_room(world.layout);
-  world.layout.refine(furniture, 0.7);
-  world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -2.0;
+  world.layout.refine(furniture, 0.4);
+  world.layout.style({P::mottled, {0.7, 0.66, 0.6}, {0.5, 0.48, 0.45}, 0.8}).opacity_shift = -3.5;
   world.layout.haze({2.5, -1.35, 2.1}, {2.4, 1.3, 2.0});
-  world.statistics = indoor_statistics();
-  world.statistics.density_sd = 0.4;     // the rest of the variance is by content
-  world.statistics.haze_share = 0.0008;  // one room was walked around in more slowly: fewer floaters than in the flat
+  world.statistics = whole_scene_statistics();
+  world.statistics.size_mean = -0.39;
+  world.statistics.haze_share = 0.0003;
   world.light = {0.25, -0.75, -0.6};
   world.ambient = 0.62;
   world.background = true;
@@ -104,7 +125,7 @@ SynthWorld room_world() {
   world.cameras = {synth_camera("sofa", {4.55, -1.5, 0.5}, {1.2, -0.8, 2.6}, 70),
                    synth_camera("window", {4.3, -1.45, 3.8}, {1.8, -1.05, 0.6}, 70),
                    synth_camera("bookcase", {0.9, -1.5, 0.8}, {4.4, -0.9, 2.8}, 70),
-                   synth_camera("table", {3.9, -1.3, 3.3}, {2.4, -0.45, 2.1}, 60)};
+                   synth_camera("door", {1.2, -1.5, 0.6}, {3.2, -0.9, 4.2}, 70)};
   return world;
 }
 

@@ -41,4 +41,23 @@ SynthStatistics indoor_statistics() {
   return s;
 }
 
+SynthStatistics whole_scene_statistics() {
+  SynthStatistics s;
+  s.density_sd = 0.25;
+  s.size_mean = -0.35;
+  s.size_sd = 0.58;
+  s.thickness = 0.35;
+  s.capture = 1.0;
+  s.rims = true;
+  s.middle_follows = 0.7;
+  s.small_follows = 0.4;
+  s.large_to_middle = {2.0, 0.54};
+  s.middle_to_small = {1.58, 0.71};
+  s.opacity = {0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.10, 0.11, 0.13, 0.27};
+  s.opacity_size_correlation = -0.25;
+  s.haze_share = 0.001;
+  s.sh_rms = {0.05, 0.12, 0.08, 0.06};
+  return s;
+}
+
 }  // namespace grtx::frontend

@@ -213,6 +213,8 @@ void SynthLayout::quad(glm::dvec3 origin, glm::dvec3 a, glm::dvec3 b, double cel
   SynthPatch patch = style_;
   if (patch.shape != SynthShape::ground) patch.shape = SynthShape::quad;
   patch.pattern_origin = origin;
+  patch.whole_a = glm::length(a);
+  patch.whole_b = glm::length(b);
   patch.a = a / static_cast<double>(across);
   patch.b = b / static_cast<double>(along);
   for (int i = 0; i < across; ++i) {

@@ -31,12 +31,14 @@ struct SynthPatch {
   SynthTexture texture;
   glm::dvec3 origin{0.0}, a{1, 0, 0}, b{0, 1, 0}, c{0, 0, 1};
   glm::dvec3 pattern_origin{0.0};  ///< so that tiles of one wall share a pattern
-  glm::dvec3 grain{0.0};           ///< preferred direction of the longest axis; zero: none
-  double leaf_radius = 0.05;       ///< leaves only
-  double detail = 0.0;             ///< added to ln(d8): negative is denser
-  double opacity_shift = 0.0;      ///< added to the opacity logit
-  std::uint32_t object = 0;        ///< patches of one object share its colour shift
-  double area = 0.0;               ///< set by SynthLayout; haze: volume^(2/3)
+  double whole_a = 0.0,
+         whole_b = 0.0;        ///< lengths of the rectangle that this cell is a part of; it begins at pattern_origin
+  glm::dvec3 grain{0.0};       ///< preferred direction of the longest axis; zero: none
+  double leaf_radius = 0.05;   ///< leaves only
+  double detail = 0.0;         ///< added to ln(d8): negative is denser
+  double opacity_shift = 0.0;  ///< added to the opacity logit
+  std::uint32_t object = 0;    ///< patches of one object share its colour shift
+  double area = 0.0;           ///< set by SynthLayout; haze: volume^(2/3)
 };
 
 struct SynthPoint {

@@ -33,6 +33,8 @@ struct SynthStatistics {
   double cone = 0.15;                     ///< standard deviation of the cone's tangents
   double thickness = 0.3;                 ///< standard deviation of the offset along the normal, in d8
   double reach = 0.25;                    ///< largest scale, in square roots of the patch's area
+  double capture = 0.0;                   ///< ln d8 grows by this with ln of the distance from the nearest camera
+  bool rims = false;                      ///< Gaussians end at the rims of rectangles, rods and things
   double coincident_share = 0.0;          ///< copies of another row's centre
   double haze_share = 0.01;               ///< of the rows, for the layout's haze volumes
   std::array<double, 4> sh_rms{0.12, 0.27, 0.16, 0.1};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
@@ -49,10 +51,12 @@ struct SynthWorld {
   std::vector<Camera> cameras;
 };
 
-SynthWorld indoor_world();
+SynthWorld hall_world();
+SynthWorld building_world();
+SynthWorld flat_world();
 SynthWorld dense_indoor_world();
 SynthWorld room_world();
-SynthWorld outdoor_world();
+SynthWorld garden_world();
 SynthWorld object_world();
 
 /// 128 x 128 pixels, y points down, horizontal angle in degrees. Convention right, down, forward.

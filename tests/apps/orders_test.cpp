@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 class Orders : public ::testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(folder_.run("synth --preset indoor --count 1500 --seed 3 -o s.ply --quiet").code, 0);
+    ASSERT_EQ(folder_.run("synth --preset flat --count 1500 --seed 3 -o s.ply --quiet").code, 0);
   }
   Outcome run(const std::string& options) {
     return folder_.run("run --scene s.ply --cameras s.cameras.json --width 16 --height 8 --config '" +

@@ -238,7 +238,7 @@ TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {
 }
 
 TEST_F(RunTest, TracesAndImagesDoNotDependOnThreads) {
-  must("synth --preset indoor --count 3000 --seed 3 -o " + folder + "/s.ply --quiet");
+  must("synth --preset flat --count 3000 --seed 3 -o " + folder + "/s.ply --quiet");
   for (const char* threads : {"1", "2", "7"}) {
     must("trace " + scene_arguments() + "--accel tri20 --checkpoint on --quiet --threads " + threads + " -o " + folder +
          "/t" + threads + ".grtx --image " + folder + "/i" + threads + ".pfm");

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 class TracingModes : public ::testing::Test {
  protected:
-  void SetUp() override { must("synth --preset indoor --count 2000 --seed 3 -o s.ply --quiet"); }
+  void SetUp() override { must("synth --preset flat --count 2000 --seed 3 -o s.ply --quiet"); }
   void must(const std::string& arguments) {
     const Outcome outcome = folder_.run(arguments);
     ASSERT_EQ(outcome.code, 0) << arguments << "\n" << outcome.err;

@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 
 TEST(WarpSizeOption, ChangesTheWarpsButNotTheImage) {
   Folder folder;
-  ASSERT_EQ(folder.run("synth --preset indoor --count 500 --seed 3 -o s.ply --quiet").code, 0);
+  ASSERT_EQ(folder.run("synth --preset flat --count 500 --seed 3 -o s.ply --quiet").code, 0);
   const auto trace = [&](const std::string& name, const std::string& options) {
     return folder.run("trace --quiet --scene s.ply --cameras s.cameras.json --width 16 --height 8 -o " + name +
                       ".grtx --image " + name + ".pfm " + options);

@@ -36,7 +36,7 @@ class MainFigure(unittest.TestCase):
                            resources={"metadata": {"path": folder}}).execute()
             outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
             tables = " ".join(output.data.get("text/plain", "") for output in outputs if "data" in output)
-            for preset in ("indoor", "outdoor", "object"):
+            for preset in ("hall", "building", "object"):
                 with open(os.path.join(folder, preset, "results.json"), encoding="utf-8") as file:
                     speedup = json.load(file)["speedup"]
                 for design in ("sw", "hw", "grtx"):

@@ -31,7 +31,7 @@ TEST_F(SearchPlanTest, SaysWhatMayBeChosenWhatIsWantedAndWhatMustHold) {
 [[scene]]
 preset = "object"
 [[scene]]
-preset = "indoor"
+preset = "flat"
 role = "evaluation"
 [set]
 gpu.sms = 2

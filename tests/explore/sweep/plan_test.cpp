@@ -47,7 +47,7 @@ cameras = "../c.json"
 views = [0, 3]
 width = 32
 [[scene]]
-preset = "indoor"
+preset = "flat"
 count = 5000
 seed = 9
 [tracer]
@@ -76,7 +76,7 @@ rt.box.count = {values = [1, 2]}
   EXPECT_EQ(plan.scenes[0].file, folder + "/scenes/a.ply");
   EXPECT_EQ(plan.scenes[0].cameras, (std::filesystem::path(folder) / "../c.json").lexically_normal());
   EXPECT_EQ(plan.scenes[0].views, (std::vector<unsigned>{0, 3}));
-  EXPECT_EQ(plan.scenes[1].name, "indoor-5000-9");
+  EXPECT_EQ(plan.scenes[1].name, "flat-5000-9");
   ASSERT_EQ(plan.settings.size(), 3U);
   EXPECT_EQ(plan.settings[0].first, "tracer.k");
   EXPECT_EQ(plan.settings[1].first, "gpu.resident_warps");

@@ -258,7 +258,7 @@ class SplatTransform : public testing::Test {
 };
 
 TEST_F(SplatTransform, ItsFilesDecodeToTheSource) {
-  for (const char* preset : {"indoor", "object"}) {
+  for (const char* preset : {"flat", "object"}) {
     for (const unsigned degree : {0u, 1u, 3u}) {
       synthesise({preset, 700, 3, degree}, path("source.ply"));  // three chunks of a compressed .ply
       convert("", path("source.ply"), path("plain.ply"));
@@ -275,7 +275,7 @@ TEST_F(SplatTransform, ItsFilesDecodeToTheSource) {
       exact.largest_harmonic = 1e9;
       expect_same_gaussians(source, load_scene(path("plain.ply")), exact);
       expect_same_but_zero_opacity(source, load_scene(path("packed.compressed.ply")), compressed_ply(source));
-      // .spz holds coordinates up to 2048; the background of indoor may lie beyond.
+      // .spz holds coordinates up to 2048; the background of flat may lie beyond.
       if (std::string(preset) == "object") {
         expect_same_but_zero_opacity(source, load_scene(path("v3.spz"), kRawAxes), spz(3));
         expect_same_but_zero_opacity(source, load_scene(path("v4.spz"), kRawAxes), spz(4));

@@ -18,12 +18,15 @@ class SynthStatisticsOf : public ::testing::TestWithParam<const char*> {
     folder_ = std::filesystem::temp_directory_path() / ("grtx_statistics_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
     const std::string file = (folder_ / "scene.ply").string();
-    synthesise({GetParam(), 60000, 1, 1}, file);
+    synthesise({GetParam(), whole() ? 300000u : 60000u, 1, 1}, file);
     scene_ = load_scene(file);
     views_ = load_cameras((folder_ / "scene.cameras.json").string());
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   bool is(const char* preset) const { return std::string(GetParam()) == preset; }
+  /// Like the public whole scenes of 0.8 to 1.5 M Gaussians; the other presets are like finer captures and objects.
+  bool whole() const { return is("hall") || is("building") || is("room"); }
+  bool cut_out() const { return is("object") || is("building"); }
 
   std::filesystem::path folder_;
   Scene scene_;
@@ -34,33 +37,33 @@ TEST_P(SynthStatisticsOf, ShapesAndNeighbourhoodsAreLikeTrainedOnes) {
   const SceneStatistics statistics(scene_);
   const double volume = percentile(statistics.ellipsoid_per_box(), 0.5);
   EXPECT_GE(volume, 0.02);
-  EXPECT_LE(volume, 0.28);
+  EXPECT_LE(volume, whole() ? 0.39 : 0.28);  // trained whole scenes: 0.02 to 0.37
   const SceneStatistics::Neighbourhood near = statistics.neighbourhood(200, 1);
   EXPECT_GE(percentile(near.flatness, 0.5), 0.28);
   EXPECT_LE(percentile(near.flatness, 0.5), 0.55);
   EXPECT_GE(percentile(near.normal_cosine, 0.5), 0.58);
-  EXPECT_LE(percentile(near.normal_cosine, 0.5), 0.85);
-  EXPECT_GE(mean(near.log_size), -1.0);  // trained: -0.92 to 0.38
+  EXPECT_LE(percentile(near.normal_cosine, 0.5), whole() ? 0.9 : 0.85);  // trained whole scenes: 0.73 to 0.88
+  EXPECT_GE(mean(near.log_size), -1.0);                                  // trained: -0.92 to 0.38
   EXPECT_LE(mean(near.log_size), 0.4);
   EXPECT_GE(deviation(near.log_size), 0.5);  // trained: 0.53 to 0.91
   EXPECT_LE(deviation(near.log_size), 0.95);
   EXPECT_GE(deviation(near.log_d8), 0.32);  // trained: 0.32 to 1.12
   EXPECT_LE(deviation(near.log_d8), 1.12);
   const double area = statistics.area_share(0.01);
-  EXPECT_GE(area, is("object") ? 0.2 : 0.4);
-  EXPECT_LE(area, is("object") ? 0.4 : 0.9);
+  EXPECT_GE(area, cut_out() ? 0.15 : 0.4);
+  EXPECT_LE(area, cut_out() ? 0.43 : whole() ? 0.96 : 0.9);  // the sky's are large beside Gaussians that are fine
 }
 
 TEST_P(SynthStatisticsOf, OverlapAndRaysAreLikeTrainedOnes) {
   const SceneStatistics statistics(scene_);
   const SceneStatistics::Overlap overlap = statistics.overlap(100, 1);
   EXPECT_GE(overlap.boxes, 20.0);
-  // Trained scenes of 0.06 to 13 M Gaussians: 20 to 133 boxes, 2 to 14 ellipsoids. The presets indoor and room overlap
-  // more at this small count, where furniture is no larger than the spacing, dense_indoor even more, where walls are no
-  // thicker (docs/model/synthetic-scenes.md).
+  // Trained scenes of 0.06 to 13 M Gaussians: 20 to 133 boxes, 2 to 14 ellipsoids. flat and building overlap more at
+  // this small count, where furniture and crowns are no larger than the spacing, dense_indoor even more, where walls
+  // are no thicker (docs/model/synthetic-scenes.md).
   EXPECT_LE(overlap.boxes, 160.0);
   EXPECT_GE(overlap.ellipsoids, 2.0);
-  EXPECT_LE(overlap.ellipsoids, is("dense_indoor") ? 42.0 : is("indoor") || is("room") ? 32.0 : 15.5);
+  EXPECT_LE(overlap.ellipsoids, is("dense_indoor") ? 42.0 : is("flat") ? 32.0 : is("building") ? 24.0 : 15.5);
   RayStatistics all;
   std::vector<double> ended;
   for (const Camera& view : views_) {
@@ -73,12 +76,12 @@ TEST_P(SynthStatisticsOf, OverlapAndRaysAreLikeTrainedOnes) {
   }
   EXPECT_GE(percentile(all.box_per_ellipsoid, 0.5), 1.9);  // 1.9 to 4.05 in the measured views
   EXPECT_LE(percentile(all.box_per_ellipsoid, 0.5), 4.05);
-  EXPECT_GE(mean(all.boxes), is("object") ? 145.0 : 160.0);
+  EXPECT_GE(mean(all.boxes), whole() ? 120.0 : is("object") ? 145.0 : 160.0);  // trained whole scenes: 129 to 320
   // What lies behind a ray's end is what dense_indoor is for (dense_indoor_test.cpp).
   EXPECT_LE(mean(all.boxes), is("dense_indoor") ? 2000.0 : 411.0);
-  EXPECT_GE(mean(all.blended), is("object") ? 21.0 : 30.0);
+  EXPECT_GE(mean(all.blended), whole() || is("object") ? 21.0 : 30.0);
   EXPECT_LE(mean(all.blended), 70.0);
-  EXPECT_GE(mean(ended), 0.24);
+  EXPECT_GE(mean(ended), whole() ? 0.7 : 0.24);  // trained whole scenes: 0.73 to 0.88
 }
 
 TEST_P(SynthStatisticsOf, WholeScenesHaveASkyAndFarOutliersCutOutsDoNot) {
@@ -90,7 +93,7 @@ TEST_P(SynthStatisticsOf, WholeScenesHaveASkyAndFarOutliersCutOutsDoNot) {
     if (distance > 4.0 && distance < 40.0) ++shell;
     if (distance > 80.0) ++far;
   }
-  if (is("object")) {
+  if (cut_out()) {
     EXPECT_EQ(shell + far, 0u);
     return;
   }
@@ -101,7 +104,7 @@ TEST_P(SynthStatisticsOf, WholeScenesHaveASkyAndFarOutliersCutOutsDoNot) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Presets, SynthStatisticsOf,
-                         ::testing::Values("indoor", "dense_indoor", "room", "outdoor", "object"),
+                         ::testing::Values("hall", "building", "room", "flat", "garden", "object", "dense_indoor"),
                          [](const auto& preset) { return std::string(preset.param); });
 
 }  // namespace

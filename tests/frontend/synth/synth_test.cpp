@@ -73,9 +73,10 @@ TEST_F(Synth, BytesAreTheSameOnEveryHost) {
     const char* preset;
     const char* hash;
   };
-  for (const Case& c : {Case{"indoor", "b24ef2c884da36d1"}, Case{"dense_indoor", "d05bb6263e930b02"},
-                        Case{"room", "6231ee33b6747384"}, Case{"outdoor", "30065a171442e552"},
-                        Case{"object", "cac7bb871407222d"}, Case{"stress-needles", "2bb425399b75ba00"}}) {
+  for (const Case& c :
+       {Case{"hall", "8987538c71ae98f4"}, Case{"building", "7a0a6d63fd77664d"}, Case{"flat", "b24ef2c884da36d1"},
+        Case{"dense_indoor", "d05bb6263e930b02"}, Case{"room", "35379e7924468a52"}, Case{"garden", "30065a171442e552"},
+        Case{"object", "cac7bb871407222d"}, Case{"stress-needles", "2bb425399b75ba00"}}) {
     EXPECT_EQ(hex(xxh3(read_file(make(c.preset, 3000, 42)))), c.hash) << c.preset;
   }
 }
@@ -120,7 +121,7 @@ TEST_F(Synth, EveryCameraSeesTheSurfacesColourAtEveryDegree) {
     }
     return grey;
   };
-  for (const char* preset : {"indoor", "room", "outdoor", "object"}) {
+  for (const char* preset : {"hall", "building", "room", "flat", "garden", "object"}) {
     for (std::size_t camera = 0; camera < 4; ++camera) {
       const std::vector<float> flat = seen(preset, 0, camera);
       for (const unsigned degree : {2u, 3u}) {
@@ -134,7 +135,7 @@ TEST_F(Synth, EveryCameraSeesTheSurfacesColourAtEveryDegree) {
 }
 
 TEST_F(Synth, RowsFormAStreamOfTheAskedLengthWithZeroNormals) {
-  const std::string bytes = read_file(make("indoor", 1000, 1, 2));
+  const std::string bytes = read_file(make("flat", 1000, 1, 2));
   EXPECT_THAT(bytes.substr(0, 80), HasSubstr("format binary_little_endian 1.0\nelement vertex 1000\n"));
   const std::size_t data = bytes.find("end_header\n") + 11;
   ASSERT_EQ(bytes.size() - data, 1000u * 41u * 4u);
@@ -148,9 +149,10 @@ TEST_F(Synth, BadRequestsNameTheRule) {
     const char* text;
   };
   for (const Case& c :
-       {Case{{"indor", 10, 1, 2}, "nearest name is indoor"}, Case{{"stress-tie", 10, 1, 2}, "stress-ties"},
-        Case{{"indoor", 0, 1, 2}, "must be 1 to"}, Case{{"indoor", 10, 1, 4}, "must be 0 to 3"},
-        Case{{"indoor", std::uint64_t{1} << 32, 1, 2}, "must be 1 to"}}) {
+       {Case{{"halls", 10, 1, 2}, "nearest name is hall"}, Case{{"indoor", 10, 1, 2}, "is called flat now"},
+        Case{{"outdoor", 10, 1, 2}, "is called garden now"}, Case{{"stress-tie", 10, 1, 2}, "stress-ties"},
+        Case{{"flat", 0, 1, 2}, "must be 1 to"}, Case{{"flat", 10, 1, 4}, "must be 0 to 3"},
+        Case{{"flat", std::uint64_t{1} << 32, 1, 2}, "must be 1 to"}}) {
     try {
       synthesise(c.options, path("bad.ply"));
       ADD_FAILURE() << c.text;
@@ -166,8 +168,9 @@ TEST_F(Synth, TrainedLikeScenesFillTheirViews) {
     const char* preset;
     double least, most;
   };
-  for (const Case& c : {Case{"indoor", 0.1, 0.8}, Case{"dense_indoor", 0.1, 0.8}, Case{"room", 0.1, 0.8},
-                        Case{"outdoor", 0.05, 0.8}, Case{"object", 0.01, 0.5}}) {
+  for (const Case& c :
+       {Case{"hall", 0.1, 0.8}, Case{"building", 0.05, 0.5}, Case{"flat", 0.1, 0.8}, Case{"dense_indoor", 0.1, 0.8},
+        Case{"room", 0.1, 0.8}, Case{"garden", 0.05, 0.8}, Case{"object", 0.01, 0.5}}) {
     const Scene scene = load_scene(make(c.preset, 8000));
     for (std::size_t view = 0; view < cameras().size(); ++view) {
       const double light = brightness(render(scene, view, 12).image);

@@ -62,7 +62,7 @@ class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, N
   }
 };
 
-TEST_P(LayoutInvariance, OfScenesLikeTrainedOnes) { expect_same_images(generated("indoor", 3000)); }
+TEST_P(LayoutInvariance, OfScenesLikeTrainedOnes) { expect_same_images(generated("flat", 3000)); }
 TEST_P(LayoutInvariance, OfNeedlesAndFlakes) { expect_same_images(generated("stress-needles", 300)); }
 TEST_P(LayoutInvariance, OfCopies) { expect_same_images(generated("stress-copies", 120)); }
 TEST_P(LayoutInvariance, OfAxisParallelRays) { expect_same_images(generated("stress-axis", 600)); }
@@ -72,7 +72,7 @@ TEST_P(LayoutInvariance, OfLargeCoordinates) { expect_same_images(generated("str
 // triangle's vertices may come in another order.
 TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
   if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
-  const View view = generated("indoor", 3000);
+  const View view = generated("flat", 3000);
   const PreparedGaussians gaussians(view.scene, true);
   TracerOptions options;
   options.triangle_test = TriangleTest::world;
@@ -90,7 +90,7 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
 }
 
 TEST_P(LayoutInvariance, TracesAreConsistent) {
-  const View view = generated("indoor", 3000);
+  const View view = generated("flat", 3000);
   const PreparedGaussians gaussians(view.scene, true);
   const AccelerationStructure structure(gaussians, {accel(), 8, false, 8, layout()});
   const std::string path =

@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   try {
     const std::string room = argv[1];
     SynthOptions synth;
-    synth.preset = "indoor";
+    synth.preset = "flat";
     synth.count = 3000;
     synth.seed = 7;
     synthesise(synth, room);

@@ -24,7 +24,7 @@ class SmThreadsTest : public ::testing::Test {
  protected:
   void SetUp() override {
     base_ = ::testing::TempDir() + "/sm_threads_" + std::to_string(::getpid());
-    frontend::synthesise({"indoor", 1500, 11, 1}, base_ + ".ply");
+    frontend::synthesise({"flat", 1500, 11, 1}, base_ + ".ply");
   }
   void TearDown() override {
     for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);

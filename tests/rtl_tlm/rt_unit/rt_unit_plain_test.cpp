@@ -223,7 +223,7 @@ class RtUnitPlainScene : public modules::SystemCTest {
 
 TEST_F(RtUnitPlainScene, GeneratedRoom) {
   const std::string path = ::testing::TempDir() + "/plain_room_" + std::to_string(::getpid()) + ".ply";
-  frontend::synthesise({"indoor", 3000, 5, 1}, path);
+  frontend::synthesise({"flat", 3000, 5, 1}, path);
   const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
   all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
   std::filesystem::remove(path);

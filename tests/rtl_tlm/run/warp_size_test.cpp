@@ -29,7 +29,7 @@ class WarpSize : public ::testing::Test {
  protected:
   void SetUp() override {
     base_ = ::testing::TempDir() + "/warp_size_" + std::to_string(::getpid());
-    frontend::synthesise({"indoor", 800, 5, 1}, base_ + ".ply");
+    frontend::synthesise({"flat", 800, 5, 1}, base_ + ".ply");
   }
   void TearDown() override {
     for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);

@@ -1,4 +1,4 @@
-// The indoor preset: a flat of four furnished rooms behind one wall, seen from inside. Units: metres; y points down.
+// The flat preset: a flat of four furnished rooms behind one wall, seen from inside. Units: metres; y points down.
 #include "grtx/frontend/synth/synth_rooms.h"
 #include "grtx/frontend/synth/synth_world.h"
 
@@ -113,7 +113,7 @@ void garden(SynthLayout& layout) {
 
 }  // namespace
 
-SynthWorld indoor_world() {
+SynthWorld flat_world() {
   SynthWorld world;
   shell(world.layout);
   furnish_living_room(world.layout);

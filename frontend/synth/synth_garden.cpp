@@ -1,4 +1,4 @@
-// The outdoor preset: a garden with a round table, seen while walking around it; detail falls with the distance.
+// The garden preset: a garden with a round table, seen while walking around it; detail falls with the distance.
 // Units: metres; y points down.
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -125,7 +125,7 @@ void rim(SynthLayout& layout) {
 
 }  // namespace
 
-SynthWorld outdoor_world() {
+SynthWorld garden_world() {
   SynthWorld world;
   lawn(world.layout);
   table(world.layout);
