@@ -90,6 +90,11 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
     }
     return found.value_or(0.0);
   };
+  // Of a part that is off by default: a run lists these once it has counted any.
+  const auto if_any = [&](const std::string& name) {
+    if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
+    return counted(name).value_or(0.0);
+  };
   const Prices prices(inventories, options);
   std::vector<EnergyPart> parts;
   const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {
@@ -116,14 +121,14 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
           prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
       "entries written and read");
   if (config.rt.cooperation.ahead > 0) {
-    const double taken = value("gpu.rt.cooperation.taken");
+    const double taken = if_any("gpu.rt.cooperation.taken");
     add("rt.lane_cooperation.writes", taken, prices.access(".lane_cooperation", "results", true), "results held");
-    add("rt.lane_cooperation.reads", taken - value("gpu.rt.cooperation.wasted"),
+    add("rt.lane_cooperation.reads", taken - if_any("gpu.rt.cooperation.wasted"),
         prices.access(".lane_cooperation", "results", false), "results used");
     add("rt.lane_cooperation.rays", taken, prices.access(".warp_buffer", "ray", false), "rays of busy lanes read");
   }
   if (config.rt.prefetcher.stack.depth > 0) {
-    add("rt.stack_prefetch.reads", value("gpu.rt.prefetch.stack_looks"),
+    add("rt.stack_prefetch.reads", if_any("gpu.rt.prefetch.stack_looks"),
         prices.access(".sibling_prefetcher", "stack_tops", false), "looks at a lane's stack");
     add("rt.stack_prefetch.writes", events, prices.access(".sibling_prefetcher", "stack_tops", true), "lane steps");
   }
@@ -134,15 +139,15 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
       "warp instructions, 32 lanes");
   if (config.simt.private_store.entries() > 0) {
     const double words = config.simt.private_store.cycles();  // of an entry
-    add("private_store.simt.reads", words * value("gpu.simt.private_store.entries_read"),
+    add("private_store.simt.reads", words * if_any("gpu.simt.private_store.entries_read"),
         prices.access(".simt", "private_store", false), "words of lanes");
-    add("private_store.simt.writes", words * value("gpu.simt.private_store.entries_written"),
+    add("private_store.simt.writes", words * if_any("gpu.simt.private_store.entries_written"),
         prices.access(".simt", "private_store", true), "words of lanes");
   }
   if (config.rt.checkpoint.store.entries > 0) {
-    add("private_store.rt.reads", value("gpu.rt.checkpoint.store_read"),
+    add("private_store.rt.reads", if_any("gpu.rt.checkpoint.store_read"),
         prices.access(".checkpoint_unit", "private_store", false), "checkpoint entries");
-    add("private_store.rt.writes", value("gpu.rt.checkpoint.store_written"),
+    add("private_store.rt.writes", if_any("gpu.rt.checkpoint.store_written"),
         prices.access(".checkpoint_unit", "private_store", true), "checkpoint entries");
   }
   const double l1_reads = value("gpu.l1.all.reads");

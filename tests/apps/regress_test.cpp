@@ -157,7 +157,7 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
                {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
                {"mode = 'sampled'\nshare = 0\n", "line 4: share: must be above 0"},
                {"mode = 'sampled'\nsample_model = 'calls'\n", "line 4: unknown key 'sample_model', the nearest is"},
-               {"mode = 'sampled'\nsample_engine = 'model'\n", "line 4: sample_engine: must be cycle or fast"},
+               {"mode = 'sampled'\nsample_engine = 'sampled'\n", "line 4: sample_engine: must be cycle or fast"},
                {"statistics = []\n", "line 3: statistics: the list is empty"},
                {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
                {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
@@ -228,7 +228,7 @@ TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {
   };
   const Outcome differs = own("");
   EXPECT_EQ(differs.code, 1);
-  EXPECT_THAT(differs.out, AllOf(HasSubstr("a: differs"), HasSubstr("  L2: "), HasSubstr("gpu.cycles ")));
+  EXPECT_THAT(differs.out, AllOf(HasSubstr("a: differs"), HasSubstr("moved first: "), HasSubstr(", L2 ")));
   EXPECT_THAT(differs.out, Not(HasSubstr("configuration ")));  // the unit itself is another
   EXPECT_EQ(own("--update 'L2 slices of mine'").code, 0);
   EXPECT_EQ(own("").code, 0);

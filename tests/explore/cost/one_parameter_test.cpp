@@ -41,6 +41,7 @@ constexpr const char* kPolicy = "a choice between the same parts";
 constexpr const char* kTraffic = "what is requested, by the same parts";
 constexpr const char* kFixedTime = "a time of parts whose size does not follow from it";
 constexpr const char* kLimitStudy = "a limit study: no hardware is meant";
+constexpr const char* kAssumption = "an assumption about the same parts: who pays for their traffic";
 constexpr const char* kShader = "the length of a shader, which is software";
 constexpr const char* kDramChip = "of the DRAM chips, which are not priced by area";
 
@@ -68,6 +69,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.checkpoint.read_buffer", "true", kBoth},
       {"rt.checkpoint.entry_bytes", "16", kBoth},
       {"rt.checkpoint.forward", "reference", kBoth},
+      {"rt.checkpoint.traffic", "uncharged", kTiming, kAssumption},
       {"rt.checkpoint.read_ahead", "2", kBoth},
       {"rt.checkpoint.prefetch_nodes", "true", kBoth},
       {"rt.private_store.checkpoint_entries", "4", kBoth},
@@ -102,6 +104,7 @@ const std::vector<Mutation>& mutations() {
       {"simt.dependent_loads", "false", kTiming, kShader},
       {"simt.k_buffer_layout", "by_ray", kTiming, kTraffic},
       {"simt.eviction_layout", "by_lane", kTiming, kTraffic},
+      {"simt.eviction_traffic", "uncharged", kTiming, kAssumption},
       {"simt.private_store.k_buffer_entries", "8", kBoth},
       {"simt.private_store.eviction_entries", "8", kBoth},
       {"simt.private_store.latency", "4", kTiming, kFixedTime, {"simt.private_store.k_buffer_entries=8"}},

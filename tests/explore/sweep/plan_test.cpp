@@ -110,7 +110,7 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {"x = = 1\n", "line 1", ""},
       {scene + "[gird]\n", "line 4", "unknown key 'gird', the nearest is 'grid'"},
       {scene + "[grid]\nl1.byts = [1]\n", "line 5", "unknown key 'l1.byts', the nearest is 'l1.bytes'"},
-      {scene + "[grid]\nl1.bytes = [1]\n", "line 5", "l1.bytes: must be 32 to 1000000000, not 1"},
+      {scene + "[grid]\nl1.bytes = [1]\n", "line 5", "l1.bytes: must be 32 to 67108864, not 1"},
       {scene + "[grid]\nl1.bytes = []\n", "line 5", "l1.bytes: the list of values is empty"},
       {scene + "[grid]\nl1.bytes = 64\n", "line 5", "l1.bytes: must be a list of values or a range {from, to, ...}"},
       {scene + "[grid]\nl1.bytes = {from = 64, to = 128, integer = true}\n", "line 5",

@@ -29,7 +29,7 @@ std::set<std::string> files_in(const std::string& folder) {
   return all;
 }
 
-/// Of a folder of which every file belongs to what is at `path`.
+/// Of a folder of which every file is read for what is at `path`.
 void expect_all_noted(const std::string& folder, const std::string& path, const Read& read) {
   FilesRead files;
   read(path, files);
@@ -52,6 +52,7 @@ void expect_all_noted(const std::string& folder, const std::string& path, const 
 TEST(FilesReadTest, OfAStreamedScene) {
   const TemporaryPath folder("");
   fs::copy(grtx::paths::source_dir() + "/tests/data/sog_lod", folder.str(), fs::copy_options::recursive);
+  fs::remove_all(folder.str() + "/1_0");  // of the next level of detail, which nobody asks for
   expect_all_noted(folder.str(), folder.str() + "/lod-meta.json", scene);
   expect_all_noted(folder.str(), folder.str(), scene);
 }

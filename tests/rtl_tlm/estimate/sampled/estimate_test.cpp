@@ -30,14 +30,14 @@ SampledEstimate some_estimate(double cycles, double sign) {
 
 TEST(CyclesInterval, AddsUpItsTerms) {
   SampledEstimate e = some_estimate(1e6, 1.0);
-  e.bias.cycles = 0.03;
+  e.bias.cycles = 0.005;
   const ConfidenceInterval interval = cycles_interval(e);
   // By hand: influences 4, 2, 1 thousandths; 8 / 6 for few windows.
-  const double variance = 8.0 / 6.0 * (16.0 + 4.0 + 1.0) * 1e-6 + 0.03 * 0.03;
+  const double variance = 8.0 / 6.0 * (16.0 + 4.0 + 1.0) * 1e-6 + 0.005 * 0.005;
   EXPECT_NEAR(interval.deviation, std::sqrt(variance), 1e-12);
   // Welch and Satterthwaite: 6 degrees for the windows, kBiasDegrees for the bias.
-  const double samples = variance - 0.03 * 0.03;
-  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.03, 4) / kBiasDegrees);
+  const double samples = variance - 0.005 * 0.005;
+  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.005, 4) / kBiasDegrees);
   const double reach = student_quantile(0.975, degrees) * std::sqrt(variance);
   EXPECT_NEAR(interval.low, 1e6 * std::exp(-reach), 2.0);
   EXPECT_NEAR(interval.high, 1e6 * std::exp(reach), 2.0);
