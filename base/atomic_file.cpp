@@ -24,6 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+int open_partial(const std::string& target, std::string& name);
+
 /// What this process is writing.
 class Targets {
  public:
@@ -35,9 +37,13 @@ class Targets {
     const std::lock_guard lock(mutex_);
     return partial_files_.try_emplace(target).second;
   }
-  void add_partial_file(const std::string& target, const std::string& name) {
+  /// open_partial() of an added target, whose file a signal removes from the moment in which there is one.
+  int open(const std::string& target, std::string& name) {
     const std::lock_guard lock(mutex_);
-    partial_files_.at(target).emplace(name);
+    const EndHeld held;
+    const int file = open_partial(target, name);
+    if (file >= 0) partial_files_.at(target).emplace(name, held);
+    return file;
   }
   void remove(const std::string& target) {
     const std::lock_guard lock(mutex_);
@@ -134,8 +140,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
   } else if (exists && !S_ISREG(status.st_mode)) {
     descriptor = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
   } else {
-    descriptor = open_partial(target_, partial_);
-    if (descriptor >= 0) Targets::all().add_partial_file(target_, partial_);
+    descriptor = Targets::all().open(target_, partial_);
   }
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
   if (file_ != nullptr) return;

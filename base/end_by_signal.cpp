@@ -29,25 +29,6 @@ std::atomic<const char*> advice_text{""};
 pid_t main_process = 0;
 bool on_terminal = false;
 
-class ListAccess {
- public:
-  ListAccess() {
-    sigset_t all;
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_BLOCK, &all, &before_);
-    while (list_taken.test_and_set(std::memory_order_acquire)) ::sched_yield();
-  }
-  ~ListAccess() {
-    list_taken.clear(std::memory_order_release);
-    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  ListAccess(const ListAccess&) = delete;
-  ListAccess& operator=(const ListAccess&) = delete;
-
- private:
-  sigset_t before_{};
-};
-
 void print_line(int signal) {
   std::array<char, 160> line{};
   const auto append = [&line](const char* text) {
@@ -66,6 +47,18 @@ void print_line(int signal) {
 }
 
 }  // namespace
+
+EndHeld::EndHeld() {
+  sigset_t all;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_BLOCK, &all, &before_);
+  while (list_taken.test_and_set(std::memory_order_acquire)) ::sched_yield();
+}
+
+EndHeld::~EndHeld() {
+  list_taken.clear(std::memory_order_release);
+  ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
 
 /// Async-signal-safe. Nobody changes the list afterwards.
 void remove_by_signal() {
@@ -94,15 +87,16 @@ void end(int signal) {
 
 }  // namespace
 
-RemovedBySignal::RemovedBySignal(std::string path) : path_(std::move(path)), owner_(::getpid()) {
-  const ListAccess access;
+RemovedBySignal::RemovedBySignal(std::string path) : RemovedBySignal(std::move(path), EndHeld()) {}
+
+RemovedBySignal::RemovedBySignal(std::string path, const EndHeld&) : path_(std::move(path)), owner_(::getpid()) {
   next_ = list_begin;
   if (next_ != nullptr) next_->before_ = this;
   list_begin = this;
 }
 
 RemovedBySignal::~RemovedBySignal() {
-  const ListAccess access;
+  const EndHeld held;
   (before_ != nullptr ? before_->next_ : list_begin) = next_;
   if (next_ != nullptr) next_->before_ = before_;
 }

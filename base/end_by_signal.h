@@ -2,16 +2,31 @@
 #pragma once
 
 #include <sys/types.h>
+#include <csignal>
 
 #include <string>
 
 namespace grtx {
+
+/// While it lives no signal ends this process: a handler waits. Short, and without another of its kind on the thread.
+class EndHeld {
+ public:
+  EndHeld();
+  ~EndHeld();
+  EndHeld(const EndHeld&) = delete;
+  EndHeld& operator=(const EndHeld&) = delete;
+
+ private:
+  sigset_t before_{};
+};
 
 /// A file that is to be removed should SIGHUP, SIGINT or SIGTERM end this process while the object lives. Does not
 /// remove it otherwise.
 class RemovedBySignal {
  public:
   explicit RemovedBySignal(std::string path);
+  /// Known from the moment in which it was made.
+  RemovedBySignal(std::string path, const EndHeld& held);
   ~RemovedBySignal();
   RemovedBySignal(const RemovedBySignal&) = delete;
   RemovedBySignal& operator=(const RemovedBySignal&) = delete;

@@ -90,7 +90,7 @@ struct DramChannelConfig {
     list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
              kOurs);
     list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
-    list.add("burst_bytes", burst_bytes, {1, 4096}, "B", "moved by one column command", kVulkanSim);
+    list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
     list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
     list.add("scheduling", scheduling, dram_scheduling_names(),
              "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "grtx/rtl_tlm/gpu/built_in_memory.h"
+#include "grtx/rtl_tlm/run/ray_chain.h"
 #include "rtl_tlm/observe/observed_run.h"
 #include "rtl_tlm/tiny_trace.h"
 
@@ -75,6 +76,16 @@ TEST(LowerBounds, BandwidthOfTheL2IsChosenWithoutThatOfTheDram) {
     EXPECT_NEAR(static_cast<double>(test::statistic(many, same)), bytes, 0.02 * bytes) << same;
   }
   EXPECT_FALSE(many.contains("gpu.dram.channel2.bytes"));
+}
+
+// A hit of an L1 that is slower than the L2 takes longer than a miss: a run was called too fast.
+TEST(LowerBounds, AMissIsNoSlowerThanTheL2) {
+  GpuConfig config;
+  config.rt.memory.merge_in_flight = false;
+  const traces::Header header;
+  const Cycle hit = ChainLatencies(config, header).internal;
+  config.l1.latency = 3529;
+  EXPECT_EQ(ChainLatencies(config, header).internal, hit - 20 + 165);
 }
 
 TEST(LowerBounds, PerfectDramHasNoDataBus) {

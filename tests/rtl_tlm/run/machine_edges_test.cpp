@@ -66,6 +66,11 @@ TEST_F(MachineEdges, ALongPhaseOfAShaderIsTakenForADeadlock) { runs({"simt.cost.
 
 TEST_F(MachineEdges, ASlowMemoryIsTakenForADeadlock) { runs({"dram.fixed_latency=5300000"}); }
 
+TEST_F(MachineEdges, BurstsOfAByteFillTheQueueOfTheDramBeforeASector) {
+  EXPECT_THROW(load_config("", {"dram.burst_bytes=1"}), Error);
+  runs({"dram.burst_bytes=8", "dram.queue=4"});  // a sector fills the queue
+}
+
 TEST_F(MachineEdges, TablesThatMultiplyTakeGigabytes) {
   EXPECT_THAT(run({"l2.bytes=1000000000000"}, SimulationMode::cycle), HasSubstr("must be 32 to 1073741824"));
   EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}, SimulationMode::fast),
