@@ -23,6 +23,7 @@ class CycleBits {
   /// at: a cycle that is kept.
   bool taken(Cycle at) const { return (bits_[at % kWindow / 64] >> at % 64 & 1) != 0; }
   void take(Cycle at) { bits_[at % kWindow / 64] |= std::uint64_t{1} << at % 64; }
+  void leave(Cycle at) { bits_[at % kWindow / 64] &= ~(std::uint64_t{1} << at % 64); }
   /// Takes `count` cycles from `first` on, 1 to 63, if all are kept and free, and in one word: returns whether it did.
   bool take_run(Cycle first, unsigned count) {
     if (first < begin_ || first + 64 > end() || first % 64 + count > 64) return false;

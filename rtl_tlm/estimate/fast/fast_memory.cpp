@@ -88,6 +88,7 @@ void FastMemory::warm(const Request& request) {
   SectorCacheTags::Victim victim;
   const SectorCacheTags::Slot slot = find_or_insert(slice, interleave_.local(request.line), victim);
   slice.tags.set_valid(slot, request.sectors);
+  slice.come(slot, request.sectors, 0);
   if (!request.write) return;
   slice.tags.set_dirty(slot, request.sectors);
   slice.written_by[slot] = request.region;
@@ -112,25 +113,37 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   const auto present = static_cast<std::uint8_t>(request.sectors & slice.tags.valid(slot));
   slice.tags.set_valid(slot, request.sectors);
   if (request.write) {
+    slice.come(slot, request.sectors, 0);
     region.write_hits += count_of(present);
     slice.tags.set_dirty(slot, request.sectors);
     slice.written_by[slot] = request.region;
     write_back(index, now, victim, written_by);
     return now;
   }
-  region.hits += count_of(present);
+  Cycle last = now;
+  for (std::uint8_t rest = present; rest != 0; rest = static_cast<std::uint8_t>(rest & (rest - 1))) {
+    const Cycle comes = slice.comes[slot][static_cast<std::size_t>(std::countr_zero(rest))];
+    ++(comes > now ? region.hits_on_miss : region.hits);
+    last = std::max(last, comes);
+  }
   const auto missing = static_cast<std::uint8_t>(request.sectors & ~present);
-  if (missing == 0) return now;
+  if (missing == 0) return last;
   const unsigned misses = count_of(missing);
   region.misses += misses;
   counters.dram_reads += misses;
   counters.dram_reads_of[modules::index(request.region)] += misses;
-  const auto first = static_cast<std::uint64_t>(std::countr_zero(missing)) * sector_bytes_;
-  const Cycle done = read_dram(index, now, local + first, misses);
-  counters.mshr_cycles += misses * (done - now);
-  counters.miss_latency.add(done - now, misses);
-  write_back(index, done, victim, written_by);  // the line's place is taken when it comes
-  return done;
+  unsigned behind = misses;
+  for (std::uint8_t rest = missing; rest != 0; rest = static_cast<std::uint8_t>(rest & (rest - 1))) {
+    const auto sector = static_cast<std::size_t>(std::countr_zero(rest));
+    const Cycle looked_up = now - std::min<Cycle>(now, --behind);  // one a cycle
+    const Cycle done = read_dram(index, looked_up, local + sector * sector_bytes_);
+    counters.mshr_cycles += done - looked_up;
+    counters.miss_latency.add(done - looked_up);
+    slice.comes[slot][sector] = done;
+    last = std::max(last, done);
+  }
+  write_back(index, last, victim, written_by);  // the line's place is taken when it comes
+  return last;
 }
 
 void FastMemory::write_back(unsigned index, Cycle now, const SectorCacheTags::Victim& victim, modules::Region region) {
@@ -162,21 +175,21 @@ void FastMemory::finish() {
   for (unsigned channel = 0; channel < dram_channels_.size(); ++channel) write_dram(channel, modules::kNever);
 }
 
-Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors) {
+Cycle FastMemory::read_dram(unsigned index, Cycle now, std::uint64_t local) {
   Slice& slice = slices_[index];
   const unsigned channel = interleave_.channel(index);
   FastDramChannel& dram = dram_channels_[channel];
   const Cycle clock = clock_of(now);
   write_dram(channel, clock);
   if (dram_.perfect) {
-    dram.count_unqueued(sectors, sector_bytes_, false);
-    return cycle_of(respond(slice, clock, sectors));
+    dram.count_unqueued(1, sector_bytes_, false);
+    return cycle_of(respond(slice, clock, 1));
   }
   const Cycle enters = dram.room(clock);  // the channel's own queue
   const std::uint64_t address = interleave_.in_channel(local, index);
-  const Cycle done = cycle_of(respond(slice, dram.request(enters, address, sectors, sector_bytes_, false), sectors));
-  slice.mshrs.take(done, sectors);
-  if (enters > clock) slice.queue.take(enters, sectors);
+  const Cycle done = cycle_of(respond(slice, dram.request(enters, address, 1, sector_bytes_, false), 1));
+  slice.mshrs.take(done);
+  if (enters > clock) slice.queue.take(enters);
   // A slice's misses reach the DRAM in the order in which they are made, and wait while a queue before it is full.
   const bool full = slice.queue.full(clock) || slice.mshrs.full(now);
   const Cycle blocked = std::max(slice.blocked_until, now);
@@ -198,6 +211,7 @@ Cycle FastMemory::respond(Slice& slice, Cycle done, unsigned sectors) {
 
 void FastMemory::advance(Cycle now) {
   const Cycle clock = clock_of(now);
+  for (unsigned channel = 0; channel < dram_channels_.size(); ++channel) write_dram(channel, clock);
   for (PortCalendar& port : replies_) port.advance(now);
   for (Slice& slice : slices_) {
     slice.input.advance(now);

@@ -2,6 +2,7 @@
 // when they leave an SM. A request is for sectors of one line, which cross one after the other.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -64,12 +65,19 @@ class FastMemory {
     Slice(const modules::L2Slice::Config& c, std::size_t capacity, unsigned response)
         : tags(c.geometry),
           written_by(tags.slots()),
+          comes(tags.slots()),
           looked_up(capacity),
           queue(c.dram_queue),
           mshrs(c.mshr_entries),
           responses(response) {}
+    void come(modules::SectorCacheTags::Slot slot, std::uint8_t sectors, Cycle at) {
+      for (std::size_t i = 0; i < comes[slot].size(); ++i) {
+        if ((sectors >> i & 1) != 0) comes[slot][i] = at;
+      }
+    }
     modules::SectorCacheTags tags;
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
+    std::vector<std::array<Cycle, 8>> comes;  ///< by line of the tags and sector: when its data is there
     TurnCalendar input;
     PortCalendar lookup, reply;
     PlaceRing looked_up;               ///< of as many requests as fit between the crossbar and the tags
@@ -86,7 +94,8 @@ class FastMemory {
   modules::SectorCacheTags::Slot find_or_insert(Slice& slice, std::uint64_t local,
                                                 modules::SectorCacheTags::Victim& victim);
   Cycle look_up(unsigned index, const Request& request, Cycle now);
-  Cycle read_dram(unsigned index, Cycle now, std::uint64_t local, unsigned sectors);
+  /// One sector: when it is in the slice.
+  Cycle read_dram(unsigned index, Cycle now, std::uint64_t local);
   /// The data of the last of so many sectors is there: when the last of their responses begins.
   Cycle respond(Slice& slice, Cycle done, unsigned sectors);
   /// A line has left the slice.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/dram_mapping.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "paths.h"
@@ -106,6 +107,47 @@ double fast_clocks_of_a_read(const modules::DramChannelConfig& config, const Loa
     if (coming.empty()) coming.push({modules::kNever, number++, 0, false});
   }
   return static_cast<double>(now) / kReads;
+}
+
+// Each alone in the channel: a closed row, its hit, conflicts at once and after a pause, with writes before.
+TEST(FastDramUnloaded, AnswersInTheClockInWhichTheCycleModelDoes) {
+  for (const char* file : {"paper.toml", "dram/gddr6.toml"}) {
+    const modules::DramChannelConfig config =
+        load_config(grtx::paths::source_dir() + "/configs/" + file, {}).dram.channel;
+    const modules::DramMapping mapping(config);
+    std::uint64_t other_row = 0;
+    for (bool found = false; !found; found = mapping.place(other_row).bank == mapping.place(0).bank &&
+                                             mapping.place(other_row).row != mapping.place(0).row) {
+      other_row += 128;
+    }
+    modules::DramChannel cycle(config);
+    FastDramChannel fast(config);
+    Cycle now = 1;
+    unsigned number = 0;
+    for (const auto& [address, write, pause] : {std::tuple{0U, false, 0U},
+                                                {32U, false, 0U},
+                                                {0U, false, 500U},
+                                                {1U, false, 0U},
+                                                {0U, false, 300U},
+                                                {1U, true, 200U},
+                                                {0U, false, 0U},
+                                                {32U, true, 100U},
+                                                {64U, false, 50U},
+                                                {1U, false, 700U}}) {
+      const std::uint64_t at = address == 1 ? other_row : address;
+      now += pause;
+      cycle.run_until(now - 1);
+      cycle.enqueue(now, number, at, 32, write);
+      cycle.run_until(now + 400);
+      ASSERT_FALSE(cycle.completions().empty());
+      const Cycle done = cycle.completions().front().done;
+      cycle.completions().pop();
+      fast.advance(now);
+      EXPECT_EQ(fast.request(now, at, 1, 32, write), done) << file << ", request " << number;
+      now = done;
+      ++number;
+    }
+  }
 }
 
 class FastDram : public ::testing::TestWithParam<Load> {};

@@ -78,6 +78,33 @@ INSTANTIATE_TEST_SUITE_P(
                       Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}, 0.06}),
     [](const auto& i) { return std::string(i.param.name); });
 
+// The second SM to ask for a sector had it at once, and all sectors of a miss came as late as if they had been looked
+// up with the last.
+TEST(FastModeL2, ASectorUnderWayIsWaitedForAndAMissTakesTheCycleModelsTime) {
+  const test::ObservedRun run(false, false);
+  const auto latency = [](const auto& stats) {
+    return stats.at("gpu.l2.miss_latency").at("value").template get<double>();
+  };
+  for (const char* channels : {"dram.channels=2", "dram.channels=1"}) {
+    const auto cycle = run.run({}, {channels});
+    const auto quick = run.run({}, {channels}, SimulationMode::fast);
+    EXPECT_GT(statistic(cycle, "gpu.l2.all.hits_on_miss"), 20U);
+    EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.l2.all.hits_on_miss")),
+                static_cast<double>(statistic(cycle, "gpu.l2.all.hits_on_miss")), 10.0);
+    EXPECT_NEAR(latency(quick), latency(cycle), 1.0) << channels;
+  }
+}
+
+// What had left an L2 waited in the books of an idle DRAM for the next read: 700 clocks in place of 30.
+TEST(FastModeDram, WritesOfAnIdleMemoryDoNotWaitForTheNextRead) {
+  const test::ObservedRun run;
+  const auto latency = [&](SimulationMode mode) {
+    return run.run({}, {}, mode).at("gpu.dram.access_latency").at("value").get<double>();
+  };
+  const double expected = latency(SimulationMode::cycle);
+  EXPECT_NEAR(latency(SimulationMode::fast), expected, expected);
+}
+
 // It kept every fill, where the cycle model dropped half of them.
 TEST(FastModeWrittenBack, DropsFillsWhereTheCycleModelDoes) {
   const test::ObservedRun run(true, true);
