@@ -4,6 +4,7 @@
 * Links of every Markdown file: the file they lead to, and the heading behind a '#'.
 * Files and folders of the tree that Markdown names in `code` and in code blocks; links of pictures (SVG).
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
+* Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
 * With --program: commands and options of `grtx` in Markdown.
 
 Usage: check_docs.py [--program GRTX] [FOLDER]   (default: the folder above this script)
@@ -15,6 +16,8 @@ import os
 import re
 import subprocess
 import sys
+
+import docs_prose
 
 SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
@@ -59,6 +62,7 @@ class Checker:
         self.folders = sorted({f.split("/")[0] for f in self.files if "/" in f and not f.startswith(".")})
         self.names = {os.path.basename(f) for f in self.files}
         self.faults = []
+        self.words = {}  # of each folder below docs/
         start = "|".join(map(re.escape, self.folders))
         self.path = re.compile(rf"(?<![\w./$-])(?:\.\./)?((?:{start})/[\w./*{{}},-]*)")
         self.cited = re.compile(rf"(?<![\w./$-])((?:{start})/[\w./-]+\.{SOURCE})(?![\w/])")
@@ -101,6 +105,17 @@ class Checker:
 
         if self.program is not None and file not in MISTAKES:
             self.commands(file, text)
+
+    def prose(self, file):
+        with open(os.path.join(self.top, file), encoding="utf-8") as page:
+            text = page.read()
+        folder = os.path.dirname(file)
+        self.words[folder] = self.words.get(folder, 0) + docs_prose.words(text)
+        breaches = [f"{file}:{line}: {rule}" for line, rule in docs_prose.breaches(text)]
+        if file not in docs_prose.UNREVISED:
+            self.faults += breaches
+        elif not breaches:
+            self.faults.append(f"{file}:1: keeps the limits: take it out of UNREVISED in docs_prose.py")
 
     def options_of(self, command):
         if command not in self.options:
@@ -162,6 +177,8 @@ class Checker:
                 continue
             if file.endswith(".md"):
                 self.markdown(file)
+                if file.startswith("docs/"):
+                    self.prose(file)
             elif not re.search(r"check_(docs|arrows)(_test)?\.py$", file):  # their own faults
                 self.source(file)
         return self.faults
@@ -172,9 +189,12 @@ def main():
     parser.add_argument("folder", nargs="?", default=os.path.join(os.path.dirname(__file__), ".."))
     parser.add_argument("--program", help="the built grtx")
     arguments = parser.parse_args()
-    faults = Checker(os.path.abspath(arguments.folder), arguments.program).run()
+    checker = Checker(os.path.abspath(arguments.folder), arguments.program)
+    faults = checker.run()
     for line in faults:
         print(line)
+    print("words: " + ", ".join(f"{folder} {count}" for folder, count in sorted(checker.words.items())) +
+          f"; together {sum(checker.words.values())}", file=sys.stderr)
     return 1 if faults else 0
 
 

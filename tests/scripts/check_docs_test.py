@@ -7,6 +7,8 @@ import tempfile
 import unittest
 
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_docs.py")
+sys.path.insert(0, os.path.dirname(SCRIPT))
+import docs_prose  # noqa: E402
 TREE = {
     "modules/cache/l1_cache.h": "// Timing: docs/model/l1_cache.md.\n",
     "docs/model/l1_cache.md": "# L1 cache\n\n## What it costs\n",
@@ -61,6 +63,36 @@ class CheckDocs(unittest.TestCase):
         text = "# Start\n\n```\ngrtx sim T.grtx --stats S.json \\\n  --vdc W.vcd   # --not-this\n```\n`grtx simulate`, the grtx house\n"
         self.assertEqual(self.faults({"docs/start.md": text}, program),
                          ["docs/start.md:4: grtx sim has no option --vdc", "docs/start.md:7: grtx has no command simulate"])
+
+    def test_a_sentence_that_nobody_reads_to_its_end(self):
+        short, very = "Short. " * 9, "very " * 38
+        for sentence, faults in [
+            (f"A {very}`long name`", []),  # 40 words
+            (f"A {very}very `long name`", ["docs/start.md:3: a sentence of 41 words, more than 40: A " + "very " * 9 + "ver…"]),
+        ]:
+            self.assertEqual(self.faults({"docs/start.md": docs_prose.wrap(f"# Start\n\n{short}{sentence}.\n")}), faults)
+        table = f"| a |\n|---|\n| {very * 2} |\n\n```\n{very * 2}\n```\n"
+        self.assertEqual(self.faults({"docs/start.md": table}), [])
+        self.assertEqual(self.faults({"start.md": very * 2, "docs/start.md": ""}), [])
+
+    def test_sentences_that_are_long_in_the_mean(self):
+        for last, faults in [("w " * 31, []), ("w " * 32, ["docs/start.md:1: sentences of 18.5 words in the mean, more than 18"])]:
+            self.assertEqual(self.faults({"docs/start.md": f"One two three.\n\n* W {last}end.\n"}), faults)
+
+    def test_a_line_wider_than_the_screen(self):
+        for line, faults in [("Word. " * 20, []), ("Word. " * 20 + "x", [
+                "docs/start.md:3: a line of 121 characters, more than 120: scripts/docs_prose.py --wrap breaks it"])]:
+            self.assertEqual(self.faults({"docs/start.md": f"# Start\n\n{line}\n"}), faults)
+
+    def test_wrapping_changes_no_word_and_no_item(self):
+        wrapped = docs_prose.wrap("# " + "t " * 80 + "\n\n* " + "word " * 30 + "+ 1\n  " + "`a b` " * 30 + "\n* x\n\n    code " + "c " * 80)
+        heading, item = wrapped.split("\n\n")[:2]
+        self.assertEqual(heading, "# " + "t " * 80)
+        self.assertEqual(item.split(), ("* " + "word " * 30 + "+ 1 " + "`a b` " * 30 + "* x").split())
+        self.assertLessEqual(max(map(len, item.split("\n"))), 120)
+        self.assertEqual([line[:2] for line in item.split("\n")], ["* ", "  ", "  ", "* "])
+        self.assertEqual(wrapped.split("\n\n")[2], "    code " + "c " * 80)
+        self.assertEqual(docs_prose.wrap(wrapped), wrapped)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Sentences and lines of the documentation: how long they may be, and how many words there are.
+
+Looked at are the pages of docs/ outside code, tables and generated parts. A sentence has at most 40 words, those of a page
+18 in the mean, and a line 120 characters. check_docs.py asks; `docs_prose.py --wrap FILE...` breaks long lines.
+"""
+import os
+import re
+import sys
+import textwrap
+
+SENTENCE = 40  # words
+MEAN = 18  # words a sentence, over a page
+LINE = 120  # characters
+
+# Pages that do not keep the limits yet. The list only shrinks: a page that keeps them must leave it.
+UNREVISED = {
+    "docs/guide/machines.md",
+    "docs/model/configuration.md",
+    "docs/model/fast-mode.md",
+    "docs/model/sampled-mode.md",
+    "docs/notes/fast-mode.md",
+    "docs/notes/redesign.md",
+    "docs/notes/second-implementation.md",
+    "docs/notes/simulation-speed.md",
+    "docs/notes/threads.md",
+    "docs/notes/tracer-speed.md",
+    "docs/results/README.md",
+    "docs/results/beyond-mechanisms.md",
+    "docs/results/beyond.md",
+    "docs/results/bounds.md",
+    "docs/results/cost.md",
+    "docs/results/dram-backends.md",
+    "docs/results/error-vs-time.md",
+    "docs/results/fast-mode.md",
+    "docs/results/generated-scenes.md",
+    "docs/results/layouts.md",
+    "docs/results/numerics.md",
+    "docs/results/objects.md",
+    "docs/results/paper-trained.md",
+    "docs/results/paper/README.md",
+    "docs/results/paper/configuration.md",
+    "docs/results/paper/cost.md",
+    "docs/results/paper/memory.md",
+    "docs/results/paper/objects.md",
+    "docs/results/paper/rounds.md",
+    "docs/results/paper/secondary.md",
+    "docs/results/paper/sensitivity.md",
+    "docs/results/paper/sequences.md",
+    "docs/results/paper/speedup.md",
+    "docs/results/paper/vendors.md",
+    "docs/results/pizza-sweep.md",
+    "docs/results/private-traffic.md",
+    "docs/results/readings.md",
+    "docs/results/rtl.md",
+    "docs/results/scene-classes.md",
+    "docs/results/sensitivity.md",
+    "docs/results/silicon.md",
+    "docs/results/simulation-modes.md",
+    "docs/results/simulation-speed.md",
+    "docs/results/skips.md",
+    "docs/results/tracer-options.md",
+    "docs/results/tracer-speed.md",
+    "docs/results/waveform-cost.md",
+    "docs/results/windows.md",
+}
+
+CODE = re.compile(r"```.*?```", re.S)
+GENERATED = re.compile(r"<!-- generated:.*?<!-- end of generated -->", re.S)
+ITEM = re.compile(r" *(?:[*+-]|\d+\.) +")
+
+
+def blank(text, *patterns):
+    """Without what the patterns find; lines keep their numbers."""
+    for pattern in patterns:
+        text = pattern.sub(lambda found: "\n" * found.group(0).count("\n"), text)
+    return text
+
+
+def blocks(text):
+    """Paragraphs and list items: number of the first line, text in one line."""
+    first, lines = 0, []
+    for number, line in enumerate(blank(text, CODE, GENERATED).split("\n") + [""], 1):
+        plain = line.strip()
+        ends = not plain or plain.startswith(("|", "#", "<", "```")) or (line.startswith("    ") and not lines)
+        if lines and (ends or ITEM.match(line)):
+            yield first, " ".join(lines)
+            lines = []
+        if not ends:
+            first = first if lines else number
+            lines.append(ITEM.sub("", line).strip() if not lines else plain)
+
+
+def sentences(text):
+    """Line of the paragraph, number of words and text of each sentence. Links count as their text, code in a line as a word."""
+    for line, block in blocks(text):
+        block = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", block)
+        block = re.sub(r"`[^`]*`", "Code", block)
+        for sentence in re.split(r"(?<=[.!?])[\"')*_]*\s+(?=[^a-z])", block):
+            words = [word for word in sentence.split() if re.search(r"\w", word)]
+            if words:
+                yield line, len(words), sentence
+
+
+def words(text):
+    """Words of a page with its tables and its code, without generated parts: what has a letter, links by their text."""
+    text = re.sub(r"\]\([^)]*\)", "]", blank(text, GENERATED))
+    return sum(bool(re.search(r"[^\W\d_]", word)) for word in text.split())
+
+
+def breaches(text):
+    """Line and rule of what does not keep the limits."""
+    found = list(sentences(text))
+    for line, count, sentence in found:
+        if count > SENTENCE:
+            yield line, f"a sentence of {count} words, more than {SENTENCE}: {sentence[:50]}…"
+    mean = sum(count for _, count, _ in found) / max(1, len(found))
+    if mean > MEAN:
+        yield 1, f"sentences of {mean:.1f} words in the mean, more than {MEAN}"
+    for number, line in enumerate(blank(text, CODE, GENERATED).split("\n"), 1):
+        if len(line) > LINE and not line.lstrip().startswith("|"):
+            yield number, f"a line of {len(line)} characters, more than {LINE}: scripts/docs_prose.py --wrap breaks it"
+
+
+def wrap(text):
+    """The text with its paragraphs and list items broken at 120 characters; code in a line stays in one."""
+    out, lines, code = [], [], ""
+
+    def flush():
+        if lines:
+            mark = ITEM.match(lines[0])
+            head = mark.group(0) if mark else re.match(" *", lines[0]).group(0)
+            body = " ".join([lines[0][len(head):].strip()] + [line.strip() for line in lines[1:]])
+            body = re.sub(r"`[^`]*`", lambda found: found.group(0).replace(" ", "\0"), body)
+            # What would begin an item, a quotation or a table does not begin a line.
+            body = re.sub(r" (?=(?:[-+*>#=]+|\d+[.)])(?: |$)|[|<])", "\0", body)
+            out.append(textwrap.fill(body, LINE, initial_indent=head, subsequent_indent=" " * len(head),
+                                     break_long_words=False, break_on_hyphens=False).replace("\0", " "))
+            lines.clear()
+
+    for line in text.split("\n"):
+        plain = line.strip()
+        ends = not plain or plain.startswith(("|", "#", "<", "```", "[!")) or (line.startswith("    ") and not lines)
+        if code or ends:
+            flush()
+            out.append(line)
+            if plain.startswith(code or "```") or plain.startswith(code or "<!-- generated:"):
+                code = "" if code else "```" if plain.startswith("```") else "<!-- end of generated"
+            continue
+        if ITEM.match(line):
+            flush()
+        lines.append(line)
+    flush()
+    return "\n".join(out)
+
+
+def main():
+    if len(sys.argv) < 3 or sys.argv[1] != "--wrap":
+        sys.exit(__doc__.strip())
+    for name in sys.argv[2:]:
+        with open(name, encoding="utf-8") as file:
+            text = file.read()
+        wrapped = wrap(text)
+        if wrapped != text:
+            with open(name, "w", encoding="utf-8") as file:
+                file.write(wrapped)
+            print(os.path.relpath(name))
+
+
+if __name__ == "__main__":
+    main()
