@@ -4,6 +4,7 @@
 * Links of every Markdown file: the file they lead to, and the heading behind a '#'.
 * Files and folders of the tree that Markdown names in `code` and in code blocks; links of pictures (SVG).
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
+* Pages of docs/ that share a name.
 * Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
 * With --program: commands and options of `grtx` in Markdown.
 
@@ -21,7 +22,8 @@ import docs_prose
 
 SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
-
+# Names that more than one folder of docs/ may have.
+SHARED = {"README.md", "fast-mode.md"}
 # Pages of commands that are wrong on purpose; tests/scripts/newcomer_test.py runs them.
 MISTAKES = {"docs/guide/when-it-fails.md"}
 
@@ -63,6 +65,7 @@ class Checker:
         self.names = {os.path.basename(f) for f in self.files}
         self.faults = []
         self.words = {}  # of each folder below docs/
+        self.pages = {}  # the first of a name in docs/
         start = "|".join(map(re.escape, self.folders))
         self.path = re.compile(rf"(?<![\w./$-])(?:\.\./)?((?:{start})/[\w./*{{}},-]*)")
         self.cited = re.compile(rf"(?<![\w./$-])((?:{start})/[\w./-]+\.{SOURCE})(?![\w/])")
@@ -109,7 +112,10 @@ class Checker:
     def prose(self, file):
         with open(os.path.join(self.top, file), encoding="utf-8") as page:
             text = page.read()
-        folder = os.path.dirname(file)
+        folder, name = os.path.split(file)
+        first = self.pages.setdefault(name, file)
+        if first != file and name not in SHARED:
+            self.faults.append(f"{file}:1: has the name of {first}")
         self.words[folder] = self.words.get(folder, 0) + docs_prose.words(text)
         breaches = [f"{file}:{line}: {rule}" for line, rule in docs_prose.breaches(text)]
         if file not in docs_prose.UNREVISED:

@@ -78,7 +78,7 @@ class Page:
     def write(self, folder, machines, command):
         for file, svg in self.pictures.items():
             write(os.path.join(folder, file), svg)
-        write(os.path.join(folder, f"{self.item}.md"), self.markdown(machines, command))
+        write(os.path.join(folder, f"paper-{self.item}.md"), self.markdown(machines, command))
 
 
 def write(path, text):
@@ -108,9 +108,9 @@ def write_index(folder, study, pages, claims, machines, command):
         if one.rows:
             block = Page("", "", claims, study.name)
             block.table(one.claim_head(machines), list(one.claim_rows(machines)))
-            lines += [f"## [{one.title}]({one.item}.md)", ""] + block.body
+            lines += [f"## [{one.title}](paper-{one.item}.md)", ""] + block.body
         else:
-            lines += [f"## [{one.title}]({one.item}.md)", ""]
+            lines += [f"## [{one.title}](paper-{one.item}.md)", ""]
     lines += ["## Not reproduced", "",
               "Rasterisation against ray tracing, OptiX against Vulkan and the measurements on an RTX 5090 and an RX 9070 XT are of real GPUs: no model here. "
               "The paper's six trained scenes are not public.", ""]

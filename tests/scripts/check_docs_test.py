@@ -64,6 +64,10 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(self.faults({"docs/start.md": text}, program),
                          ["docs/start.md:4: grtx sim has no option --vdc", "docs/start.md:7: grtx has no command simulate"])
 
+    def test_two_pages_of_one_name(self):
+        self.assertEqual(self.faults({"docs/notes/l1_cache.md": "", "docs/README.md": "", "docs/notes/README.md": "", "docs/start.md": ""}),
+                         ["docs/notes/l1_cache.md:1: has the name of docs/model/l1_cache.md"])
+
     def test_a_sentence_that_nobody_reads_to_its_end(self):
         short, very = "Short. " * 9, "very " * 38
         for sentence, faults in [
