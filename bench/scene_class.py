@@ -76,7 +76,7 @@ def look_at_entries(program, trace):
 
 def measure(options, scene, view):
     cameras = scene.removesuffix(".ply") + ".cameras.json"
-    machine = ("--machine", "paper")
+    machine = ("--machine", "paper-charged")
     statistics = {}
     with tempfile.TemporaryDirectory(prefix="grtx_scene_class_") as folder:
 

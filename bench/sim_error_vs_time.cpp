@@ -38,7 +38,7 @@ struct Options {
   std::vector<std::string> traces;  ///< NAME=FOLDER
   unsigned room = 0;                ///< Gaussians of a generated room; 0: none
   std::string output;
-  std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
+  std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/table1.toml";
   std::vector<std::string> shares = {"0.1"};
   std::string machine;                     ///< in place of a configuration; "": none
   std::vector<unsigned> strides = {1, 4};  ///< of fast mode
@@ -47,6 +47,10 @@ struct Options {
   unsigned seeds = 10;
   bool existing = false;  ///< simulate nothing, evaluate the seeds whose four files are there
 };
+
+const std::string& machine_of(const Options& options) {
+  return options.machine.empty() ? options.config : options.machine;
+}
 
 /// A way to simulate: mode and its arguments.
 struct Setting {
@@ -90,8 +94,7 @@ Outcome simulate(const Options& options, const std::string& scene, const std::st
   const std::string path = path_of(options, scene, setting, design, seed);
   if (!fs::exists(path)) {
     fs::create_directories(fs::path(path).parent_path());
-    const std::string machine = options.machine.empty() ? fmt::format("--config '{}'", options.config)
-                                                        : fmt::format("--machine '{}'", options.machine);
+    const std::string machine = fmt::format("--machine '{}'", machine_of(options));
     const std::string command = fmt::format("sim '{}' {} {} {} --stats '{}'", trace, machine, setting.arguments,
                                             setting.seed.empty() ? "" : fmt::format("{}{}", setting.seed, seed), path);
     run_program(command);
@@ -112,8 +115,10 @@ std::string make_room(const Options& options) {
   for (const auto& [design, arguments] : designs) {
     const std::string trace = folder + "/" + design + ".grtx";
     if (fs::exists(trace)) continue;
-    run_program(fmt::format("trace --scene '{}' --cameras '{}/room.cameras.json' --width 64 --height 64 {} -o '{}'",
-                            scene, folder, arguments, trace));
+    run_program(
+        fmt::format("trace --machine '{}' --scene '{}' --cameras '{}/room.cameras.json' --width 64 --height 64 {} "
+                    "-o '{}'",
+                    machine_of(options), scene, folder, arguments, trace));
   }
   return "room=" + folder;
 }

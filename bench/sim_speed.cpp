@@ -63,7 +63,7 @@ double reference_loop() {
 
 struct Options {
   std::vector<std::string> traces;
-  std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/paper.toml";
+  std::string config = std::string(GRTX_SOURCE_DIR) + "/configs/table1.toml";
   std::vector<std::string> settings;
   std::string history = "sim_speed.json";
   std::string label;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cycles against the largest lower bound, and what the RT units waited for: a Markdown table over scenes and designs.
 
-  scripts/bounds.py --size 64 [--config configs/paper.toml] [--set gpu.sms=2] SCENE.ply:CAMERAS.json[:VIEW] ...
+  scripts/bounds.py --size 64 [--machine configs/table1.toml] [--set gpu.sms=2] SCENE.ply:CAMERAS.json[:VIEW] ...
 
 Python's standard library only. Traces go to a temporary folder and are removed.
 """
@@ -24,7 +24,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grtx", default="build/release/grtx")
     parser.add_argument("--size", type=int, default=64)
-    parser.add_argument("--config", default="configs/paper.toml")
+    parser.add_argument("--machine", default="configs/table1.toml")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("scenes", nargs="+", metavar="SCENE.ply:CAMERAS.json[:VIEW]")
     arguments = parser.parse_args()
@@ -36,10 +36,10 @@ def main():
             for design, options in DESIGNS.items():
                 trace, statistics = os.path.join(folder, "t.grtx"), os.path.join(folder, "s.json")
                 subprocess.run([arguments.grtx, "trace", "--quiet", "--scene", path, "--cameras", cameras, "--view", view,
-                                "--width", str(arguments.size), "--height", str(arguments.size), *options, "-o", trace],
+                                "--width", str(arguments.size), "--height", str(arguments.size), "--machine", arguments.machine, *options, "-o", trace],
                                check=True)
                 settings = [word for setting in arguments.set for word in ("--set", setting)]
-                subprocess.run([arguments.grtx, "sim", "--quiet", trace, "--config", arguments.config, *settings,
+                subprocess.run([arguments.grtx, "sim", "--quiet", trace, "--machine", arguments.machine, *settings,
                                 "--stats", statistics], check=True)
                 with open(statistics) as file:
                     stats = json.load(file)["stats"]

@@ -58,10 +58,10 @@ for run in "${runs[@]}"; do
   for build in "${builds[@]}"; do
     out=$folder/$build.$name
     # shellcheck disable=SC2086  # several options in one string
-    "$folder/$build/grtx" trace --quiet --scene "$scene" --cameras "$folder/scene.cameras.json" --view 0 --width 32 \
+    "$folder/$build/grtx" trace --quiet --machine configs/table1.toml --scene "$scene" --cameras "$folder/scene.cameras.json" --view 0 --width 32 \
       --height 32 $trace_options -o "$out.grtx" --image "$out.pfm"
     # shellcheck disable=SC2086
-    "$folder/$build/grtx" sim --quiet "$out.grtx" --config configs/small.toml $settings --stats "$out.json"
+    "$folder/$build/grtx" sim --quiet "$out.grtx" --machine configs/table1.toml --config configs/small.toml $settings --stats "$out.json"
     for other in "$out.grtx" "$out.pfm"; do
       cmp "$folder/gcc_O3.$name.${other##*.}" "$other"
     done

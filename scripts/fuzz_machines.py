@@ -32,6 +32,7 @@ import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+TABLE1 = os.path.join(ROOT, "configs", "table1.toml")  # every key at its default
 # Values that a rule wants to be powers of two.
 POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.sectors_per_cycle",
           "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes", "fast.stride",
@@ -189,7 +190,7 @@ class Fuzzer:
 
     def run(self, seed, mode, trace, settings, *more):
         """(code, lines of stderr, statistics)."""
-        arguments = [self.program, "sim", trace, "--quiet", "--stats", "s.json", *more]
+        arguments = [self.program, "sim", trace, "--quiet", "--machine", TABLE1, "--stats", "s.json", *more]
         for key, value in settings.items():
             arguments += ["--set", f"{key}={value}"]
         statistics = f"{self.folder}/s.json"

@@ -20,7 +20,7 @@ namespace grtx::sim {
 namespace {
 
 struct CostArguments {
-  std::string machine;
+  std::string machine = kDefaultMachine;
   std::string config;
   std::vector<std::string> settings;
   MachineUse use;
@@ -57,7 +57,8 @@ void print_energy(const CostArguments& options, const GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
   const nlohmann::ordered_json document = read_statistics(options.statistics);
   if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
-    throw Error(options.statistics, "inputs.config_hash", "is of another configuration than --config and --set give");
+    throw Error(options.statistics, "inputs.config_hash",
+                "is of another configuration than --machine, --config and --set give");
   }
   const nlohmann::ordered_json& stats = document.at("stats");
   const auto value = [&](const std::string& name) {
@@ -107,7 +108,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
                                    [options, &common] { return cost(*options, common.json); });
   add_machine_option(command, options->machine);
-  command->add_option("--config", options->config, "Configuration file (default: none, all keys have their defaults)")
+  command
+      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);

@@ -92,8 +92,8 @@ std::map<std::string, std::string> read_machine(const std::string& path, GpuConf
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
   return command->add_option("--machine", machine,
                              fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
-                                         ".toml; --config and options of the tracer override it{}",
-                                         fmt::join(machine_names(), ", "), machine.empty() ? " (default: none)" : ""));
+                                         ".toml; --config and options of the tracer override it",
+                                         fmt::join(machine_names(), ", ")));
 }
 
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
@@ -101,6 +101,16 @@ GpuConfig load_machine_config(const std::string& machine, const std::string& con
   GpuConfig resolved;
   if (!machine.empty()) read_machine(path_of(machine), resolved);
   return load_config(std::move(resolved), machine, config, settings);
+}
+
+std::string describe_machine(const std::string& machine, const std::string& config,
+                             const std::vector<std::string>& settings) {
+  return fmt::format("machine: {}{}{}", machine, config.empty() ? "" : ", with " + config,
+                     settings.empty() ? "" : fmt::format(", {}", fmt::join(settings, ", ")));
+}
+
+std::string machine_name(const std::string& machine) {
+  return machine.ends_with(".toml") ? fs::path(machine).stem().string() : machine;
 }
 
 std::map<std::string, std::string> machine_tracer(const std::string& machine) {

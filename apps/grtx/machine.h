@@ -11,13 +11,24 @@
 
 namespace grtx::sim {
 
-/// --machine, with the machines of the project as a hint. default_name: "" for none.
+/// Of every command that takes --machine.
+inline constexpr const char* kDefaultMachine = "paper";
+
+/// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
 
 /// machine: a name, the path of a file, or "" for no machine, that is all keys at their defaults. Then the file
 /// `config`, if not "", and the settings key=value. Throws Error for unknown names, keys and values.
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                               const std::vector<std::string>& settings);
+
+/// "machine: NAME", with what the command line changes about it.
+std::string describe_machine(const std::string& machine, const std::string& config,
+                             const std::vector<std::string>& settings);
+
+/// A machine's name in statistics: of a file the name without folder and ending, so that they do not depend on where it
+/// lies.
+std::string machine_name(const std::string& machine);
 
 /// Gives the command's tracer options the values of the machine, but for those that the command line names. Throws
 /// Error{file, key, rule}.

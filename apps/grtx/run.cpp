@@ -53,6 +53,7 @@ constexpr std::array<Design, 4> kDesigns = {{{"baseline", frontend::AccelKind::t
                                              {"sw", frontend::AccelKind::tlas_tri20, false},
                                              {"grtx", frontend::AccelKind::tlas_tri20, true}}};
 constexpr const char* kLock = "run.lock";
+constexpr const char* kChargedMachine = "paper-charged";  ///< the default machine with every byte charged
 constexpr std::array<const char*, 4> kTableOrder = {"baseline", "sw", "hw", "grtx"};
 
 /// The designs that a scene has: several objects need a two-level structure, so theirs are sw and grtx.
@@ -83,7 +84,7 @@ struct RunArguments {
   ViewOptions view;
   TracerCli tracer;
   CLI::App* command = nullptr;
-  std::string machine = "paper";
+  std::string machine = kDefaultMachine;
   std::string config;
   std::vector<std::string> settings;
   std::string output;
@@ -308,10 +309,9 @@ void print_intervals(const ordered_json& results) {
 
 /// What a person wants to see of the results.
 void print_summary(const RunArguments& options, const Comparison& comparison, const ordered_json& results,
-                   const TracedDesigns& traced) {
+                   const TracedDesigns& traced, bool free_checkpoints) {
   const bool objects = results.contains("speedup_over");
-  fmt::print("machine: {}{}{}\n", options.machine, options.config.empty() ? "" : ", with " + options.config,
-             options.settings.empty() ? "" : fmt::format(", {}", fmt::join(options.settings, ", ")));
+  fmt::print("{}\n", describe_machine(options.machine, options.config, options.settings));
   print_table(results.at("designs"), comparison);
   if (options.mode == SimulationMode::sampled) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
@@ -326,6 +326,10 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
   if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
   fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
              traced.identical ? "bit-identical" : "DIFFERENT");
+  if (free_checkpoints) {
+    fmt::print("checkpoint traffic is free on this machine ({} charges it)\n",
+               options.machine == kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
+  }
 }
 
 int run(const RunArguments& options, const CommonOptions& common) {
@@ -404,7 +408,8 @@ int run(const RunArguments& options, const CommonOptions& common) {
   if (common.json) {
     print_json(results);
   } else {
-    print_summary(options, comparison, results, traced);
+    print_summary(options, comparison, results, traced,
+                  config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged);
   }
   for (const std::string& violation : violations) fmt::print(stderr, "grtx: {}\n", violation);
   return traced.identical && violations.empty() ? 0 : 1;

@@ -21,7 +21,7 @@ namespace {
 struct SearchArguments {
   std::string plan;
   SessionOptions session;
-  std::string machine;
+  std::string machine = kDefaultMachine;
 };
 
 int search(const SearchArguments& options, const CommonOptions& common) {

@@ -27,7 +27,7 @@ namespace {
 
 struct SimArguments {
   std::string trace;
-  std::string machine;
+  std::string machine = kDefaultMachine;
   std::string config;
   std::vector<std::string> settings;
   std::string statistics;
@@ -46,8 +46,9 @@ double number(const nlohmann::ordered_json& document, const char* name) {
   return document.at("stats").at(name).at("value").get<double>();
 }
 
-void print_summary(const SimulationResult& result) {
+void print_summary(const SimArguments& options, const SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
+  say("{}", describe_machine(options.machine, options.config, options.settings));
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));
@@ -79,13 +80,14 @@ void check_estimate(const SimArguments& options) {
 int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
                 const CommonOptions& common) {
   check_estimate(options);
-  const SampledResult result = simulate_sampled(options.trace, config, sampled);
+  SampledResult result = simulate_sampled(options.trace, config, sampled);
+  result.result.document["inputs"]["machine"] = machine_name(options.machine);
   warn_of_caution(result.result.caution, "--mode sampled");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (common.json) {
     print_json(result.result.document);
   } else if (!common.quiet) {
-    print_summary(result.result);
+    print_summary(options, result.result);
     print_sampled(result);
   }
   return report_faults(result.result);
@@ -120,7 +122,8 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.quiet = common.quiet;
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
+  SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
+  result.document["inputs"]["machine"] = machine_name(options.machine);
   warn_of_caution(result.caution, "--mode fast");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {
@@ -133,7 +136,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   if (common.json) {
     print_json(result.document);
   } else if (!common.quiet) {
-    print_summary(result);
+    print_summary(options, result);
   }
   return report_faults(result);
 }
@@ -147,9 +150,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);
   add_machine_option(command, options->machine);
   command
-      ->add_option("--config", options->config,
-                   "Configuration file; without one all keys have their defaults "
-                   "(default: none)")
+      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 struct SweepArguments {
   std::string plan;
   SessionOptions session;
-  std::string machine;
+  std::string machine = kDefaultMachine;
   std::string mode, confirm;
   std::string scene, cameras;
   bool list = false;

@@ -29,7 +29,7 @@ struct TraceArguments {
   std::string checkpoint = "off";
   TracerCli tracer;
   CLI::App* command = nullptr;
-  std::string machine;
+  std::string machine = kDefaultMachine;
   std::string output;
   std::string image;
   std::string statistics;
@@ -152,8 +152,8 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
   if (statistics) {
     nlohmann::ordered_json config;
     for (const auto& [name, value] : chosen) config[name] = value;
-    const nlohmann::ordered_json document =
-        statistics_document(config, traced.view.inputs, traced.statistics, traced.host);
+    nlohmann::ordered_json document = statistics_document(config, traced.view.inputs, traced.statistics, traced.host);
+    document["inputs"]["machine"] = machine_name(options.machine);
     if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
     if (common.json) print_json(document);
   }

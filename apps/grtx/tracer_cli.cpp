@@ -47,9 +47,12 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
   add_choice(command, "--resume", cli.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   add_choice(command, "--kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
   add_kernel_degree(command, cli.kernel_degree);
-  add_choice(command, "--child-order", cli.child_order, "Order in which hit children are visited");
-  add_choice(command, "--pop-test", cli.pop_test,
-             "Whether a node is compared with t_max when popped, for which its stack entry holds its t");
+  add_choice(command, "--child-order", cli.child_order,
+             "Order in which hit children are visited; a machine may choose another");
+  add_choice(
+      command, "--pop-test", cli.pop_test,
+      "Whether a node is compared with t_max when popped, for which its stack entry holds its t; a machine may choose "
+      "another");
   add_choice(command, "--tmax-update", cli.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   add_choice(command, "--checkpoint-order", cli.checkpoint_order, "Order in which replay reads the source buffer");
   add_choice(command, "--replay-tmax", cli.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");

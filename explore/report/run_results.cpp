@@ -124,7 +124,8 @@ RunResults read_run_results(const std::string& path) {
   }
   if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
   run.label = label_of(run.designs.front().inputs, run.file);
-  if (const std::string machine = text(document, "machine"); !machine.empty()) {
+  const std::string machine = text(schema == "grtx.run/1" ? document : object(document, "inputs", path), "machine");
+  if (!machine.empty()) {
     run.label += ", machine " + std::filesystem::path(machine).stem().string();
   }
   return run;

@@ -157,7 +157,8 @@ void check_config(const GpuConfig& config, const std::string& origin) {
           modules::CheckpointConfig::kEntryBytesRule);
   require(config.rt.checkpoint.allows_store(), "rt.private_store.checkpoint_entries",
           modules::CheckpointConfig::kStoreRule);
-  require(config.rt.checkpoint.allows_traffic(), "rt.checkpoint.traffic", modules::CheckpointConfig::kUnchargedRule);
+  require(config.rt.checkpoint.allows_traffic(), "rt.checkpoint.traffic",
+          std::string(modules::CheckpointConfig::kUnchargedRule) + "; charged takes them");
   const auto width = [&](unsigned sectors, const char* key) {
     require(power_of_two(sectors), key, "must be 1, 2 or 4: a line has four sectors");
   };

@@ -43,7 +43,7 @@ constexpr const char* kStatistics =
 const std::vector<InputReader>& explore_readers() {
   static const std::vector<InputReader> all = {
       {"configuration", "c.toml", [](const std::string& path) { (void)sim::load_config(path, {}); }, nullptr,
-       [] { return Seeds{source_file("configs/paper.toml")}; }},
+       [] { return Seeds{source_file("configs/table1.toml")}; }},
       {"plan", "p.toml",
        [](const std::string& path) {
          static const sim::test::FakeTracerRules tracer;

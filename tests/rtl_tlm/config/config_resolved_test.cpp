@@ -17,7 +17,7 @@ const std::string kConfigs = grtx::paths::source_dir() + "/configs/";
 TEST(ConfigFiles, EachResolvesAndVariantsDifferFromThePaperInWhatTheySay) {
   const std::map<std::string, std::string> only = {{"intersection_only.toml", "rt.memory.by_shader"},
                                                    {"deep_stack.toml", "rt.warp_buffer.spill"}};
-  const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "paper.toml", {}));
+  const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "table1.toml", {}));
   std::size_t variants = 0;
   for (const auto& file : std::filesystem::directory_iterator(kConfigs)) {
     if (file.path().extension() != ".toml") continue;  // plans of sweeps have a folder of their own
@@ -33,7 +33,7 @@ TEST(ConfigFiles, EachResolvesAndVariantsDifferFromThePaperInWhatTheySay) {
 }
 
 TEST(PaperConfig, HasTheValuesOfTable1) {
-  const nlohmann::ordered_json json = config_json(load_config(kConfigs + "paper.toml", {}));
+  const nlohmann::ordered_json json = config_json(load_config(kConfigs + "table1.toml", {}));
   const std::vector<std::pair<const char*, double>> table = {
       {"gpu.sms", 8},         {"gpu.core_mhz", 1365}, {"rt.warp_buffer.entries", 8},
       {"simt.schedulers", 4}, {"l1.bytes", 131072},   {"l1.line_bytes", 128},
@@ -44,11 +44,11 @@ TEST(PaperConfig, HasTheValuesOfTable1) {
 }
 
 TEST(PaperConfig, IsWhatTheProgramDefaultsTo) {
-  EXPECT_EQ(config_json(load_config(kConfigs + "paper.toml", {})), config_json(GpuConfig{}));
+  EXPECT_EQ(config_json(load_config(kConfigs + "table1.toml", {})), config_json(GpuConfig{}));
 }
 
 TEST(SmallConfig, DiffersFromThePaperOnlyInItsOwnKeys) {
-  const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "paper.toml", {}));
+  const nlohmann::ordered_json paper = config_json(load_config(kConfigs + "table1.toml", {}));
   const nlohmann::ordered_json small = config_json(load_config(kConfigs + "small.toml", {}));
   std::set<std::string> different;
   for (const auto& [key, value] : small.items()) {

@@ -125,7 +125,7 @@ TEST(PlainGpuStochastic, AgreesOnSamples) {
   for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_sphere}) {
     const traces::testing::TemporaryFile file("plain");
     test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 2.0), 32, 16, kind, options);
-    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/paper.toml", {});
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", {});
     EXPECT_EQ(differences(file.path(), config), "") << frontend::accel_name(kind);
   }
 }

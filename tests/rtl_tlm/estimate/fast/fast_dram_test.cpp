@@ -111,7 +111,7 @@ double fast_clocks_of_a_read(const modules::DramChannelConfig& config, const Loa
 
 // Each alone in the channel: a closed row, its hit, conflicts at once and after a pause, with writes before.
 TEST(FastDramUnloaded, AnswersInTheClockInWhichTheCycleModelDoes) {
-  for (const char* file : {"paper.toml", "dram/gddr6.toml"}) {
+  for (const char* file : {"table1.toml", "dram/gddr6.toml"}) {
     const modules::DramChannelConfig config =
         load_config(grtx::paths::source_dir() + "/configs/" + file, {}).dram.channel;
     const modules::DramMapping mapping(config);
@@ -160,7 +160,7 @@ TEST_P(FastDram, MovesAsMuchAsTheCycleModels) {
   EXPECT_NEAR(fast_clocks_of_a_read(config, load), expected, load.tolerance * expected);
 }
 
-constexpr const char* kGddr5 = "paper.toml";
+constexpr const char* kGddr5 = "table1.toml";
 constexpr const char* kGddr6 = "dram/gddr6.toml";
 INSTANTIATE_TEST_SUITE_P(Loads, FastDram,
                          ::testing::Values(Load{"rows_closed_for_others", kGddr5, 8, 0.0, 0.0, 0.02},
