@@ -22,7 +22,8 @@ def options_of(arguments):
     parser.add_argument("--work", metavar="DIR", default=os.path.join(TOP, "build", "reproduce"),
                         help="scenes, traces, results (default: build/reproduce)")
     parser.add_argument("--scenes", metavar="DIR", default=os.environ.get("GRTX_SCENES", ""),
-                        help="trained scenes as .ply or .ply.xz (default: GRTX_SCENES, else generated ones alone)")
+                        help="trained scenes as .ply or .ply.xz, such as scripts/scenes.sh brings (default: GRTX_SCENES, else "
+                             "generated ones alone)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
                         help="configuration key or tracer.OPTION for every simulation; repeatable")
     parser.add_argument("--jobs", type=int, default=0, help="simulations at a time; 0: one a core")
@@ -49,8 +50,9 @@ def study_of(options, say):
     chosen = sets[name]
     scenes = [Scene(**s) for s in chosen["scenes"]]
     for trained in sets.get("trained", []) if options.scenes else []:
-        if any(os.path.exists(os.path.join(options.scenes, trained["file"] + e)) for e in (".ply", ".ply.xz")):
-            scenes.append(Scene(role="fitted", **{**trained, "items": tuple(trained["items"])}))
+        at = lambda name: os.path.exists(os.path.join(options.scenes, name))
+        if at(trained["cameras"] + ".cameras.json") and (at(trained["file"] + ".ply") or at(trained["file"] + ".ply.xz")):
+            scenes.append(Scene(**{**trained, "items": tuple(trained["items"])}))
     if not options.scenes:
         say("no folder of trained scenes (--scenes, GRTX_SCENES): generated scenes alone")
     frames = {n: Frame(f["width"], f["height"], f["fov_scale"], tuple(sorted(f["set"].items())))
@@ -58,11 +60,12 @@ def study_of(options, say):
     return Study(name, scenes, frames, chosen)
 
 
-def build(study, names, claims):
+def build(study, names, claims, expected=None):
     pages = []
+    public = [s.name for s in study.all_scenes if s.role == "public"]
     for name in names:
         study.item = name
-        one = page.Page(name, items.ITEMS[name].TITLE, claims, study.name)
+        one = page.Page(name, items.ITEMS[name].TITLE, claims, study.name, expected, public)
         items.ITEMS[name].build(study, one)
         pages.append(one)
     study.item = ""
@@ -82,27 +85,30 @@ def main():
     try:
         results.run(study.asked)
         study.results = results
-        pages = build(study, names, claims)
+        pages = build(study, names, claims, expected)
     except runs.Failed as failure:
         say(str(failure))
         return failure.code
-    os.makedirs(options.output, exist_ok=True)
-    command = "scripts/reproduce.sh" + (" --quick" if options.quick else "")
-    machines = study.values["machines"]
     found = {}
     for one in pages:
-        one.write(options.output, machines, f"{command} --only {one.item}")
         found.update(one.found)
-    if not options.only:
-        page.write_index(options.output, study, pages, claims, machines, command)
-    if options.record:
+    if options.record:  # before the pages, which say what is as recorded
+        if not options.only:
+            expected.values.pop(study.name, None)  # claims and machines that are no more
         expected.record(study.name, found)
-        return 0
+    os.makedirs(options.output, exist_ok=True)
+    command = "scripts/reproduce.sh" + (" --quick" if options.quick else "")
+    for one in pages:
+        one.write(options.output, f"{command} --only {one.item}")
+    if not options.only:
+        page.write_index(options.output, study, pages, claims, study.values["machines"], command)
     faults = list(expected.faults(study.name, found, claims))
     for line in faults:
         say(line)
+    for machine, (printed, held) in page.tally(pages).items():
+        say(f"machine {machine}: {held} of the {printed} figures that the paper prints hold within 20 %")
     known = sum(expected.of(study.name, machine, name) is not None for name, machine in found)
-    say(f"{options.output}: {len(found)} figures, {known} with an expected value, {len(faults)} outside their tolerance")
+    say(f"{options.output}: {len(found)} figures, {known} with a value on record, {len(faults)} outside their tolerance of it")
     return 1 if faults else 0
 
 

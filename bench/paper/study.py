@@ -16,7 +16,7 @@ def structure(design):
 class Scene:
     """A scene that `grtx synth` makes (preset), or a trained one (file and cameras without their endings)."""
     name: str
-    role: str  # evaluation or fitted
+    role: str  # evaluation: generated, in the means that are recorded; public: trained, with means of its own; shown: in none
     preset: str = ""
     count: int = 0
     seed: int = 0
@@ -29,6 +29,10 @@ class Scene:
     def stem(self):
         """Name of the files that hold it: all that they depend on."""
         return f"{self.preset}-{self.count}-{self.seed}-sh{self.sh_degree}" if self.preset else self.file
+
+
+# What costs nothing on the first costs its bytes on the second, and they have nothing else apart (machine_test.cpp).
+FREE, CHARGED = "paper", "paper-charged"
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,16 @@ class Study:
     def evaluation(self):
         return [s for s in self.scenes if s.role == "evaluation"]
 
+    @property
+    def counted(self):
+        """Scenes of claims: the evaluation and the public ones."""
+        return [s for s in self.scenes if s.role in ("evaluation", "public")]
+
+    @staticmethod
+    def same(machine, checkpoint):
+        """A machine that gives the same: without checkpoints none is charged."""
+        return FREE if machine == CHARGED and checkpoint == "off" else machine
+
     def ask(self, what):
         self.asked[type(what)][what] = None
         return collections.defaultdict(lambda: 1.0) if self.planning else self.results.of(what)
@@ -115,14 +129,15 @@ class Study:
         for name, value in options.items():
             chosen["tracer." + name[2:] if name.startswith("t_") else name.replace("__", ".")] = value
         at = self.frames[frame] if isinstance(frame, str) else frame
-        return self.ask(Point(scene, at, machine, mode, tuple(sorted(chosen.items()))))
+        return self.ask(Point(scene, at, self.same(machine, checkpoint), mode, tuple(sorted(chosen.items()))))
 
     def measure(self, scene, design, machine="paper", frame="main", **options):
         """Statistics of the tracer alone: name -> value."""
         accel, checkpoint = structure(design)
         chosen = {"accel": accel, "checkpoint": checkpoint, **options}
         at = self.frames[frame] if isinstance(frame, str) else frame
-        return self.ask(Measurement(scene, at, machine, tuple(sorted(chosen.items()))))
+        # The tracer of both is the same.
+        return self.ask(Measurement(scene, at, self.same(machine, "off"), tuple(sorted(chosen.items()))))
 
     def run(self, scene, machine="paper", frame="side", **options):
         """What results.json of `grtx run` says: names of nested tables and numbers of lists joined by '.' -> value; a statistic's name is

@@ -35,7 +35,7 @@ def build(study, page):
         feet = [m["accel.footprint_bytes"] / MIB for m in (mono, two)]
         rows.append([scene.name, mono["accel.bytes"] / per[0] / 1e6, str(round(mono["accel.height"])), mono["accel.bytes"] / MIB,
                      two["accel.bytes"] / MIB, *per, *feet])
-        if scene in study.evaluation:
+        if scene in study.counted:
             bytes_of["tri20"][scene.name], bytes_of["tlas"][scene.name] = per
             footprints[scene.name] = feet[0] / feet[1]
             heights[scene.name] = mono["accel.height"]

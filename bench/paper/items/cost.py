@@ -16,7 +16,7 @@ def build(study, page):
     page.text("## Storage added to an RT unit")
     page.table(["machine", "bytes", "bits: replay flags", "source offsets", "destination offsets", "source address", "destination address",
                 "maximum size"], [[r[0], *[f"{v:,.0f}" for v in r[1:]]] for r in rows])
-    page.text("Area and energy: [cost.md](../cost.md).")
+    page.text("Area and energy: [cost-validation.md](../cost-validation.md).")
 
     page.text("## Buffers in memory",
               "Entries are the most that a ray of the main frame had; a ray needs two checkpoint buffers and one eviction buffer, and there are as many "

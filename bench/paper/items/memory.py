@@ -17,10 +17,10 @@ def build(study, page):
     for machine in machines:
         for claim, statistic, over, of in CLAIMS:
             page.claim(claim, machine, {s.name: found[machine, s.name, over][statistic] / found[machine, s.name, of][statistic]
-                                        for s in study.evaluation})
-        page.claim("l1-sw", machine, {s.name: found[machine, s.name, "sw"][HIT_RATE] for s in study.evaluation})
+                                        for s in study.counted})
+        page.claim("l1-sw", machine, {s.name: found[machine, s.name, "sw"][HIT_RATE] for s in study.counted})
         page.claim("l1-grtx-over-sw", machine, {s.name: found[machine, s.name, "grtx"][HIT_RATE] / found[machine, s.name, "sw"][HIT_RATE]
-                                                for s in study.evaluation})
+                                                for s in study.counted})
     for machine in machines:
         page.text(f"## Machine `{machine}`")
         for name, title, statistic in FIGURES:
@@ -43,13 +43,13 @@ def prefetch(study, page):
     page.text("## The sibling prefetcher",
               "The paper adds it to bring the L1 hit rate nearer to that of real GPUs, and prints no figure without it.")
     rows = []
-    for machine in study.values["side_machines"]:
+    for machine in study.values["side_machines"][:1]:
         gains = {}
         for scene in study.scenes:
             for design in ("baseline", "grtx"):
                 on, off = study.point(scene, design, machine), study.point(scene, design, machine, rt__prefetch__enabled=False)
                 rows.append([scene.name, machine, design, off[HIT_RATE], on[HIT_RATE], off["gpu.cycles"] / on["gpu.cycles"]])
-                if design == "baseline" and scene in study.evaluation:
+                if design == "baseline" and scene in study.counted:
                     gains[scene.name] = on[HIT_RATE] / off[HIT_RATE]
         page.claim("prefetch-l1", machine, gains)
     page.table(["scene", "machine", "design", "L1 hit rate without", "with", "speed-up by it"], rows)

@@ -2,6 +2,7 @@
 from dataclasses import replace
 
 from .. import figures
+from ..study import Scene
 
 TITLE = "Scenes of several moving objects"
 STATUES = 3
@@ -11,11 +12,12 @@ TURNS = [0.0, 10.0]  # degrees: two frames
 def build(study, page):
     page.text(f"A room of at most {study.values['proxy_gaussians']:,} Gaussians with {STATUES} placements of one statue in a ring before the camera, who move on by 10 degrees between two frames: a scene TLAS over the objects, a TLAS of each "
               "file, one BLAS ([multi-object.md](../../model/multi-object.md)). A frame rebuilds the scene TLAS alone. The designs are sw and grtx, for a monolithic "
-              "structure has no objects; *flattened* is the same Gaussians as one scene. The paper gives no number. More: [objects.md](../objects.md).")
+              "structure has no objects; *flattened* is the same Gaussians as one scene. The paper gives no number. More: [moving-objects.md](../moving-objects.md).")
     most = study.values["proxy_gaussians"]
-    room, statue = (next(replace(s, count=min(s.count, most)) for s in study.scenes if s.name == study.values["objects"][part])
-                    for part in ("room", "statue"))
-    for machine in study.values["side_machines"]:
+    of = study.values["objects"]
+    room = next(replace(s, count=min(s.count, most)) for s in study.scenes if s.name == of["room"])
+    statue = Scene("statue", "shown", preset=of["statue"], count=room.count, seed=room.seed, sh_degree=room.sh_degree)
+    for machine in study.values["side_machines"][:1]:
         rows, groups, speed, share = [], [], {}, {}
         for turn in TURNS:
             placed = dict(statue=statue, statues=STATUES, turn=turn)

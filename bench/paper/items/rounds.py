@@ -19,13 +19,13 @@ def split(values):
 
 
 def build(study, page):
-    machines = study.values["side_machines"]
+    machines = study.values["side_machines"][:1]  # the baseline has no checkpoints
     page.text("## One round in traversal, sorting, blending")
     groups = []
     for machine in machines:
         shares = {s.name: split(study.point(s, "baseline", machine)) for s in study.scenes}
         groups += [(f"{name}, {machine}", row) for name, row in shares.items()]
-        page.claim("traversal-share", machine, {s.name: shares[s.name]["traversal"] for s in study.evaluation})
+        page.claim("traversal-share", machine, {s.name: shares[s.name]["traversal"] for s in study.counted})
     page.picture("split", figures.stacks("Baseline, k = 8: share of the time of resident warps", groups, SERIES),
                  "Share of traversal, sorting and blending in the baseline's time, a bar a scene")
     page.text("Shares of the cycles of resident warps over all rounds. The paper adds one operation after the other and measures a single round "
@@ -44,7 +44,7 @@ def build(study, page):
             curves[f"{scene.name}, {machine}"] = [cycles[k] / cycles[16] for k in KS]
             rows.append([scene.name, machine, *[cycles[k] / 1e6 for k in KS], single / 1e6, behind,
                          visits["tracer.ert_share"], total / 1e6, unique / 1e6, total / unique])
-            if scene in study.evaluation:
+            if scene in study.counted:
                 ratios[scene.name] = single / cycles[16]
                 best[scene.name] = min(KS, key=cycles.get)
                 redundancy[scene.name] = total / unique

@@ -26,7 +26,7 @@ def buffer_sizes(study, page, machine):
             rows.append([scene.name, str(k), v["gpu.cycles"] / 1e6, cycles[4] / v["gpu.cycles"], f'{v["gpu.simt.rounds"]:,.0f}',
                          v["gpu.rt.simt_efficiency"], f'{v["gpu.rt.checkpoint.entries_written"]:,.0f}',
                          (v["gpu.l2.dram_reads.checkpoint"] + v["gpu.l2.dram_writes.checkpoint"]) / max(1, v["gpu.l2.dram_reads"])])
-        if scene in study.evaluation:
+        if scene in study.counted:
             best[scene.name] = min(KS, key=cycles.get)
             four[scene.name] = cycles[4] / cycles[8]
     page.claim("best-k-grtx", machine, best)
@@ -43,7 +43,8 @@ def fields_of_view(study, page, machine):
     page.text(f"## Field of view, machine `{machine}`",
               "The same number of pixels over a smaller field of view: rays lie closer. *As dense as* is the width of a whole image with that density.")
     side = study.frames["side"]
-    scenes = [s for s in study.scenes if s.name in study.values["fov_scenes"]]
+    scenes = [s for s in study.scenes if s.name in study.values["fov_scenes"] or s.role == "public"]
+    speeds = {}
     scales = study.values["fov_scales"]
     dense = [f"{side.width / scale:.0f}" for scale in scales]
     curves, hits, rows = {d: [] for d in DESIGNS}, {"baseline": [], "sw": []}, []
@@ -52,6 +53,7 @@ def fields_of_view(study, page, machine):
         found = {(s.name, d): study.point(s, d, machine, frame) for s in scenes for d in ("baseline", *DESIGNS)}
         speed = {(s.name, d): found[s.name, "baseline"]["gpu.cycles"] / found[s.name, d]["gpu.cycles"]
                  for s in scenes for d in DESIGNS}
+        speeds[scale] = speed
         for d in DESIGNS:
             curves[d].append(geometric_mean(speed[s.name, d] for s in scenes))
         for d in hits:
@@ -63,7 +65,7 @@ def fields_of_view(study, page, machine):
                 for d in ("sw", "hw", "grtx"):
                     page.claim(f"small-fov-{d}", machine, {t.name: speed[t.name, d] for t in scenes})
     for d in ("sw", "hw"):
-        page.claim(f"fov-trend-{d}", machine, curves[d][-1] / curves[d][0])
+        page.claim(f"fov-trend-{d}", machine, {s.name: speeds[scales[-1]][s.name, d] / speeds[scales[0]][s.name, d] for s in scenes})
     page.picture(f"fov-{machine}", figures.lines(f"Speed-up over density, machine {machine}", dense, curves,
                                                  "as dense as an image of this width", "speed-up, mean"), "Speed-up over the density of rays")
     page.picture(f"fov-l1-{machine}", figures.lines(f"L1 hit rate over density, machine {machine}", dense, hits,

@@ -11,7 +11,7 @@ def build(study, page):
     page.text(f"{FRAMES} frames from the first view on, the camera turning by 0, 0.25 and 4 degrees a frame (a 60th of a second: still, 15 and 240 degrees a second; "
               f"[sequences.md](../../model/sequences.md)). *Warm* is the mean of frames 1 to {FRAMES - 1}, *cold* is frame 0, which every other page simulates. A pan "
               "changes what is seen, so *fast* compares different work; *still* has the same work in each frame.")
-    for machine in study.values["side_machines"]:
+    for machine in study.values["side_machines"][:1]:
         groups, rows = [], []
         gains, change = {d: {} for d in DESIGNS}, {}
         for scene in [s for s in study.scenes if s.name in study.values["sequence_scenes"]]:
