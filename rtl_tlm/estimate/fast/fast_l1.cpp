@@ -166,7 +166,7 @@ template <Client kClient>
 L1::Taken L1::try_head(Cycle now) {
   constexpr bool kWrites = kClient == kSimt || kClient == kCheckpoint || kClient == kStack;
   Port& port = ports_[kClient];
-  const Request r = port.queue.front();
+  Request r = port.queue.front();
   const bool write = kWrites && r.write;
   if (r.owner == kNobody) {
     port.queue.pop();
@@ -210,6 +210,19 @@ L1::Taken L1::try_head(Cycle now) {
       return Taken::refused;
     }
   }
+  // Where places in the miss queue are short, each sector that needs one waits for its turn.
+  std::uint8_t later = 0;
+  if (kClient == kNode && count_of(missing) > 1 && crossed_.room(count_of(missing)) > at) {
+    const auto first = static_cast<std::uint8_t>(missing & -missing);
+    later = static_cast<std::uint8_t>(r.sectors & ~(first | (first - 1)));
+  }
+  if (later != 0) {
+    r.sectors ^= later;
+    r.last = false;
+    present &= r.sectors;
+    on_the_way &= r.sectors;
+    missing &= r.sectors;
+  }
   const unsigned count = count_of(r.sectors);
   Cycle taken = take_banks(kClient, r, at);
   if (missing != 0) taken = std::max(taken, crossed_.room(count_of(missing)));
@@ -217,7 +230,11 @@ L1::Taken L1::try_head(Cycle now) {
   Cycle seen = present != 0 && (!write || config_.perfect) ? through : 0;
   if (effect.dirty) seen = through;
   port.next = taken + 1 + (one_by_one_ ? count : 0);
-  port.queue.pop();
+  if (later != 0) {
+    port.queue.front().sectors = later;
+  } else {
+    port.queue.pop();
+  }
   if (on_the_way != 0) {
     Cycle last = 0;
     const std::uint8_t awaited = fills_[filling].awaited(on_the_way, at, last);

@@ -40,6 +40,7 @@ void Simt::launch(Cycle seen, unsigned slot, const traces::RayGroup& group) {
   warp.activity = WarpActivity::raygen;
   warp.since = seen;
   warp.step = Step::launched;
+  warp.first_timed = static_cast<std::uint32_t>(shared_.draw() % shared_.stride);
   add(seen, slot);
 }
 
@@ -86,7 +87,24 @@ void Simt::start(Cycle now, unsigned slot, Step step) {
     default:
       program_.epilogue(slot, shared_.phase);
   }
-  load(now, slot);
+  const std::uint64_t turn =
+      program_.round(slot) + warps_[slot].first_timed + static_cast<unsigned>(shared_.phase.kind);
+  if (turn % shared_.stride == 0) return load(now, slot);
+  warm_phase(slot);
+  warp_event(now, slot);
+}
+
+void Simt::warm_phase(unsigned slot) {
+  const ShaderPhase& phase = shared_.phase;
+  for (const SectorAccess& sector : phase.loads) l1_.warm(kSimt, sector, false);
+  for (const SectorAccess& sector : phase.stores) l1_.warm(kSimt, sector, true);
+  counters_.instructions[static_cast<std::size_t>(phase.kind)] += phase.instructions;
+  ++counters_.phases[static_cast<std::size_t>(phase.kind)];
+  Warp& warp = warps_[slot];
+  warp.stores.clear();
+  warp.store_writes = 0;
+  warp.steps.clear();
+  warp.next_step = 0;
 }
 
 void Simt::load(Cycle now, unsigned slot) {
@@ -96,8 +114,6 @@ void Simt::load(Cycle now, unsigned slot) {
   warp.stores.swap(shared_.phase.stores);
   warp.store_writes = shared_.phase.store_writes;
   warp.loads_seen = 0;
-  warp.shortened =
-      shared_.stride > 1 && warp.kind != PhaseKind::any_hit;  // any-hit shaders of other events are not timed
   warp.steps.swap(shared_.phase.steps);
   warp.next_step = 0;
   if (!warp.steps.empty()) {
@@ -118,53 +134,19 @@ void Simt::load_step(Cycle now, unsigned slot) {
              end.store_reads - begin.store_reads);
 }
 
-std::uint64_t Simt::timed_accesses(const Warp& warp, std::uint32_t accesses) {
-  if (!warp.shortened) return accesses;
-  accesses_left_ += accesses;
-  const std::uint64_t timed = accesses_left_ / shared_.stride;
-  accesses_left_ %= shared_.stride;
-  return timed;
-}
-
-Cycle Simt::read_store(Cycle now, const Warp& warp, std::uint32_t reads) {
-  if (reads == 0) return now;
-  const Cycle back = store_.read(timed_accesses(warp, reads), now);
-  if (!warp.shortened) return back;
-  const Cycle latency = store_.config().latency;
-  return back - latency + latency / shared_.stride;
-}
-
 void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads) {
   Warp& warp = warps_[slot];
   enter(now, warp, WarpActivity::memory);
   warp.loading = true;
-  warp.store_read = read_store(now, warp, store_reads);
+  warp.store_read = store_reads == 0 ? now : store_.read(store_reads, now);
   if (loads.empty()) return add(warp.store_read, slot);
-  warp.loads_from = now;
-  warp.loads_timed = 0;
   const bool idle = l1_.idle(kSimt);
-  const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
   for_each_line(loads, [&](std::uint64_t line, std::uint8_t mask, Region region) {
-    if (warp.shortened && !shared_.chosen(line, key)) return l1_.warm(kSimt, line, mask, region, false);
     counters_.memory.loads[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
     ++warp.loads_pending;
-    ++warp.loads_timed;
     l1_.push(kSimt, {line, slot, mask, region, false, true});
   });
-  if (warp.loads_timed == 0) {
-    return add(std::max(warp.store_read, now + shared_.usual_wait / (16 * shared_.stride)), slot);
-  }
   if (idle) l1_.serve(now);
-}
-
-// What the requests of a shortened phase take one after the other is as much less than a whole one's as there are fewer
-// of them; the rest of its wait is not.
-Cycle Simt::loaded(const Warp& warp, Cycle seen) {
-  if (!warp.shortened) return seen;
-  const Cycle wait = seen - std::min(seen, warp.loads_from);
-  shared_.usual_wait += wait - shared_.usual_wait / 16;
-  const Cycle in_turn = std::min<Cycle>(wait, warp.loads_timed);
-  return warp.loads_from + in_turn + (wait - in_turn) / shared_.stride;
 }
 
 void Simt::issue(Cycle now, unsigned slot) {
@@ -175,22 +157,15 @@ void Simt::issue(Cycle now, unsigned slot) {
   warp.instructions -= instructions;
   counters_.instructions[static_cast<std::size_t>(warp.kind)] += instructions;
   if (last) ++counters_.phases[static_cast<std::size_t>(warp.kind)];
-  if (!warp.shortened) return add(issue_.reserve(slot, instructions, now), slot);
-  shared_.instructions_left += instructions;
-  const Cycle latency = shared_.config.simt.instruction_latency;
-  const Cycle issued = issue_.reserve(slot, shared_.instructions_left / shared_.stride, now) - latency;
-  shared_.instructions_left %= shared_.stride;
-  add(issued + latency / shared_.stride, slot);
+  add(issue_.reserve(slot, instructions, now), slot);
 }
 
 void Simt::store(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
-  if (warp.store_writes > 0) store_.write(timed_accesses(warp, std::exchange(warp.store_writes, 0)), now);
+  if (warp.store_writes > 0) store_.write(std::exchange(warp.store_writes, 0), now);
   if (warp.stores.empty()) return;
   const bool idle = l1_.idle(kSimt);
-  const std::uint64_t key = warp.shortened ? shared_.draw() : 0;
   for_each_line(warp.stores, [&](std::uint64_t line, std::uint8_t mask, Region region) {
-    if (warp.shortened && !shared_.chosen(line, key)) return l1_.warm(kSimt, line, mask, region, true);
     counters_.memory.stores[static_cast<std::size_t>(region)] += static_cast<unsigned>(std::popcount(mask));
     ++warp.stores_pending;
     l1_.push(kSimt, {line, slot, mask, region, true, true});
@@ -258,7 +233,7 @@ void Simt::answered(std::uint32_t slot, Cycle seen, bool write) {
     return;
   }
   warp.loads_seen = std::max(warp.loads_seen, seen);
-  if (--warp.loads_pending == 0) add(std::max(loaded(warp, warp.loads_seen), warp.store_read), slot);
+  if (--warp.loads_pending == 0) add(std::max(warp.loads_seen, warp.store_read), slot);
 }
 
 void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
@@ -269,7 +244,6 @@ void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
   run_any_hit(batch, timed_any_hits_);
   if (!program_.inserts_at_store()) return load(now, batch.slot);
   warp.kind = PhaseKind::any_hit;
-  warp.shortened = false;
   warp.stores.swap(shared_.phase.stores);
   warp.store_writes = shared_.phase.store_writes;
   warp.steps.clear();

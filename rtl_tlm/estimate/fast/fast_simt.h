@@ -71,27 +71,22 @@ class Simt {
     std::uint64_t step_instructions = 0;
     std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
     Cycle loads_seen = 0, stores_seen = 0;
-    Cycle store_read = 0;  ///< when the last read of the private store is back
-    // Of a phase in which one in so many requests takes time, and everything as much less of it.
-    bool shortened = false;
-    Cycle loads_from = 0;
-    std::uint32_t loads_timed = 0;  ///< requests
+    Cycle store_read = 0;           ///< when the last read of the private store is back
+    std::uint32_t first_timed = 0;  ///< drawn: which of its phases take time
   };
 
+  /// Of each kind of phase that a warp has once a round, the one of one in so many rounds takes time.
   void start(Cycle now, unsigned slot, Step step);
+  /// The phase happens at once: caches and counts of the trace see it.
+  void warm_phase(unsigned slot);
   void load(Cycle now, unsigned slot);
   void load_step(Cycle now, unsigned slot);
   /// The loads of a phase, or of a step of one.
   void send_loads(Cycle now, unsigned slot, std::span<const modules::SectorAccess> loads, std::uint32_t store_reads);
-  Cycle read_store(Cycle now, const Warp& warp, std::uint32_t reads);
-  /// How many of a phase's accesses of the private store take time.
-  std::uint64_t timed_accesses(const Warp& warp, std::uint32_t accesses);
   void issue(Cycle now, unsigned slot);
   void store(Cycle now, unsigned slot);
   void service_ends(Cycle now, unsigned slot);
   void enter(Cycle now, Warp& warp, modules::WarpActivity activity);
-  /// When the phase has what it loads, of which the last is there in cycle `seen`.
-  Cycle loaded(const Warp& warp, Cycle seen);
   void add(Cycle at, unsigned slot) { shared_.agenda.add(at, {What::warp, sm_, slot}); }
   void run_any_hit(const modules::AnyHitBatch& batch, AnyHitWork& counted);
   /// Consecutive sectors of a line and region are one request.
@@ -106,8 +101,7 @@ class Simt {
   modules::ShaderProgram program_;
   modules::IssueSlots issue_;
   modules::PrivateStore store_;
-  std::uint64_t accesses_left_ = 0;  ///< of it by shortened phases, fewer than one takes time of
-  std::vector<Warp> warps_;          ///< by slot
+  std::vector<Warp> warps_;  ///< by slot
   modules::SimtCounters counters_;
   AnyHitWork timed_any_hits_, warming_any_hits_;
 };

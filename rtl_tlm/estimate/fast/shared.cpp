@@ -22,7 +22,6 @@ Shared::Shared(const GpuConfig& c, const traces::Header& h, std::uint64_t evicti
       agenda(c.sms, most_indices(c)),
       memory(c, map.bytes()),
       selection(modules::make_warp_selection(c.rt.scheduler.policy)),
-      drawn(c.fast.seed * 0xD1B54A32D192ED03u),
-      usual_wait(16 * Cycle{c.l2.latency}) {}
+      drawn(c.fast.seed * 0xD1B54A32D192ED03u) {}
 
 }  // namespace grtx::sim::fast

@@ -36,10 +36,8 @@ struct Shared {
   Agenda agenda;
   FastMemory memory;
   std::unique_ptr<modules::WarpSelection> selection;
-  modules::ShaderPhase phase;           ///< that is being executed
-  std::uint64_t drawn;                  ///< state of draw()
-  std::uint64_t instructions_left = 0;  ///< of shortened phases, less than a whole one
-  Cycle usual_wait;                     ///< of a phase for its loads, a running mean, in 16ths of a cycle
+  modules::ShaderPhase phase;  ///< that is being executed
+  std::uint64_t drawn;         ///< state of draw()
 };
 
 }  // namespace grtx::sim::fast

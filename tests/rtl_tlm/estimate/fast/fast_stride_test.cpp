@@ -149,6 +149,29 @@ TEST_P(FastStrideTrace, EstimatesCyclesAndTraffic) {
   }
 }
 
+// Behind a slow DRAM: a quarter of a phase's loads, which wait for each other a quarter as long, were taken to wait a
+// quarter of that.
+TEST_P(FastStrideTrace, BlendingWaitsForTheLastOfAllItsLoads) {
+  constexpr auto kMemory = static_cast<std::size_t>(modules::WarpActivity::memory);
+  const traces::Reader reader(grtx::paths::source_dir() + "/data/traces/" + (GetParam() ? "grtx" : "baseline") +
+                              ".grtx");
+  std::vector<std::uint64_t> groups(reader.group_count());
+  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  const auto waits = [&](unsigned events, unsigned seed) {
+    // Any-hit shaders, which load the k-buffer, wait for nothing: what is left is blending.
+    const GpuConfig config =
+        load_config(grtx::paths::source_dir() + "/configs/small.toml",
+                    {stride(events), fmt::format("fast.seed={}", seed), "dram.mhz=300",
+                     "simt.private_store.k_buffer_entries=16", "simt.private_store.eviction_entries=16"});
+    return static_cast<double>(run_fast(reader, groups, {}, config, {}).counters.simt.warp_cycles[kMemory]);
+  };
+  constexpr unsigned kSeeds = 8;
+  double sum = 0.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) sum += waits(4, seed);
+  const double expected = waits(1, 1);
+  EXPECT_NEAR(sum / kSeeds, expected, 0.04 * expected);
+}
+
 // fast.spread=false is how results before 2026-11-24 were made; with every event there is nothing to spread.
 TEST_P(FastStrideTrace, SpreadingIsOfEventsWithoutTime) {
   EXPECT_EQ(run({stride(1), "fast.spread=false"}).cycles, run({stride(1)}).cycles);
