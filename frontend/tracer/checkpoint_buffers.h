@@ -38,6 +38,7 @@ class CheckpointBuffers {
   }
   bool overflow() const { return overflow_; }  ///< the destination ran full in this round
   std::size_t written() const { return destination_.size(); }
+  const std::vector<StackEntry>& destination() const { return destination_; }
   void drop_written() { destination_.clear(); }
 
   /// What was written last becomes what is read next.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
+#include "grtx/frontend/tracer/ray_watch.h"
 
 namespace grtx::frontend {
 
@@ -107,5 +108,6 @@ bool RayTracer::end_round(const TraceRay& ray, traces::Round& round, Recorder& r
 template RayResult RayTracer::trace(const TraceRay&, NullRecorder&, float, float);
 template RayResult RayTracer::trace(const TraceRay&, GroupRecorder&, float, float);
 template RayResult RayTracer::trace(const TraceRay&, EncodingRecorder&, float, float);
+template RayResult RayTracer::trace(const TraceRay&, RayWatch&, float, float);
 
 }  // namespace grtx::frontend

@@ -32,13 +32,16 @@ class RayTracer {
   RayTracer(const TracedStructure& structure, const TracerOptions& options);
 
   const TracerCounters& counters() const { return state_.counters; }
+  /// Of the ray being traced, for who watches it.
+  const RayState& state() const { return state_; }
+  const TraversalStack& stack() const { return traversal_.stack(); }
   void track_visits(VisitTracker* tracker) { traversal_.track_visits(tracker); }
   /// When set, receives the ids blended by the rays traced from now on.
   void collect_blended(std::vector<std::uint32_t>* ids) { shading_.collect_blended(ids); }
 
   /// The light that reaches the ray's origin from hits with t <= t_limit, dimmed by `transmittance` (what lies before
   /// the origin left), and the transmittance that remains. Nothing beyond t_limit is pushed or checkpointed.
-  /// For NullRecorder, GroupRecorder and EncodingRecorder.
+  /// For NullRecorder, GroupRecorder, EncodingRecorder and RayWatch.
   template <typename Recorder>
   RayResult trace(const TraceRay& ray, Recorder& recorder, float transmittance = 1.0f,
                   float t_limit = std::numeric_limits<float>::infinity());

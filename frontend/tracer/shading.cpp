@@ -8,6 +8,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/frontend/tracer/ray_watch.h"
 
 namespace grtx::frontend {
 
@@ -52,6 +53,7 @@ void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, 
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRecorder&);
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, GroupRecorder&);
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, EncodingRecorder&);
+template void Shading::blend(const TraceRay&, RayState&, traces::Round&, RayWatch&);
 
 template <typename Recorder>
 void Shading::shade_sample(const TraceRay& ray, float share, RayState& state, traces::Round& round,
@@ -76,6 +78,7 @@ void Shading::shade_sample(const TraceRay& ray, float share, RayState& state, tr
 template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, NullRecorder&);
 template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, GroupRecorder&);
 template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, EncodingRecorder&);
+template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, RayWatch&);
 
 void Shading::prefetch_colours(const KBuffer& hits) const {
   const unsigned coefficients = scene_.sh_coefficients();

@@ -5,6 +5,7 @@
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/frontend/tracer/ray_watch.h"
 #include "grtx/traces/orders/child_order.h"
 
 namespace grtx::frontend {
@@ -315,8 +316,10 @@ void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& sta
 template void Traversal::miss_scene(RayState&, NullRecorder&);
 template void Traversal::miss_scene(RayState&, GroupRecorder&);
 template void Traversal::miss_scene(RayState&, EncodingRecorder&);
+template void Traversal::miss_scene(RayState&, RayWatch&);
 template void Traversal::round(const TraceRay&, RayState&, NullRecorder&);
 template void Traversal::round(const TraceRay&, RayState&, GroupRecorder&);
 template void Traversal::round(const TraceRay&, RayState&, EncodingRecorder&);
+template void Traversal::round(const TraceRay&, RayState&, RayWatch&);
 
 }  // namespace grtx::frontend

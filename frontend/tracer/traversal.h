@@ -26,6 +26,7 @@ class Traversal {
   Traversal(const TracedStructure& structure, const TracerOptions& options);
 
   void track_visits(VisitTracker* tracker) { tracker_ = tracker; }
+  const TraversalStack& stack() const { return stack_; }
   void begin_ray(const TraceRay& ray);
   bool misses_scene(const TraceRay& ray) const;
   /// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.

@@ -25,6 +25,8 @@ class TraversalStack {
  public:
   bool empty() const { return size_ == 0; }
   void clear() { size_ = 0; }
+  /// 0: the next one to be popped.
+  const StackEntry& from_top(std::size_t i) const { return entries_[size_ - 1 - i]; }
   StackEntry pop() { return entries_[--size_]; }
   void push(const StackEntry& e) {
     *top() = e;

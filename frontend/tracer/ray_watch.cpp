@@ -1,0 +1,80 @@
+#include "grtx/frontend/tracer/ray_watch.h"
+
+#include <bit>
+#include <limits>
+
+namespace grtx::frontend {
+
+using traces::EventKind;
+using traces::LeafOutcome;
+
+void RayWatch::begin_ray(std::uint32_t pixel) {
+  watched_ = WatchedRay();
+  watched_.ray.pixel = pixel;
+}
+
+/// The first event of a round changes neither k-buffer nor eviction buffer nor t_max.
+void RayWatch::start() {
+  begun_ = true;
+  in_k_buffer_.clear();
+  watched_.starts.push_back({state_.t_max, state_.k_buffer.entries(), state_.evictions.size()});
+  watched_.ray.rounds.emplace_back();
+}
+
+void RayWatch::keep(EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints, unsigned shifts) {
+  if (!begun_) start();
+  ++watched_.ray.rounds.back().event_count;
+  watched_.ray.events.push_back({address, static_cast<std::uint8_t>(detail), static_cast<std::uint8_t>(checkpoints),
+                                 traces::Event::pack(kind, shifts)});
+  watched_.t_max.push_back(state_.t_max);
+}
+
+void RayWatch::internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints) {
+  keep(EventKind::visit_internal, address, pushed, checkpoints, 0);
+  const auto push_count = static_cast<unsigned>(std::popcount(pushed));
+  for (unsigned i = 0; i < push_count; ++i) watched_.times.push_back(stack_.from_top(i).t);
+  const std::vector<StackEntry>& written = state_.checkpoints.destination();
+  for (auto i = static_cast<std::size_t>(std::popcount(checkpoints)); i > 0; --i) {
+    watched_.times.push_back(written[written.size() - i].t);
+  }
+}
+
+void RayWatch::event(EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints, unsigned shifts) {
+  keep(kind, address, detail, checkpoints, shifts);
+  const auto outcome = static_cast<LeafOutcome>(detail);
+  if (kind != EventKind::visit_leaf || outcome == LeafOutcome::miss) return;
+  watched_.times.push_back(t_of_hit(outcome, checkpoints != 0, shifts));
+}
+
+float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts) {
+  constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<KEntry>& hits = state_.k_buffer.entries();
+  switch (outcome) {
+    case LeafOutcome::inserted:
+    case LeafOutcome::displaced:
+      if (options_.tracing != Tracing::single) return hits[hits.size() - 1 - shifts].t;
+      for (const KEntry& hit : hits) {  // a heap, in which the new one is somewhere
+        if (in_k_buffer_.insert(hit.id).second) return hit.t;
+      }
+      return kUnknown;
+    case LeafOutcome::nearest:
+      return hits.back().t;
+    case LeafOutcome::rejected:
+      if (options_.checkpoint) return state_.evictions.back().t;
+      return options_.tmax_update == TmaxUpdate::reported ? state_.t_max : kUnknown;
+    case LeafOutcome::beyond:
+      return checkpointed ? state_.checkpoints.destination().back().t : kUnknown;
+    default:
+      return kUnknown;
+  }
+}
+
+void RayWatch::end_round(traces::Round round) {
+  if (!begun_) start();
+  begun_ = false;
+  round.event_count = watched_.ray.rounds.back().event_count;
+  watched_.ray.rounds.back() = round;
+  watched_.transmittance.push_back(state_.transmittance);
+}
+
+}  // namespace grtx::frontend
