@@ -1,4 +1,4 @@
-# What `grtx report` puts into its page, linked into grtx_explore (report_assets): style, script, the paper's
+# What `grtx report` and `grtx ray` put into their pages, linked into grtx_explore (report_assets): style, script, the paper's
 # figures and, unless GRTX_REPORT_CHARTS=OFF, the chart library. npm fetches that once a build folder; a page needs no
 # network.
 option(GRTX_REPORT_CHARTS "Charts in the reports of grtx (needs npm when building); OFF leaves their tables" ON)
@@ -27,7 +27,9 @@ endif()
 
 set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
 set(GRTX_ASSETS "")
+set(ray_web ${PROJECT_SOURCE_DIR}/explore/ray/web)
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
+              "raystyle=${ray_web}/ray.css" "rayscript=${ray_web}/ray.js"
               "paper=${PROJECT_SOURCE_DIR}/explore/report/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})
   string(APPEND GRTX_ASSETS

@@ -107,6 +107,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   grtx::sim::add_compare(app, common);
   grtx::sim::add_trace_check(app, common);
   grtx::sim::add_trace_dump(app, common);
+  grtx::sim::add_ray(app, common);
   grtx::sim::add_sim(app, common);
   grtx::sim::add_cost(app, common);
   grtx::sim::add_run(app, common);

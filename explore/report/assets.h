@@ -1,4 +1,4 @@
-// Files that the build links into the program: what a report's page is made of besides its content.
+// Files that the build links into the program: what pages are made of besides their content.
 #pragma once
 
 #include <string_view>
@@ -9,6 +9,9 @@ namespace grtx::sim {
 std::string_view chart_library();
 std::string_view page_style();
 std::string_view page_script();
+/// Of the page of grtx ray, besides page_style().
+std::string_view ray_style();
+std::string_view ray_script();
 /// paper_targets.toml
 std::string_view paper_targets_text();
 

@@ -10,7 +10,6 @@
 #include "grtx/explore/report/assets.h"
 
 namespace grtx::sim {
-namespace {
 
 std::string base64(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -27,8 +26,6 @@ std::string base64(std::string_view bytes) {
   }
   return text;
 }
-
-}  // namespace
 
 std::string escape(std::string_view text) {
   std::string escaped;

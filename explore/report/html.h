@@ -21,6 +21,7 @@ std::string times(double value);
 /// The same as `number`, of whatever the JSON holds; strings escaped, null as an empty cell.
 std::string cell(const nlohmann::ordered_json& value);
 
+std::string base64(std::string_view bytes);
 /// data:...;base64 of a picture. Throws Error when the file is no PNG, JPEG, GIF or WebP.
 std::string picture_uri(const std::string& path);
 

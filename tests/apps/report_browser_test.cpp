@@ -4,12 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "apps/program.h"
+#include "apps/browser.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
 #include "sweep_database.h"
@@ -22,31 +20,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class ReportInBrowser : public testing::Test {
+class ReportInBrowser : public InBrowser {
  protected:
-  void SetUp() override {
-    if (grtx::paths::charts_folder().empty()) GTEST_SKIP() << "built without charts";
-    if (std::system("command -v node >/dev/null") != 0) GTEST_SKIP() << "needs node (Debian: nodejs)";
-    for (const char* path : {"/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"}) {
-      if (chromium.empty() && std::filesystem::exists(path)) chromium = path;
-    }
-    if (chromium.empty()) GTEST_SKIP() << "needs Chromium (Debian: chromium)";
-  }
-
-  json look(const std::string& page) {
-    // GRTX_SCREENSHOTS=FOLDER keeps pictures of what the browser showed.
-    const char* shots = std::getenv("GRTX_SCREENSHOTS");
-    const std::string prefix =
-        shots == nullptr ? "" : std::string(shots) + "/" + std::filesystem::path(page).stem().string();
-    const std::string command = "node '" + grtx::paths::source_dir() + "/tests/apps/report_browser.mjs' '" +
-                                folder.path(page) + "' '" + grtx::paths::charts_folder() + "' '" + chromium + "' '" +
-                                prefix + "' >'" + folder.path("found.json") + "' 2>'" + folder.path("log") + "'";
-    if (std::system(command.c_str()) != 0) {
-      ADD_FAILURE() << folder.read("log");
-      return json::object();
-    }
-    return json::parse(folder.read("found.json"));
-  }
+  ReportInBrowser() : InBrowser("report_browser.mjs") {}
 
   void expect_sound(const json& found) {
     EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");  // no error, no warning
@@ -65,9 +41,6 @@ class ReportInBrowser : public testing::Test {
     EXPECT_EQ(found.at("plain").at("svgs"), 0);
     EXPECT_EQ(found.at("plain").at("notes"), found.at("charts"));
   }
-
-  Folder folder;
-  std::string chromium;
 };
 
 std::set<int> set_of(const json& list) { return list.get<std::set<int>>(); }

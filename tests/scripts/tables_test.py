@@ -161,6 +161,9 @@ class Tables(unittest.TestCase):
         type(self).commands_run.add("trace-dump")
         lines = [json.loads(line) for line in self.call("trace-dump t.grtx --json").stdout.splitlines()]
         self.assertEqual(len(lines), 1 + document["groups"])
+        text, document = self.both("ray t.grtx --warp 0 -o ray.html")
+        self.assertIn(f"ray.html: {document['rays']} rays, {document['rounds']} rounds, {document['events']} events", text.replace("\n  ", " "))
+        self.assertEqual(document["bytes"], os.path.getsize(os.path.join(self.folder, "ray.html")))
 
     def test_3_simulations(self):
         for mode in ("fast", "cycle", "sampled"):

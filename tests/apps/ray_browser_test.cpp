@@ -1,0 +1,134 @@
+// Pages of grtx ray in a real browser: ray_browser.mjs steps through them, this says what must be there.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/browser.h"
+
+namespace grtx::e2e {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+/// Gaussians of a list of hits.
+std::vector<int> ids(const json& hits) {
+  std::vector<int> found;
+  for (const json& hit : hits) found.push_back(hit[0].get<int>());
+  return found;
+}
+
+class RayInBrowser : public InBrowser {
+ protected:
+  RayInBrowser() : InBrowser("ray_browser.mjs") {}
+
+  void make(const std::string& page, const std::string& trace, const std::string& ray) {
+    const Outcome traced = folder.run("trace --quiet -o t.grtx " + trace);
+    ASSERT_EQ(traced.code, 0) << traced.err;
+    const Outcome made = folder.run("ray t.grtx --quiet -o " + page + " " + ray);
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+
+  void expect_sound(const json& found) {
+    EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");
+    EXPECT_THAT(found.at("requests"), IsEmpty()) << found.at("requests");
+    EXPECT_LE(found.at("overflow").at("1280").get<int>(), 0);
+    EXPECT_LE(found.at("overflow").at("390").get<int>(), 0);
+    EXPECT_NE(found.at("light"), found.at("dark"));
+    EXPECT_TRUE(found.at("labelled").get<bool>());
+    EXPECT_THAT(found.at("home").get<std::string>(), StartsWith("round 0 of"));
+    EXPECT_THAT(found.at("home").get<std::string>(), HasSubstr("event –"));
+    EXPECT_THAT(found.at("second").get<std::string>(), HasSubstr("event 1 of"));
+    EXPECT_THAT(found.at("back").get<std::string>(), HasSubstr("event 0 of"));
+    EXPECT_EQ(found.at("small"), found.at("hits")[4].at("where"));
+    EXPECT_EQ(found.at("after_turning"), found.at("hits")[4].at("where"));
+    EXPECT_FALSE(found.at("playing").get<bool>());
+    EXPECT_THAT(found.at("find_nothing").at("where").get<std::string>(), HasSubstr("has no event about it"));
+    EXPECT_THAT(found.at("find_node").at("text").get<std::string>(), HasSubstr("0x"));
+    EXPECT_EQ(found.at("unfolded"), 0);
+    EXPECT_LT(found.at("elements").get<int>(), 4000);
+    EXPECT_EQ(found.at("plain").at("note"), 1);
+    // What a round leaves is what the next one begins with.
+    const json& rounds = found.at("rounds");
+    for (std::size_t r = 0; r + 1 < rounds.size(); ++r) {
+      const json& end = rounds[r].at("end");
+      const json& begin = rounds[r + 1].at("begin");
+      EXPECT_EQ(end.at("sizes").at("stack"), "0");
+      EXPECT_THAT(end.at("text").get<std::string>(), HasSubstr("The round is over"));
+      const auto written = end.at("sizes").at("destination").get<std::string>();
+      EXPECT_EQ(begin.at("sizes").at("source"), written + " of " + written) << "round " << r;
+    }
+  }
+};
+
+// docs/model/walkthrough.md
+TEST_F(RayInBrowser, TheWalkthroughIsSteppedThrough) {
+  const std::string data = grtx::paths::source_dir() + "/data/walkthrough/";
+  const std::string scene = "--scene " + data + "scene.ply --cameras " + data + "cameras.json ";
+  make("walkthrough.html", scene + "--accel tlas-sphere --checkpoint on --k 4", "--pixel 0,0");
+  ASSERT_EQ(folder.run("sim t.grtx --machine paper --timeline t.json --quiet").code, 0);
+  ASSERT_EQ(folder.run("ray t.grtx --pixel 0,0 --timeline t.json --quiet -o walkthrough.html " + scene).code, 0);
+  const json found = look("walkthrough.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+  EXPECT_THAT(ids(found.at("hits")[3].at("k_buffer")), testing::ElementsAre(12, 7, 21, 33));
+  EXPECT_NEAR(found.at("hits")[3].at("k_buffer")[3][1].get<double>(), 2.85, 5e-5);
+  EXPECT_TRUE(found.at("hits")[3].at("t_max").is_null());  // infinite
+  const json& rejected = found.at("hits")[4];
+  EXPECT_THAT(rejected.at("text").get<std::string>(), HasSubstr("Gaussian 5 at t = 3.2, rejected"));
+  EXPECT_THAT(rejected.at("text").get<std::string>(), HasSubstr("∞ → 3.2"));
+  EXPECT_THAT(ids(rejected.at("k_buffer")), testing::ElementsAre(12, 7, 21, 33));
+  EXPECT_THAT(ids(rejected.at("evictions")), testing::ElementsAre(5));
+  EXPECT_NEAR(rejected.at("t_max").get<double>(), 3.2, 5e-5);
+
+  const json& rounds = found.at("rounds");
+  ASSERT_EQ(rounds.size(), 3u);
+  EXPECT_EQ(rounds[0].at("end").at("destination").size(), 4u);
+  EXPECT_EQ(rounds[1].at("begin").at("source"), rounds[0].at("end").at("destination"));
+  EXPECT_THAT(ids(rounds[1].at("begin").at("k_buffer")), testing::ElementsAre(5));
+  EXPECT_THAT(ids(rounds[1].at("end").at("k_buffer")), testing::ElementsAre(5, 18, 2, 29));
+  EXPECT_EQ(rounds[1].at("end").at("taken"), 3);  // the fourth is read by the round's last event
+  EXPECT_EQ(rounds[2].at("begin").at("source").size(), 1u);
+  EXPECT_THAT(ids(rounds[2].at("end").at("k_buffer")), testing::ElementsAre(9, 14, 26));
+
+  EXPECT_FALSE(found.at("view").is_null());
+  EXPECT_NE(found.at("view"), found.at("turned"));
+  EXPECT_FALSE(found.at("axis").is_null());
+  EXPECT_THAT(found.at("find_gaussian").at("where").get<std::string>(), HasSubstr("2 events about 12"));
+  EXPECT_THAT(found.at("down").get<std::string>(), HasSubstr("round 0 of 0–2, event 1 of"));
+  EXPECT_EQ(found.at("plain").at("rows"), 3);
+}
+
+TEST_F(RayInBrowser, WithoutTheSceneListsAreThereAndTimesAreNot) {
+  ASSERT_EQ(folder.run("synth --preset object --count 2000 --seed 7 -o s.ply --quiet").code, 0);
+  make("alone.html",
+       "--scene s.ply --cameras s.cameras.json --width 16 --height 16 --accel tlas-tri20 --checkpoint on --k 4",
+       "--pixel 8,8");
+  const json found = look("alone.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+  EXPECT_TRUE(found.at("view").is_null());
+  EXPECT_TRUE(found.at("axis").is_null());
+  EXPECT_GT(found.at("folds").get<int>(), 0);
+  EXPECT_THAT(found.at("first").at("text").get<std::string>(), HasSubstr("t_max: not in the trace"));
+  EXPECT_EQ(found.at("hits")[3].at("k_buffer").size(), 4u);
+  for (const json& round : found.at("rounds")) EXPECT_LE(round.at("end").at("k_buffer").size(), 4u);
+}
+
+TEST_F(RayInBrowser, AMillionEventsAreShownByRowsInSight) {
+  ASSERT_EQ(folder.run("synth --preset object --count 2000 --seed 7 -o s.ply --quiet").code, 0);
+  const std::string scene = "--scene s.ply --cameras s.cameras.json ";
+  make("million.html", scene + "--width 2 --height 2 --accel tri20 --tracing stochastic --samples 10000",
+       "--pixel 1,1 " + scene);
+  const json said = json::parse(folder.run("ray t.grtx --pixel 1,1 --json -o again.html").out);
+  EXPECT_GT(said.at("events").get<int>(), 1000000);
+  const json found = look("million.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+  EXPECT_LE(found.at("columns").get<int>(), 5);
+  EXPECT_EQ(found.at("plain").at("rows"), said.at("rounds"));
+}
+
+}  // namespace
+}  // namespace grtx::e2e
