@@ -11,8 +11,8 @@
 
 #include "grtx/apps/grtx/command_files.h"
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/base/files_read.h"
-#include "grtx/base/named_enum.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/frontend/camera/camera.h"
 

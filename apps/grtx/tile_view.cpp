@@ -10,7 +10,7 @@
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tiles/tile_tracer.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {

@@ -8,7 +8,7 @@
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/view_tracer.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 
 namespace grtx::sim {
 

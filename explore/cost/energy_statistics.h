@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/explore/search/price.h"
 #include "grtx/explore/search/search_plan.h"
 #include "grtx/explore/sweep/points.h"

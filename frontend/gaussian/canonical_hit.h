@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
 
 namespace grtx::frontend {

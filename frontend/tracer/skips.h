@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 
 namespace grtx::frontend {
 

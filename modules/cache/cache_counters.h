@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {

@@ -13,15 +13,14 @@
 #include <vector>
 
 #include "grtx/modules/cache/cache_counters.h"
+#include "grtx/modules/cache/decide/mshr_table.h"
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
+#include "grtx/modules/cache/decide/write_policy.h"
 #include "grtx/modules/cache/l1_cache_if.h"
-#include "grtx/modules/cache/mshr_table.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
-#include "grtx/modules/cache/write_policy.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
 

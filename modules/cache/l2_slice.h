@@ -11,14 +11,13 @@
 #include <vector>
 
 #include "grtx/modules/cache/cache_counters.h"
+#include "grtx/modules/cache/decide/mshr_table.h"
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/l2_slice_if.h"
-#include "grtx/modules/cache/mshr_table.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/tlm/at_initiator.h"

@@ -12,13 +12,12 @@
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
-#include "grtx/modules/dram/dram_counters.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/address_interleave.h"
 
 namespace grtx::modules {

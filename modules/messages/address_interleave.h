@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/kernel/declare.h"
 
 namespace grtx::modules {
 

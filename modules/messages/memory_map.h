@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/node_layout.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 
 namespace grtx::modules {
 

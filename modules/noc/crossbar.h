@@ -10,13 +10,11 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clocked_module.h"
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"

@@ -7,11 +7,9 @@
 #include <iosfwd>
 #include <systemc>
 
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"

@@ -11,16 +11,15 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/checkpoint_config.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/checkpoint_layout.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_config.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 
 namespace grtx::modules {
 

@@ -8,7 +8,7 @@
 #include <systemc>
 
 #include "grtx/modules/messages/lane_loop.h"
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_part.h"
 #include "grtx/modules/rt_unit/stack_if.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"

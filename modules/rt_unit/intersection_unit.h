@@ -9,11 +9,9 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
 
 namespace grtx::modules {

@@ -7,13 +7,11 @@
 #include <iosfwd>
 #include <vector>
 
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/rt_unit/cooperation_if.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
-#include "grtx/modules/rt_unit/stack_contents.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/stack_contents.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 #include "grtx/traces/header.h"
 

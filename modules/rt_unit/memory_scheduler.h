@@ -12,17 +12,15 @@
 
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
-#include "grtx/modules/rt_unit/node_visit.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {

@@ -9,7 +9,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/rt_part.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/traces/event.h"

@@ -4,8 +4,8 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/event_effect.h"
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/event_effect.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {

@@ -11,13 +11,11 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/rt_unit/decide/source_nodes.h"
+#include "grtx/modules/rt_unit/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
-#include "grtx/modules/rt_unit/source_nodes.h"
-#include "grtx/modules/rt_unit/warp_selection.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {

@@ -12,10 +12,9 @@
 #include <vector>
 
 #include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/warp_messages.h"

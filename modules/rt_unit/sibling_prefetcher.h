@@ -11,17 +11,15 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/bounded_queue.h"
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/sibling_records.h"
+#include "grtx/modules/rt_unit/decide/stack_prefetch.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
-#include "grtx/modules/rt_unit/sibling_records.h"
-#include "grtx/modules/rt_unit/stack_prefetch.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {

@@ -10,16 +10,15 @@
 #include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/stack_entry.h"
+#include "grtx/modules/rt_unit/decide/stack_entry.h"
+#include "grtx/modules/rt_unit/decide/stack_spill.h"
 #include "grtx/modules/rt_unit/stack_if.h"
-#include "grtx/modules/rt_unit/stack_spill.h"
 
 namespace grtx::modules {
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <systemc>
 
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
-#include "grtx/modules/rt_unit/stack_entry.h"
-#include "grtx/modules/rt_unit/stack_spill.h"
+#include "grtx/modules/rt_unit/decide/stack_entry.h"
+#include "grtx/modules/rt_unit/decide/stack_spill.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 

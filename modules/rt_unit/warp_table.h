@@ -12,8 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grtx/modules/kernel/counter_table.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
 #include "grtx/modules/messages/warp_messages.h"

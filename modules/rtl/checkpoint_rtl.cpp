@@ -19,8 +19,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/rt_unit/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rtl/clocked_model.h"
 #include "grtx/modules/rtl/intersection_operands.h"

@@ -10,16 +10,16 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/simt/issue_slots.h"
+#include "grtx/modules/simt/decide/issue_slots.h"
+#include "grtx/modules/simt/decide/private_store.h"
+#include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
-#include "grtx/modules/simt/private_store.h"
-#include "grtx/modules/simt/shader_program.h"
 #include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/simt_counters.h"
 

@@ -6,11 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "grtx/modules/kernel/counter_table.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/simt/decide/private_store.h"
+#include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
-#include "grtx/modules/simt/private_store.h"
-#include "grtx/modules/simt/shader_program.h"
 
 namespace grtx::modules {
 

@@ -11,9 +11,9 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/traces/event.h"

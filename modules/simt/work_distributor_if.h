@@ -9,7 +9,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/simt/launch_order.h"
+#include "grtx/modules/simt/decide/launch_order.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/kernel/declare.h"
 
 namespace grtx::sim {
 

@@ -9,7 +9,7 @@
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/dram.h"
-#include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/statistics.h"
 #include "grtx/modules/tlm/memory_traffic.h"
 
 namespace grtx::sim {

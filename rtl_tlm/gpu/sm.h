@@ -11,9 +11,9 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
-#include "grtx/modules/kernel/parameter.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 #include "grtx/traces/header.h"

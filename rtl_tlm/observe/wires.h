@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
 namespace grtx::sim {

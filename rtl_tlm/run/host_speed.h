@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "grtx/base/strong.h"
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 
 namespace grtx::sim {
 

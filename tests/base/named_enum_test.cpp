@@ -1,5 +1,5 @@
 // Enumerations with a name table: names and values go both ways, and an unknown name lists the known ones.
-#include "grtx/base/named_enum.h"
+#include "grtx/base/declare/named_enum.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "grtx/modules/dram/dram_scheduling.h"
+#include "grtx/modules/dram/decide/dram_scheduling.h"
 
 namespace grtx::sim::test {
 

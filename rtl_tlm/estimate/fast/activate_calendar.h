@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/modules/dram/dram_config.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/rtl_tlm/estimate/fast/cycle_bits.h"
 
 namespace grtx::sim {

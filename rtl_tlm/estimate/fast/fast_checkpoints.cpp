@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-#include "grtx/modules/rt_unit/event_effect.h"
+#include "grtx/modules/rt_unit/decide/event_effect.h"
 
 namespace grtx::sim::fast {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/rt_unit/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
 #include "grtx/rtl_tlm/estimate/fast/activate_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/column_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/place_calendar.h"

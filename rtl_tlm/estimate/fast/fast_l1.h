@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/coalescer.h"
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/rtl_tlm/estimate/fast/bank_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/near_cycle.h"
 #include "grtx/rtl_tlm/estimate/fast/place_calendar.h"

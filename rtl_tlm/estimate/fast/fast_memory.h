@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"

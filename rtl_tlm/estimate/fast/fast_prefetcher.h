@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "grtx/modules/rt_unit/decide/sibling_records.h"
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/sibling_records.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 
 namespace grtx::sim::fast {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/policies/oldest_first.h"
+#include "grtx/modules/rt_unit/decide/policies/oldest_first.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_simt.h"
 #include "grtx/rtl_tlm/estimate/fast/lowest_bits.h"
 

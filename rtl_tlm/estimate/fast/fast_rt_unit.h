@@ -8,10 +8,10 @@
 
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
-#include "grtx/modules/rt_unit/event_effect.h"
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/event_effect.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
+#include "grtx/modules/rt_unit/decide/source_nodes.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/rt_unit/source_nodes.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_prefetcher.h"

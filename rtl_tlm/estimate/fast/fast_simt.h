@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/simt/issue_slots.h"
-#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/simt/decide/issue_slots.h"
+#include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "grtx/modules/rt_unit/stack_entry.h"
+#include "grtx/modules/rt_unit/decide/stack_entry.h"
 
 namespace grtx::sim::fast {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/modules/rt_unit/stack_spill.h"
+#include "grtx/modules/rt_unit/decide/stack_spill.h"
 #include "grtx/modules/rt_unit/stack_unit.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
 #include "grtx/rtl_tlm/estimate/fast/slot_calendar.h"

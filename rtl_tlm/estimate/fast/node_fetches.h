@@ -7,7 +7,7 @@
 
 #include "grtx/modules/kernel/equal_keys.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/rtl_tlm/estimate/fast/near_cycle.h"
 
 namespace grtx::sim::fast {

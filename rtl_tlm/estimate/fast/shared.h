@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/rt_unit/node_traffic.h"
-#include "grtx/modules/rt_unit/warp_selection.h"
-#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/warp_selection.h"
+#include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/rtl_tlm/estimate/fast/agenda.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_memory.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"

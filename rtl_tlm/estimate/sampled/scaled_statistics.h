@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "grtx/modules/kernel/statistics.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/header.h"

@@ -1,5 +1,5 @@
 // Cache replacement policies: the victim that each names, in tags of few and of many ways.
-#include "grtx/modules/cache/replacement.h"
+#include "grtx/modules/cache/decide/replacement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
 
 namespace grtx::modules {
 namespace {

@@ -1,5 +1,5 @@
 // SectorCacheTags and AddressIndex against plain reference models, with random operations.
-#include "grtx/modules/cache/sector_cache_tags.h"
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
 
 #include <gtest/gtest.h>
 

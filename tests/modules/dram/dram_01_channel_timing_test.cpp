@@ -1,7 +1,7 @@
 // DRAM channel: exact clocks of row hits, misses and conflicts, of turnarounds and of the four-bank pipeline.
 #include <gtest/gtest.h>
 
-#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
 
 namespace grtx::modules {
 namespace {

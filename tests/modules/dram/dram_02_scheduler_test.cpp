@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
 #include "modules/memory_mocks.h"
 
 namespace grtx::modules {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
-#include "grtx/modules/dram/policies/fr_fcfs.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
 #include "modules/dram/dram_load.h"
 
 namespace grtx::modules {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/dram/dram_channel.h"
-#include "grtx/modules/dram/policies/fr_fcfs.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
 #include "modules/dram/dram_load.h"
 
 namespace grtx::modules {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
 
 namespace grtx::modules {
 

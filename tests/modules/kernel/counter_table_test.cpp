@@ -1,5 +1,5 @@
 // Counters that are named once: how they add up, what statistics they become, and that no unit forgets one.
-#include "grtx/modules/kernel/counter_table.h"
+#include "grtx/modules/kernel/declare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,10 +13,10 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/dram/dram_counters.h"
+#include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/private_store.h"
+#include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {

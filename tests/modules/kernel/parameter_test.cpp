@@ -1,5 +1,5 @@
 // One parameter: what may be assigned, how a refusal reads, and how units' lists are put together under prefixes.
-#include "grtx/modules/kernel/parameter.h"
+#include "grtx/modules/kernel/declare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What entries of 8 and 16 B can name: bits by the size of the structure, and what is too large.
-#include "grtx/modules/rt_unit/checkpoint_entry.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_entry.h"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // A ray's log: what is forwarded is named by runs or copied, and every round reads what the round before left to it.
-#include "grtx/modules/rt_unit/checkpoint_log.h"
+#include "grtx/modules/rt_unit/decide/checkpoint_log.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What each kind of event does to its lane: a table.
-#include "grtx/modules/rt_unit/event_effect.h"
+#include "grtx/modules/rt_unit/decide/event_effect.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which node an event visits, and which sectors that visit reads, in order.
-#include "grtx/modules/rt_unit/node_visit.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Warp selection policies, without a kernel: which entry each chooses in a sequence of cycles.
-#include "grtx/modules/rt_unit/warp_selection.h"
+#include "grtx/modules/rt_unit/decide/warp_selection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which siblings a leaf brings along.
-#include "grtx/modules/rt_unit/sibling_records.h"
+#include "grtx/modules/rt_unit/decide/sibling_records.h"
 
 #include <gtest/gtest.h>
 

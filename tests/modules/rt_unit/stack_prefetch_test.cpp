@@ -1,5 +1,5 @@
 // Which nodes of a lane's traversal stack are prefetched, and when: never one that does not lie on it.
-#include "grtx/modules/rt_unit/stack_prefetch.h"
+#include "grtx/modules/rt_unit/decide/stack_prefetch.h"
 
 #include <gmock/gmock.h>
 

@@ -1,9 +1,9 @@
 // Which stack entries move between warp buffer and memory: a sector at a time, as few as needed, none ahead of need.
-#include "grtx/modules/rt_unit/stack_spill.h"
+#include "grtx/modules/rt_unit/decide/stack_spill.h"
 
 #include <gtest/gtest.h>
 
-#include "grtx/modules/rt_unit/stack_entry.h"
+#include "grtx/modules/rt_unit/decide/stack_entry.h"
 
 namespace grtx::modules {
 namespace {

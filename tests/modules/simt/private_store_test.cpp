@@ -1,7 +1,7 @@
 // The private store of the SIMT core: an access of a warp to an entry of 8 B takes 8 / lane_bytes cycles at the banks,
 // one after the other, and a read's data are there `latency` cycles after its last one. Formulas:
 // docs/model/private_store.md.
-#include "grtx/modules/simt/private_store.h"
+#include "grtx/modules/simt/decide/private_store.h"
 
 #include <gtest/gtest.h>
 

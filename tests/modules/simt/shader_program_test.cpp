@@ -1,6 +1,6 @@
 // What shader phases cost: instructions of the longest lane, sectors after coalescing, buffers of each lane kept in
 // step.
-#include "grtx/modules/simt/shader_program.h"
+#include "grtx/modules/simt/decide/shader_program.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

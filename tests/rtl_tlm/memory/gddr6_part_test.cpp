@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "modules/memory_mocks.h"

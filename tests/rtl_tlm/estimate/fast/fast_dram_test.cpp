@@ -11,8 +11,8 @@
 #include <tuple>
 #include <vector>
 
-#include "grtx/modules/dram/dram_channel.h"
-#include "grtx/modules/dram/dram_mapping.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/dram/decide/dram_mapping.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "paths.h"

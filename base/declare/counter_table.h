@@ -1,0 +1,146 @@
+// The counters of a unit, each named once: how it adds up over units, and what statistic it becomes. A field is a
+// pointer to a member, or f(counters) that returns a reference to a field of a part.
+//
+//   const CounterTable<Counters>& Counters::table() {
+//     static const auto table = CounterTable<Counters>()
+//                                   .sum(&Counters::calls, "calls", "calls", "traceRay calls accepted")
+//                                   .largest(&Counters::depth, "depth", "entries", "deepest stack");
+//     return table;
+//   }
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "grtx/base/declare/statistics.h"
+
+namespace grtx::declare {
+
+/// `text` with "{}" replaced by `name`.
+std::string with_name(std::string_view text, std::string_view name);
+
+/// An array of counts by name: statistic "name.NAME", in whose description NAME stands for "{}".
+template <typename Field>
+struct CounterColumn {
+  Field field;
+  const char* name;
+  const char* unit;
+  const char* description;
+};
+
+template <typename Counters>
+class CounterTable {
+ public:
+  /// Adds up over units.
+  template <typename Field>
+  CounterTable& sum(Field field, const char* name, const char* unit, const char* description) {
+    sum(field);
+    return value(field, name, unit, description);
+  }
+  /// The same, for a count that is no statistic of its own.
+  template <typename Field>
+  CounterTable& sum(Field field) {
+    return own(field, [](auto& total, const auto& more) { total += more; });
+  }
+  /// The largest of the units'.
+  template <typename Field>
+  CounterTable& largest(Field field, const char* name, const char* unit, const char* description) {
+    own(field, [](auto& total, const auto& more) { total = std::max(total, more); });
+    return value(field, name, unit, description);
+  }
+  /// A Distribution: mean "name" and largest "name_max" of all units' values.
+  template <typename Field>
+  CounterTable& distribution(Field field, const std::string& name, const char* unit, const char* mean,
+                             const char* max) {
+    own(field, [](auto& total, const auto& more) { total.merge(more); });
+    value([field](const Counters& c) { return std::invoke(field, c).mean(); }, name, unit, mean);
+    return value([field](const Counters& c) { return std::invoke(field, c).max(); }, name + "_max", unit, max);
+  }
+  /// Arrays of counts that add up; name after name, of each all columns. keep: which of the names are statistics.
+  template <std::size_t N, typename... Fields>
+  CounterTable& by_name(const std::array<std::string_view, N>& names, bool (*keep)(std::size_t),
+                        CounterColumn<Fields>... columns) {
+    const auto elementwise = [](auto& total, const auto& more) {
+      static_assert(std::tuple_size_v<std::remove_cvref_t<decltype(total)>> == N);
+      for (std::size_t i = 0; i < N; ++i) total[i] += more[i];
+    };
+    (own(columns.field, elementwise), ...);
+    for (std::size_t i = 0; i < N; ++i) {
+      if (keep == nullptr || keep(i)) (place(columns, i, names[i]), ...);
+    }
+    return *this;
+  }
+  template <std::size_t N, typename Field>
+  CounterTable& by_name(const std::array<std::string_view, N>& names, Field field, const char* name, const char* unit,
+                        const char* description) {
+    return by_name(names, nullptr, CounterColumn<Field>{field, name, unit, description});
+  }
+  /// A statistic that follows from the counters. f(counters): a count or a real number.
+  template <typename F>
+  CounterTable& value(F f, std::string name, const char* unit, std::string description) {
+    return described([f, name = "." + std::move(name), unit, description = std::move(description)](
+                         const Counters& c, StatisticList& list, const std::string& prefix) {
+      list.add(prefix + name, std::invoke(f, c), unit, description);
+    });
+  }
+  /// A part with a table of its own, for the sum only.
+  template <typename Field>
+  CounterTable& part(Field field) {
+    return own(field, [](auto& total, const auto& more) { total.table().add(total, more); });
+  }
+  /// The same, with its statistics under prefix + `name`.
+  template <typename Field>
+  CounterTable& part(Field field, const std::string& name) {
+    part(field);
+    return described([field, name](const Counters& c, StatisticList& list, const std::string& prefix) {
+      const auto& inner = std::invoke(field, c);
+      inner.table().describe(inner, list, prefix + name);
+    });
+  }
+  /// A field that adds up by a rule of its own: rule(total, more).
+  template <typename Field, typename F>
+  CounterTable& own(Field field, F rule) {
+    bytes_ += sizeof(std::remove_cvref_t<std::invoke_result_t<Field, Counters&>>);
+    adds_.push_back(
+        [field, rule](Counters& total, const Counters& c) { rule(std::invoke(field, total), std::invoke(field, c)); });
+    return *this;
+  }
+  /// Statistics by a rule of their own: rule(counters, list, prefix).
+  template <typename F>
+  CounterTable& described(F rule) {
+    describes_.push_back(std::move(rule));
+    return *this;
+  }
+
+  /// Adds `counters` to `total`.
+  void add(Counters& total, const Counters& counters) const {
+    for (const auto& one : adds_) one(total, counters);
+  }
+  /// Appends all statistics as prefix + ".name", in the order of the table.
+  void describe(const Counters& counters, StatisticList& list, const std::string& prefix) const {
+    for (const auto& one : describes_) one(counters, list, prefix);
+  }
+  /// Bytes of all fields in the table: sizeof(Counters) when none was forgotten.
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  template <typename Field>
+  void place(const CounterColumn<Field>& column, std::size_t i, std::string_view name) {
+    value([field = column.field, i](const Counters& c) { return std::invoke(field, c)[i]; },
+          std::string(column.name) + "." + std::string(name), column.unit, with_name(column.description, name));
+  }
+
+  std::size_t bytes_ = 0;
+  std::vector<std::function<void(Counters&, const Counters&)>> adds_;
+  std::vector<std::function<void(const Counters&, StatisticList&, const std::string&)>> describes_;
+};
+
+}  // namespace grtx::declare

@@ -1,0 +1,148 @@
+// One parameter of the model: its key, where its value lives, what it may be, what it means and where its default comes
+// from. A unit lists its parameters beside its Config; loading, checking, --set, the resolved JSON, the hash and the
+// reference of all keys follow from the list. Free of SystemC.
+//
+//   struct Config {
+//     unsigned entries = 8;
+//     void parameters(ParameterList& list) {
+//       list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
+//     }
+//   };
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "grtx/base/declare/named_enum.h"
+
+namespace grtx::declare {
+
+/// How well a default is known. The one scale of the project: A = stated in the paper, B = taken from a public
+/// simulator, product or publication, C = assumption of this project, to be swept.
+enum class Confidence : char { paper = 'A', public_source = 'B', assumption = 'C' };
+
+/// Where a default comes from.
+struct Origin {
+  const char* source;
+  Confidence confidence;
+};
+constexpr Origin from_paper(const char* place) { return {place, Confidence::paper}; }
+constexpr Origin from_public(const char* source) { return {source, Confidence::public_source}; }
+constexpr Origin assumed(const char* why) { return {why, Confidence::assumption}; }
+
+inline constexpr Origin kTable1 = from_paper("GRTX, Table I");
+inline constexpr Origin kVulkanSim = from_public("Vulkan-Sim (SM75_RTX2060 configuration)");
+inline constexpr Origin kGpgpuSim = from_public("GPGPU-Sim as in Vulkan-Sim");
+inline constexpr Origin kTreeTraversal = from_public("UBC 2024, generalized tree traversal accelerator");
+inline constexpr Origin kOurs = assumed("this project");
+
+/// Allowed numbers, both ends included.
+struct Range {
+  double min = 0.0;
+  double max = std::numeric_limits<double>::infinity();
+};
+inline constexpr double kMaxLatency = 10000;             ///< cycles: far beyond hardware, short enough to count with
+inline constexpr double kMaxEntries = 4096;              ///< of a queue or table
+inline constexpr double kMinMhz = 100, kMaxMhz = 10000;  ///< of a clock
+
+/// A value that is one of a few names, or any text.
+struct Choice {
+  std::vector<std::string> names;  ///< empty: any text
+  std::function<std::string()> get;
+  std::function<void(const std::string&)> set;
+  std::string hint = {};  ///< to a user whose name is not among them
+};
+
+struct Parameter {
+  std::string name;  ///< dotted, as in the TOML tables: table.key
+  std::variant<unsigned*, std::uint64_t*, double*, bool*, Choice> value;
+  Range range;  ///< of numbers
+  std::string unit;
+  std::string description;
+  Origin origin;
+};
+
+/// The parameters of a unit, or of a whole machine with each unit's under its prefix. They point into the Config, which
+/// must outlive them.
+class ParameterList {
+ public:
+  template <typename Number>  // unsigned, std::uint64_t, double
+  void add(const char* key, Number& value, Range range, const char* unit, std::string description, Origin origin) {
+    items_.push_back({prefix_ + key, &value, range, unit, std::move(description), origin});
+  }
+  void add(const char* key, bool& value, std::string description, Origin origin) {
+    items_.push_back({prefix_ + key, &value, {}, "", std::move(description), origin});
+  }
+  /// A text that must be one of `names`, which are registered for what the key selects; without names any text. hint:
+  /// for a user whose name is not among them.
+  void add(const char* key, std::string& value, std::vector<std::string> names, std::string description, Origin origin,
+           std::string hint = {}) {
+    items_.push_back({prefix_ + key,
+                      Choice{std::move(names), [&value] { return value; },
+                             [&value](const std::string& name) { value = name; }, std::move(hint)},
+                      {},
+                      "",
+                      std::move(description),
+                      origin});
+  }
+  template <NamedEnum Enum>
+  void add(const char* key, Enum& value, std::string description, Origin origin) {
+    items_.push_back({prefix_ + key,
+                      Choice{names_of<Enum>(),
+                             [&value] { return std::string(name_of(value)); },
+                             [&value](const std::string& name) { value = *from_name<Enum>(name); },
+                             {}},
+                      {},
+                      "",
+                      std::move(description),
+                      origin});
+  }
+  /// All that list(*this) adds, under "prefix.".
+  template <typename List>
+  void under(const std::string& prefix, List&& list) {
+    const std::string outer = prefix_;
+    prefix_ += prefix + ".";
+    list(*this);
+    prefix_ = outer;
+  }
+  /// The parameters of a part, under "prefix.".
+  template <typename Config>
+  void part(const std::string& prefix, Config& config) {
+    under(prefix, [&](ParameterList& list) { config.parameters(list); });
+  }
+  const std::vector<Parameter>& items() const { return items_; }
+
+ private:
+  std::string prefix_;
+  std::vector<Parameter> items_;
+};
+
+/// Present value as text: integers and bools plainly, doubles in the shortest form that reads back, names unquoted.
+std::string value_text(const Parameter& parameter);
+/// Allowed values as text, e.g. "1 to 64" or "true, false".
+std::string range_text(const Parameter& parameter);
+
+/// Assigns from text (for --set). Returns "" or the rule that was broken.
+std::string assign_text(const Parameter& parameter, const std::string& text);
+/// Assign from a typed TOML value. Each returns "" or the rule that was broken.
+std::string assign_integer(const Parameter& parameter, std::int64_t value);
+std::string assign_real(const Parameter& parameter, double value);
+std::string assign_bool(const Parameter& parameter, bool value);
+std::string assign_string(const Parameter& parameter, const std::string& value);
+
+/// Throws Error{"configuration", key, rule} for the first value that is not allowed: a unit's own guard against
+/// configurations that were not read from a file.
+void require_allowed(const std::vector<Parameter>& parameters);
+template <typename Config>
+void require_allowed(const std::string& prefix, Config config) {
+  ParameterList list;
+  list.part(prefix, config);
+  require_allowed(list.items());
+}
+
+}  // namespace grtx::declare

@@ -1,0 +1,26 @@
+// Cache replacement fifo: the line that came first goes first, however often it is hit.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "grtx/modules/cache/decide/replacement.h"
+
+namespace grtx::modules {
+
+class Fifo final : public CacheReplacement {
+ public:
+  Fifo(std::uint64_t sets, unsigned ways) : ways_(ways), next_(sets) {}
+  void filled(std::uint64_t set, unsigned way) override { next_[set] = way + 1 == ways_ ? 0 : way + 1; }
+  void referenced(std::uint64_t, unsigned) override {}
+  unsigned victim(std::uint64_t set) const override { return next_[set]; }
+  /// A counter a set.
+  unsigned bits_per_line() const override { return 1; }
+
+ private:
+  unsigned ways_;
+  std::vector<unsigned> next_;
+};
+
+}  // namespace grtx::modules

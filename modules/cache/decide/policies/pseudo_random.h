@@ -1,0 +1,28 @@
+// Cache replacement random: any line of the set, by a generator that gives the same sequence on every host.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grtx/modules/cache/decide/replacement.h"
+
+namespace grtx::modules {
+
+class PseudoRandom final : public CacheReplacement {
+ public:
+  PseudoRandom(std::uint64_t sets, unsigned ways) : ways_(ways), victim_(sets) {}
+  void filled(std::uint64_t set, unsigned) override {
+    state_ = state_ * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX generator
+    victim_[set] = static_cast<unsigned>((state_ >> 33) % ways_);
+  }
+  void referenced(std::uint64_t, unsigned) override {}
+  unsigned victim(std::uint64_t set) const override { return victim_[set]; }
+  unsigned bits_per_line() const override { return 0; }
+
+ private:
+  unsigned ways_;
+  std::uint64_t state_ = 1;
+  std::vector<unsigned> victim_;
+};
+
+}  // namespace grtx::modules

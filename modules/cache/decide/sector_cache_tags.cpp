@@ -1,0 +1,134 @@
+#include "grtx/modules/cache/decide/sector_cache_tags.h"
+
+#include <bit>
+#include <cassert>
+#include <string>
+
+#include "grtx/base/error.h"
+
+namespace grtx::modules {
+namespace {
+
+const SectorCacheTags::Geometry& checked(const SectorCacheTags::Geometry& g) {
+  const auto require = [&](bool holds, const std::string& rule) {
+    if (!holds) throw Error("configuration", "cache geometry", rule);
+  };
+  require(std::has_single_bit(g.line_bytes), "line size must be a power of two, is " + std::to_string(g.line_bytes));
+  require(g.sector_bytes > 0 && std::has_single_bit(g.sector_bytes) && g.line_bytes % g.sector_bytes == 0,
+          "sector size must be a power of two that divides the line size, is " + std::to_string(g.sector_bytes));
+  require(g.sectors() <= 8, "a line has at most 8 sectors, not " + std::to_string(g.sectors()));
+  require(g.ways < 0xFFFF, "ways must be below 65535, not " + std::to_string(g.ways));
+  require(g.ways >= 1 && g.sets() >= 1,
+          std::to_string(g.bytes) + " bytes hold no set of " + std::to_string(g.ways) + " ways");
+  return g;
+}
+
+}  // namespace
+
+SectorCacheTags::SectorCacheTags(const Geometry& geometry)
+    : geometry_(checked(geometry)),
+      large_(geometry.ways > kSmallWays),
+      set_count_(geometry.sets()),
+      small_(large_ ? 0 : set_count_),
+      lines_(large_ ? set_count_ * geometry.ways : 0),
+      sets_(large_ ? set_count_ : 0),
+      index_(large_ ? lines_.size() : 1),
+      line_shift_(static_cast<unsigned>(std::countr_zero(geometry.line_bytes))),
+      sector_shift_(static_cast<unsigned>(std::countr_zero(geometry.sector_bytes))),
+      way_shift_(std::has_single_bit(geometry.ways) ? static_cast<unsigned>(std::countr_zero(geometry.ways)) : 0),
+      set_mask_(std::has_single_bit(set_count_) ? set_count_ - 1 : 0),
+      policy_(make_cache_replacement(geometry.replacement, set_count_, geometry.ways)),
+      filled_(policy_ != nullptr ? set_count_ : 0) {
+  for (SmallSet& set : small_) {
+    for (unsigned way = 0; way < kSmallWays; ++way) set.number[way] = kNoLine;
+    for (unsigned way = 0; way < geometry_.ways; ++way) set.order |= std::uint64_t{way} << 4 * way;
+  }
+  for (std::size_t set = 0; set < sets_.size(); ++set) {
+    for (unsigned way = 0; way < geometry_.ways; ++way) {
+      Line& line = lines_[set * geometry_.ways + way];
+      line.newer = way == 0 ? kNoWay : static_cast<Way>(way - 1);
+      line.older = way + 1 == geometry_.ways ? kNoWay : static_cast<Way>(way + 1);
+    }
+    sets_[set] = {0, static_cast<Way>(geometry_.ways - 1)};
+  }
+}
+
+SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
+  const std::uint32_t line = number(slot);
+  if (line == kNoLine) return {};
+  const State& s = state(slot);
+  return {true, std::uint64_t{line} << line_shift_, s.dirty, s.unused_prefetch};
+}
+
+SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) const {
+  const std::uint64_t set = set_of(line_number(address));
+  const unsigned way = filled_[set] < geometry_.ways ? filled_[set] : policy_->victim(set);
+  return static_cast<Slot>(set * stride() + way);
+}
+
+SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
+  assert(find(address) == kNone);
+  const Slot slot = replaced_by(address);
+  *evicted = victim_in(slot);
+  std::uint32_t& line = number(slot);
+  if (line == kNoLine) {
+    ++lines_valid_;
+  } else if (large_) {
+    index_.erase(line);
+  }
+  assert(line_number(address) < kNoLine);
+  line = static_cast<std::uint32_t>(line_number(address));
+  state(slot) = {};
+  if (large_) index_.insert(line, slot);
+  if (policy_ == nullptr) {
+    touch(slot);
+    return slot;
+  }
+  unsigned& filled = filled_[set_number(slot)];
+  if (filled < geometry_.ways) ++filled;
+  policy_->filled(set_number(slot), way_number(slot));
+  return slot;
+}
+
+void SectorCacheTags::touch_large(Slot slot) {
+  Line& line = lines_[slot];
+  const std::size_t number = way_shift_ != 0 ? slot >> way_shift_ : slot / geometry_.ways;
+  Set& set = sets_[number];
+  Line* ways = &lines_[number * geometry_.ways];
+  ways[line.newer].older = line.older;
+  if (line.older != kNoWay) {
+    ways[line.older].newer = line.newer;
+  } else {
+    set.oldest = line.newer;
+  }
+  const Way way = static_cast<Way>(&line - ways);
+  line.newer = kNoWay;
+  line.older = set.newest;
+  ways[set.newest].newer = way;
+  set.newest = way;
+}
+
+std::uint64_t SectorCacheTags::count_unused_prefetch() const {
+  std::uint64_t count = 0;
+  for_each_state([&](const State& s) { count += static_cast<std::uint64_t>(std::popcount(s.unused_prefetch)); });
+  return count;
+}
+
+std::uint64_t SectorCacheTags::count_dirty() const {
+  std::uint64_t count = 0;
+  for_each_state([&](const State& s) { count += static_cast<std::uint64_t>(std::popcount(s.dirty)); });
+  return count;
+}
+
+std::uint64_t SectorCacheTags::tag_bits(unsigned address_bits, bool with_dirty) const {
+  const unsigned offset_bits = static_cast<unsigned>(std::countr_zero(geometry_.line_bytes));
+  const unsigned set_bits = static_cast<unsigned>(std::bit_width(set_count_) - 1);
+  // lru: the position in the recency order.
+  const unsigned order_bits =
+      policy_ != nullptr ? policy_->bits_per_line() : static_cast<unsigned>(std::bit_width(geometry_.ways - 1));
+  const unsigned per_line =
+      address_bits - offset_bits - set_bits + 1 + geometry_.sectors() * (with_dirty ? 2 : 1) + order_bits;
+  return std::uint64_t{per_line} * set_count_ * geometry_.ways;
+}
+
+}  // namespace grtx::modules

@@ -1,0 +1,204 @@
+// Tag array of a sectored set-associative cache: one tag a line, valid and dirty bits a sector.
+// Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to
+// 16 ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
+#pragma once
+
+#include <bit>
+#include <cassert>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/cache/decide/replacement.h"
+#include "grtx/modules/kernel/address_index.h"
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/kernel/equal_keys.h"
+
+namespace grtx::modules {
+
+class SectorCacheTags {
+ public:
+  using Slot = std::uint32_t;  ///< a line of the cache
+  static constexpr Slot kNone = AddressIndex::kNone;
+
+  struct Geometry {
+    std::uint64_t bytes = 128 * 1024;
+    unsigned line_bytes = 128;
+    unsigned sector_bytes = 32;
+    unsigned ways = 256;
+    std::string replacement = "lru";                                                   ///< a name of replacement.h
+    std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down, any number
+    unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
+    void shape_parameters(ParameterList& list) {
+      list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
+      list.add("ways", ways, {1, 4096}, "ways", "associativity, LRU", kTable1);
+      list.add("replacement", replacement, cache_replacement_names(),
+               "which line of a full set goes; programs may register more", kOurs);
+    }
+  };
+
+  /// What a line held when insert() evicted it.
+  struct Victim {
+    bool valid = false;
+    std::uint64_t address = 0;  ///< first byte of the line
+    std::uint8_t dirty = 0;     ///< sector masks
+    std::uint8_t unused_prefetch = 0;
+  };
+
+  /// Throws Error when the geometry gives no set, or sizes are not multiples of each other.
+  explicit SectorCacheTags(const Geometry& geometry);
+
+  const Geometry& geometry() const { return geometry_; }
+  std::uint64_t line_address(std::uint64_t address) const {
+    return address & ~std::uint64_t{geometry_.line_bytes - 1u};
+  }
+  std::uint8_t sector_bit(std::uint64_t address) const {
+    return static_cast<std::uint8_t>(1u << ((address & (geometry_.line_bytes - 1u)) >> sector_shift_));
+  }
+
+  /// Slots are below this.
+  std::size_t slots() const { return static_cast<std::size_t>(set_count_) * stride(); }
+  /// Slot of the line that holds `address`, or kNone.
+  Slot find(std::uint64_t address) const {
+    return large_ ? index_.find(line_number(address)) : find_small(line_number(address));
+  }
+  /// Asks the host for what find(address) reads.
+  void prefetch(std::uint64_t address) const {
+    if (large_) return index_.prefetch(line_number(address));
+    const char* set = reinterpret_cast<const char*>(&small_[set_of(line_number(address))]);
+    __builtin_prefetch(set);
+    __builtin_prefetch(set + 64);
+  }
+  /// The line that insert(address) would replace.
+  Victim victim(std::uint64_t address) const { return victim_in(replaced_by(address)); }
+  /// Makes the line present with no valid sector and most recently used; the policy's victim goes (lru: the least
+  /// recently used line of the set).
+  /// The line must not be present.
+  Slot insert(std::uint64_t address, Victim* evicted);
+  /// Marks the line as most recently used.
+  void touch(Slot slot) {
+    if (policy_ != nullptr) [[unlikely]]
+      return policy_->referenced(set_number(slot), way_number(slot));
+    if (large_) {
+      if (lines_[slot].newer != kNoWay) touch_large(slot);  // else it is the newest already
+      return;
+    }
+    touch_small(small_[slot / kSmallWays], slot % kSmallWays);
+  }
+
+  std::uint8_t valid(Slot slot) const { return state(slot).valid; }
+  void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
+  std::uint8_t dirty(Slot slot) const { return state(slot).dirty; }
+  void set_dirty(Slot slot, std::uint8_t sectors) { state(slot).dirty |= sectors; }
+  /// Sectors that a prefetch brought in and no demand access has referenced yet.
+  std::uint8_t unused_prefetch(Slot slot) const { return state(slot).unused_prefetch; }
+  void set_unused_prefetch(Slot slot, std::uint8_t sectors) { state(slot).unused_prefetch |= sectors; }
+  void clear_unused_prefetch(Slot slot, std::uint8_t sectors) {
+    state(slot).unused_prefetch &= static_cast<std::uint8_t>(~sectors);
+  }
+  std::uint64_t lines_valid() const { return lines_valid_; }
+  /// Sectors with the mark of an unreferenced prefetch, over all lines. Linear: for the end of a run.
+  std::uint64_t count_unused_prefetch() const;
+  /// Dirty sectors over all lines. Linear: for the end of a run.
+  std::uint64_t count_dirty() const;
+  /// Bits of tag, valid, dirty and true-LRU state for addresses of `address_bits` bits.
+  std::uint64_t tag_bits(unsigned address_bits, bool with_dirty) const;
+
+ private:
+  using Way = std::uint16_t;
+  static constexpr Way kNoWay = 0xFFFF;
+
+  static constexpr unsigned kSmallWays = 16;
+  static constexpr std::uint32_t kNoLine = ~std::uint32_t{0};
+
+  struct State {  // sector masks
+    std::uint8_t valid = 0;
+    std::uint8_t dirty = 0;
+    std::uint8_t unused_prefetch = 0;
+  };
+  // A set of at most 16 ways. Its slots are set * 16 + way.
+  struct alignas(64) SmallSet {
+    std::uint64_t order = 0;  ///< ways, four bits each, the most recently used lowest
+    std::uint32_t number[kSmallWays];
+    State state[kSmallWays];
+  };
+  // A line of a larger set. Slots are set * ways + way.
+  struct Line {
+    std::uint32_t number = kNoLine;  ///< address / line_bytes, when present
+    Way newer = kNoWay;              ///< neighbours in the set's recency list
+    Way older = kNoWay;
+    State state;
+  };
+  struct Set {
+    Way newest = kNoWay;
+    Way oldest = kNoWay;
+  };
+
+  std::uint64_t line_number(std::uint64_t address) const { return address >> line_shift_; }
+  std::uint64_t set_of(std::uint64_t line_number) const {
+    return set_mask_ != 0 ? line_number & set_mask_ : line_number % set_count_;
+  }
+  State& state(Slot slot) { return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays]; }
+  const State& state(Slot slot) const {
+    return large_ ? lines_[slot].state : small_[slot / kSmallWays].state[slot % kSmallWays];
+  }
+  std::uint32_t& number(Slot slot) {
+    return large_ ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+  }
+  std::uint32_t number(Slot slot) const {
+    return large_ ? lines_[slot].number : small_[slot / kSmallWays].number[slot % kSmallWays];
+  }
+  Slot find_small(std::uint64_t number) const {
+    const std::uint64_t set = set_of(number);
+    const SmallSet& s = small_[set];
+    const unsigned hit = equal_keys(s.number, static_cast<std::uint32_t>(number));
+    return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
+  }
+  static void touch_small(SmallSet& set, unsigned way) {
+    // The lowest four bits that equal `way`: the lowest zero of the exclusive or, found with borrows.
+    constexpr std::uint64_t kOnes = 0x1111111111111111u;
+    const std::uint64_t differs = set.order ^ (kOnes * way);
+    const auto position = static_cast<unsigned>(std::countr_zero((differs - kOnes) & ~differs & (kOnes << 3))) & ~3u;
+    const std::uint64_t newer = (std::uint64_t{1} << position) - 1;
+    set.order = (set.order & ~(newer << 4 | 0xF)) | (set.order & newer) << 4 | way;
+  }
+  void touch_large(Slot slot);
+  Victim victim_in(Slot slot) const;
+  template <typename F>
+  void for_each_state(F&& f) const {
+    for (const SmallSet& set : small_) {
+      for (const State& s : set.state) f(s);
+    }
+    for (const Line& line : lines_) f(line.state);
+  }
+  unsigned stride() const { return large_ ? geometry_.ways : kSmallWays; }  ///< slots of a set
+  std::uint64_t set_number(Slot slot) const { return slot / stride(); }
+  unsigned way_number(Slot slot) const { return static_cast<unsigned>(slot % stride()); }
+  Slot replaced_by(std::uint64_t address) const {
+    return policy_ == nullptr ? oldest_of(address) : chosen_by_policy(address);
+  }
+  Slot chosen_by_policy(std::uint64_t address) const;
+  Slot oldest_of(std::uint64_t address) const {
+    const std::uint64_t set = set_of(line_number(address));
+    if (large_) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);
+    return static_cast<Slot>(set * kSmallWays + (small_[set].order >> 4 * (geometry_.ways - 1) & 0xF));
+  }
+
+  Geometry geometry_;
+  bool large_;  ///< sets of more than 16 ways
+  std::uint64_t set_count_;
+  std::vector<SmallSet> small_;  ///< empty when sets are larger: then the next three are in use
+  std::vector<Line> lines_;
+  std::vector<Set> sets_;
+  AddressIndex index_;
+  unsigned line_shift_;
+  unsigned sector_shift_;
+  unsigned way_shift_;      ///< a power of two of ways: its exponent, else 0
+  std::uint64_t set_mask_;  ///< sets - 1 for a power of two of sets, else 0
+  std::uint64_t lines_valid_ = 0;
+  std::unique_ptr<CacheReplacement> policy_;  ///< null: lru, by the recency orders above
+  std::vector<unsigned> filled_;              ///< with a policy, by set: ways that hold a line
+};
+
+}  // namespace grtx::modules

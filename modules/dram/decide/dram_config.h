@@ -1,0 +1,121 @@
+// What a DRAM channel is made of, and its timing: the keys dram.* and dram.timing.*.
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/dram/decide/dram_scheduling.h"
+#include "grtx/modules/kernel/declare.h"
+
+namespace grtx::modules {
+
+/// In memory clocks (3500 MHz: 0.286 ns).
+struct DramTiming {
+  unsigned ccd = 4;
+  unsigned rrd = 10;
+  unsigned rcd = 20;
+  unsigned ras = 50;
+  unsigned rp = 20;
+  unsigned rc = 62;
+  unsigned cl = 20;   ///< to the first data
+  unsigned wl = 8;    ///< to the first data
+  unsigned cdlr = 9;  ///< from the last data
+  unsigned wr = 20;   ///< from the last data
+  unsigned rtp = 4;
+  unsigned turn = 2;
+  // Off by default.
+  unsigned ccd_l = 0;
+  unsigned rrd_l = 0;
+  unsigned cdlr_l = 0;
+  unsigned rcd_wr = 0;
+  unsigned faw = 0;
+  unsigned refi = 0;
+  unsigned rfc = 0;
+
+  void parameters(ParameterList& list) {
+    const auto add = [&](const char* key, unsigned& clocks, const char* description, double min = 0) {
+      list.add(key, clocks, {min, 10000}, "clocks", description, kVulkanSim);
+    };
+    add("ccd", ccd, "column command to column command, clocks of a burst", 1);
+    add("rrd", rrd, "activate to activate, other banks");
+    add("rcd", rcd, "activate to column command");
+    add("ras", ras, "activate to precharge");
+    add("rp", rp, "precharge to activate");
+    add("rc", rc, "activate to activate, same bank");
+    add("cl", cl, "read command to data");
+    add("wl", wl, "write command to data");
+    add("cdlr", cdlr, "write data to read command");
+    add("wr", wr, "write data to precharge");
+    add("rtp", rtp, "read command to precharge");
+    add("turn", turn, "bubble between read and write data");
+    const auto add_unused = [&](const char* key, unsigned& clocks, const char* description) {
+      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs);
+    };
+    add_unused("ccd_l", ccd_l, "as ccd, in the same bank group, where longer");
+    add_unused("rrd_l", rrd_l, "as rrd, in the same bank group, where longer");
+    add_unused("cdlr_l", cdlr_l, "as cdlr, in the same bank group, where longer");
+    add_unused("rcd_wr", rcd_wr, "activate to write command; 0: rcd");
+    add_unused("faw", faw, "window in which at most four activates begin; 0: no such limit");
+    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs);
+    add_unused("rfc", rfc, "refresh to activate");
+  }
+  unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }
+  unsigned write_to_read() const { return wl + ccd + cdlr; }
+  unsigned activate_to_write() const { return rcd_wr == 0 ? rcd : rcd_wr; }
+  unsigned write_to_precharge() const { return wl + ccd + wr; }
+  // Within a bank group.
+  bool groups_differ() const { return ccd_l > ccd || rrd_l > rrd || cdlr_l > cdlr; }
+  unsigned ccd_of_group() const { return std::max(ccd, ccd_l); }
+  unsigned rrd_of_group() const { return std::max(rrd, rrd_l); }
+  unsigned write_to_read_of_group() const { return wl + ccd + std::max(cdlr, cdlr_l); }
+};
+
+struct DramChannelConfig {
+  DramTiming timing{};
+  unsigned banks = 16;
+  unsigned bank_groups = 1;
+  unsigned group_bytes = 128;
+  unsigned row_bytes = 2048;
+  unsigned burst_bytes = 32;  ///< burst length 16 on a 16-bit bus
+  unsigned queue = 64;
+  std::string scheduling = kFrFcfs;
+  unsigned hit_cap = 4;
+  Cycle age_cap = 1024;
+  bool bank_xor = false;  ///< needs 2^n banks
+  /// But for the timing, which is a table of its own.
+  void parameters(ParameterList& list) {
+    list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
+    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks; they divide them", kOurs);
+    list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
+             kOurs);
+    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
+    list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
+    list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
+    list.add("scheduling", scheduling, dram_scheduling_names(),
+             "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim);
+    list.add("hit_cap", hit_cap, {1, 1e6}, "commands",
+             "fr_fcfs_cap: column commands of a bank that may overtake its oldest request",
+             from_public("Mutlu and Moscibroda, MICRO 2007"));
+    list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request; not for fcfs",
+             kOurs);
+    list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
+  }
+  /// What no single range says: calls require(holds, key below dram, rule) for each rule.
+  template <typename Require>
+  void check(Require&& require) const {
+    const auto power_of_two = [](unsigned value) { return value != 0 && (value & (value - 1)) == 0; };
+    require(!bank_xor || power_of_two(banks), "bank_xor", "needs a power of two of dram.banks");
+    require(row_bytes >= burst_bytes, "row_bytes", "must not be smaller than dram.burst_bytes");
+    require(banks % bank_groups == 0, "bank_groups", "must divide dram.banks");
+    require(bank_groups == 1 || (power_of_two(group_bytes) && row_bytes % group_bytes == 0), "group_bytes",
+            "must be a power of two that divides dram.row_bytes");
+    require(bank_groups == 1 || group_bytes >= burst_bytes, "group_bytes", "must not be smaller than dram.burst_bytes");
+    require(timing.refi == 0 || timing.refi >= timing.rfc + timing.rc + timing.rp + timing.rcd, "timing.refi",
+            "must be 0 or leave time for a row cycle: at least rfc + rc + rp + rcd of dram.timing");
+  }
+  /// An aligned request of up to so many bytes is in one row.
+  unsigned bytes_in_row() const { return bank_groups == 1 ? row_bytes : group_bytes; }
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,53 @@
+// What DRAM channels count.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/modules/dram/decide/dram_config.h"
+#include "grtx/modules/kernel/declare.h"
+
+namespace grtx::modules {
+
+/// What one channel counted, or the sum over channels.
+struct DramChannelCounters {
+  std::uint64_t reads = 0;  ///< requests
+  std::uint64_t writes = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t responses = 0;      ///< begun
+  std::uint64_t refused = 0;        ///< malformed transactions, answered with an error status
+  std::uint64_t row_hits = 0;       ///< requests that found their row open
+  std::uint64_t row_misses = 0;     ///< needed an activate
+  std::uint64_t row_conflicts = 0;  ///< needed a precharge first
+  std::uint64_t activates = 0;
+  std::uint64_t precharges = 0;
+  std::uint64_t refreshes = 0;  ///< of all banks, due before the last column command
+  std::uint64_t bursts = 0;
+  std::uint64_t aged = 0;            ///< requests issued after the age cap
+  std::uint64_t queue_clocks = 0;    ///< queued bursts summed over clocks
+  std::uint64_t full_clocks = 0;     ///< clocks a request waited for room in a full queue, END_REQ withheld
+  std::uint64_t latency_clocks = 0;  ///< from enqueue to last data, summed over requests
+
+  static const CounterTable<DramChannelCounters>& table();
+  DramChannelCounters& operator+=(const DramChannelCounters& other) {
+    table().add(*this, other);
+    return *this;
+  }
+};
+
+struct DramCounters {
+  DramChannelCounters channel;       ///< summed over channels
+  std::uint64_t clocks = 0;          ///< memory clocks since the start
+  double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
+};
+
+/// channels: counts of each, after so many memory clocks.
+DramCounters dram_counters(const DramChannelConfig& config, const std::vector<DramChannelCounters>& channels,
+                           std::uint64_t clocks);
+
+/// Adds the counts as prefix + ".name". channels: counts of each.
+void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix);
+
+}  // namespace grtx::modules

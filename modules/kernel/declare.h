@@ -1,0 +1,10 @@
+// What a unit declares beside its Config and its counters (base/declare): parameters, counter tables, statistics.
+#pragma once
+
+#include "grtx/base/declare/counter_table.h"
+#include "grtx/base/declare/parameter.h"
+#include "grtx/base/declare/statistics.h"
+
+namespace grtx::modules {
+using namespace declare;
+}  // namespace grtx::modules

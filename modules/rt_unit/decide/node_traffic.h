@@ -1,0 +1,104 @@
+// What one node visit reads from memory: which bytes, and under which region the caches count them.
+#pragma once
+
+#include <cstdint>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+#include "grtx/traces/instance_levels.h"
+#include "grtx/traces/node_layout.h"
+
+namespace grtx::modules {
+
+struct NodeTrafficConfig {
+  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices; compact and compressed always read that
+  bool blas_header_read = true;        ///< with a visit_instance whose detail is 0
+  bool leaf_descriptor_read = false;
+  void parameters(ParameterList& list) {
+    list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
+             from_public("Vulkan-Sim reads all 128; of layouts compact and compressed always the part that suffices"));
+    list.add("blas_header_read", blas_header_read, "entering a BLAS, or an object's TLAS, also reads its 64 B header",
+             from_public("Vulkan-Sim; never in layouts compact and compressed"));
+    list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
+             assumed("Vulkan-Sim does; off because it is part of the leaf"));
+  }
+};
+
+/// Slot of the child at `address` (in units); kMaxWidth: there is none. units(kind): that a node takes in the image.
+template <typename Units>
+unsigned child_slot(const traces::NodeDefinition& node, std::uint32_t address, Units&& units) {
+  std::uint32_t child = node.child_base;  // children are contiguous in slot order
+  for (unsigned i = 0; i < node.child_count; ++i) {
+    if (child == address) return i;
+    child += units(node.child_kinds[i]);
+  }
+  return traces::kMaxWidth;
+}
+
+/// Sectors that follow each other in memory.
+struct SectorRun {
+  std::uint64_t address = 0;
+  unsigned sectors = 0;
+  Region region{};
+  bool again = false;  ///< the next run reads them too
+};
+
+class NodeTraffic {
+ public:
+  NodeTraffic(const traces::Header& header, const NodeTrafficConfig& config)
+      : config_(config),
+        sizes_(header.node_sizes()),
+        two_level_(header.two_level),
+        blas_base_(header.blas_base),
+        objects_base_(header.objects_base()),
+        levels_(header),
+        procedural_(traces::has_procedural_leaves(header.accel)) {}
+
+  /// Kind of every primitive leaf of the trace: one structure holds one kind only.
+  traces::NodeKind leaf_kind() const { return procedural_ ? traces::NodeKind::procedural : traces::NodeKind::triangle; }
+  bool two_level() const { return two_level_; }
+  bool header_read() const { return config_.blas_header_read && !sizes_.short_instances(); }
+  bool descriptor_read() const { return config_.leaf_descriptor_read; }
+  std::uint64_t blas_header() const { return blas_base_; }
+  const traces::InstanceLevels& levels() const { return levels_; }
+  /// Byte address of the header of the tree below the instance leaf at byte address `leaf`, which the trace has.
+  std::uint64_t header_below(std::uint64_t leaf) const {
+    if (leaf >= objects_base_) return blas_base_;
+    return levels_.object_root(levels_.root_below(static_cast<std::uint32_t>(leaf / sizes_.unit()))) * sizes_.unit() -
+           sizes_.header_bytes();
+  }
+  /// Byte address of the node that an event names by its address in units.
+  std::uint64_t address(std::uint32_t units) const { return units * sizes_.unit(); }
+  std::uint32_t units(std::uint64_t address) const { return static_cast<std::uint32_t>(address / sizes_.unit()); }
+  /// Units a node occupies in the image: the step from one child to the next.
+  unsigned stored_units(traces::NodeKind kind) const { return sizes_.units(kind); }
+  /// The sectors that hold what is read of the node itself.
+  SectorRun run(traces::NodeKind kind, std::uint64_t address) const {
+    const std::uint64_t bytes = kind == traces::NodeKind::instance && !sizes_.short_instances()
+                                    ? config_.instance_leaf_bytes
+                                    : sizes_.read_bytes(kind);
+    const std::uint64_t first = address / kSectorBytes, end = (address + bytes + kSectorBytes - 1) / kSectorBytes;
+    return {first * kSectorBytes, static_cast<unsigned>(end - first), region(kind, address)};
+  }
+  unsigned header_sectors() const { return static_cast<unsigned>(sizes_.header_bytes() / kSectorBytes); }
+  /// Tests that a visit of a primitive leaf asks for.
+  unsigned leaf_tests() const { return procedural_ ? 1 : sizes_.triangles(); }
+  Region region(traces::NodeKind kind, std::uint64_t address) const {
+    if (kind == traces::NodeKind::instance) return Region::instance;
+    if (two_level_ && address >= blas_base_) return Region::blas;
+    return kind == traces::NodeKind::internal ? Region::tlas : Region::leaf;
+  }
+
+ private:
+  NodeTrafficConfig config_;
+  traces::NodeSizes sizes_;
+  bool two_level_;
+  std::uint64_t blas_base_;
+  std::uint64_t objects_base_;  ///< 0: there is no scene TLAS
+  traces::InstanceLevels levels_;
+  bool procedural_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,86 @@
+// The node that an event of a trace visits, and the sectors that are read for it: the one place where a visit becomes
+// memory requests.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "grtx/modules/messages/coalescer.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/traces/event.h"
+
+namespace grtx::modules {
+
+struct NodeVisit {
+  traces::NodeKind kind = traces::NodeKind::internal;
+  std::uint64_t address = 0;  ///< bytes
+  bool header = false;        ///< of an instance leaf: the header of the tree below is read as well
+};
+
+/// Nothing: the event visits no node, or one that is not there.
+inline std::optional<NodeVisit> node_visit(const traces::Event& event, const traces::RayGroup& group,
+                                           const NodeTraffic& traffic) {
+  switch (event.kind()) {
+    case traces::EventKind::visit_internal:
+      if (event.node >= group.nodes.size()) return std::nullopt;
+      return NodeVisit{traces::NodeKind::internal, traffic.address(group.nodes[event.node].address)};
+    case traces::EventKind::visit_instance:
+      if (!traffic.two_level()) return std::nullopt;
+      // detail 0 enters the tree below at its root; detail 1 goes on at a node inside that has been replayed.
+      return NodeVisit{traces::NodeKind::instance, traffic.address(event.node),
+                       event.detail == 0 && traffic.header_read()};
+    case traces::EventKind::visit_leaf:
+      return NodeVisit{traffic.leaf_kind(), traffic.address(event.node)};
+    default:
+      return std::nullopt;
+  }
+}
+
+/// The rule that a visit breaks whose node is not there.
+inline const char* rule_of_missing_node(const traces::Event& event) {
+  return event.kind() == traces::EventKind::visit_internal ? "visits an internal node that the group does not define"
+                                                           : "visits an instance leaf of a monolithic structure";
+}
+
+/// What a visit reads, in this order: a leaf's descriptor (if that is a request of its own), the node, the header.
+/// Procedural leaves of a monolithic BVH hold the matrix to the unit sphere; of a shared BLAS the instance leaf does.
+inline bool transforms_leaves(const traces::Header& header) {
+  return !header.two_level && traces::has_procedural_leaves(header.accel);
+}
+
+class NodeSectors {
+ public:
+  NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic)
+      : body_(traffic.run(visit.kind, visit.address)),
+        lead_(traffic.descriptor_read() && is_primitive(visit.kind) ? 1 : 0),
+        tail_(visit.header ? traffic.header_sectors() : 0),
+        header_(visit.header ? traffic.header_below(visit.address) : 0),
+        header_region_(traffic.region(traces::NodeKind::internal, header_)) {}
+
+  Region region() const { return body_.region; }  ///< of the node
+  unsigned count() const { return lead_ + body_.sectors + tail_; }
+  SectorAccess at(unsigned index) const {
+    const unsigned before = lead_ + body_.sectors;
+    if (index >= before) return {header_ + kSectorBytes * (index - before), header_region_};
+    return {body_.address + (index < lead_ ? 0 : kSectorBytes * (index - lead_)), body_.region};
+  }
+  /// f(run, whether it is the last).
+  template <typename F>
+  void for_each_run(F&& f) const {
+    if (lead_ != 0) f(SectorRun{body_.address, lead_, body_.region, true}, false);
+    f(body_, tail_ == 0);
+    if (tail_ != 0) f(SectorRun{header_, tail_, header_region_}, true);
+  }
+
+ private:
+  static bool is_primitive(traces::NodeKind kind) {
+    return kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+  }
+
+  SectorRun body_;
+  unsigned lead_, tail_;
+  std::uint64_t header_;
+  Region header_region_;
+};
+
+}  // namespace grtx::modules

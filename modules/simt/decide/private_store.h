@@ -1,0 +1,118 @@
+// Private store of an SM: the first entries of every resident ray's k-buffer and eviction buffer in an SRAM beside the
+// SIMT core, a bank a lane, in place of memory. Paper: all of them lie in global memory; this is an option beyond it.
+// With `insertion` each bank sorts hits into its k-buffers itself, and no any-hit shader runs.
+// Cost: 8 B an entry, lane and warp slot. docs/model/private_store.md states its timing to the cycle.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "grtx/base/strong.h"
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/warp_messages.h"
+
+namespace grtx::modules {
+
+/// Kernel-free: reservations in the order of the calls. Lane l of any warp has bank l, so an access of a warp to one
+/// entry of each of its lanes has no conflicts, whichever entries they are.
+class PrivateStore {
+ public:
+  static constexpr unsigned kEntryBytes = 8;  ///< t and id
+
+  struct Config {
+    unsigned k_buffer_entries = 0;  ///< of each ray; those behind lie in memory
+    unsigned eviction_entries = 0;  ///< the same
+    unsigned latency = 19;
+    unsigned lane_bytes = 4;  ///< of a bank a cycle, 4 or 8
+    bool insertion = false;   ///< hits are inserted at the banks, without a shader
+    unsigned insertion_latency = 4;
+    void parameters(ParameterList& list) {
+      list.add("k_buffer_entries", k_buffer_entries, {0, 4096}, "entries",
+               "of each ray's k-buffer in an SRAM beside the SIMT core; those behind lie in memory", kOurs);
+      list.add("eviction_entries", eviction_entries, {0, 4096}, "entries", "the same for eviction buffers", kOurs);
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from a read's last cycle at the banks to its data",
+               from_public("Jia et al. 2018: shared memory of Volta"));
+      list.add("lane_bytes", lane_bytes, {4, 8}, "B/cycle",
+               "width of a lane's bank, 4 or 8: an entry of 8 B takes two cycles or one",
+               from_public("CUDA programming guide: 32 banks of 4 B"));
+      list.add("insertion", insertion, "each bank inserts hits into its lane's k-buffers; no any-hit shader runs",
+               kOurs);
+      list.add("insertion_latency", insertion_latency, {1, kMaxLatency}, "cycles",
+               "from the last access of an insertion at its bank to the answer",
+               assumed("a comparison and a register"));
+    }
+    /// In hardware, of each ray.
+    unsigned entries() const { return k_buffer_entries + eviction_entries; }
+    /// At the banks, of an access to one entry of each lane.
+    unsigned cycles() const { return kEntryBytes / lane_bytes; }
+  };
+
+  struct Counters {
+    std::uint64_t reads = 0;   ///< of warps, an entry of each lane that takes part
+    std::uint64_t writes = 0;  ///< the same
+    std::uint64_t wait_cycles = 0;
+    std::uint64_t insertions = 0;       ///< hits of lanes
+    std::uint64_t insertion_words = 0;  ///< cycles of a bank that they took
+    std::uint64_t insertion_wait = 0;   ///< cycles that they waited for their bank
+    static const CounterTable<Counters>& table();
+    void add(const Counters& other) { table().add(*this, other); }
+  };
+
+  explicit PrivateStore(const Config& config) : config_(config) {}
+
+  /// `count` reads of a warp, behind all that was reserved before. Returns the cycle in which the last one's data are
+  /// there: max(now, free) + count x cycles() - 1 + latency.
+  Cycle read(std::uint64_t count, Cycle now) {
+    counters_.reads += count;
+    return reserve(count, now) - 1 + config_.latency;
+  }
+  /// Nobody waits for writes: what is read later was reserved later.
+  void write(std::uint64_t count, Cycle now) {
+    counters_.writes += count;
+    reserve(count, now);
+  }
+  /// A hit of a lane goes into the k-buffer in the lane's bank with `accesses` reads and writes of an entry, behind
+  /// what was reserved before and beside what other banks do. Returns the cycle in which the answer is there:
+  /// max(now, free) + accesses x cycles() - 1 + insertion_latency; without an access now + insertion_latency.
+  Cycle insert(unsigned lane, std::uint32_t accesses, Cycle now) {
+    ++counters_.insertions;
+    if (accesses == 0) return now + config_.insertion_latency;
+    Cycle& bank = bank_free_[lane];
+    const Cycle begin = std::max({now, free_, bank});
+    const Cycle words = Cycle{accesses} * config_.cycles();
+    counters_.insertion_wait += begin - now;
+    counters_.insertion_words += words;
+    bank = begin + words;
+    banks_free_ = std::max(banks_free_, bank);
+    return bank - 1 + config_.insertion_latency;
+  }
+  /// The hits of these lanes of a warp. Returns the last answer.
+  Cycle insert(LaneMask lanes, const std::array<std::uint32_t, kMaxLanes>& accesses, Cycle now) {
+    Cycle last = now;
+    for_each_bit(lanes, [&](unsigned lane) { last = std::max(last, insert(lane, accesses[lane], now)); });
+    return last;
+  }
+  /// First cycle from which all banks are free.
+  Cycle free_from() const { return std::max(free_, banks_free_); }
+  const Config& config() const { return config_; }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  Cycle reserve(std::uint64_t count, Cycle now) {
+    if (count == 0) return now + 1;  // nothing to wait for but the latency
+    const Cycle begin = std::max(free_from(), now);
+    counters_.wait_cycles += begin - now;
+    return free_ = begin + count * config_.cycles();
+  }
+
+  Config config_;
+  Cycle free_ = 0;                            ///< of what warps reserved
+  std::array<Cycle, kMaxLanes> bank_free_{};  ///< of insertions
+  Cycle banks_free_ = 0;                      ///< the last of them
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

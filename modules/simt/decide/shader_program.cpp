@@ -1,0 +1,323 @@
+#include "grtx/modules/simt/decide/shader_program.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/messages/lane_loop.h"
+
+namespace grtx::modules {
+namespace {
+
+constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
+
+// Lanes of `lanes` whose loop runs longer than `iteration`.
+template <typename Counts>
+LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) {
+  LaneMask still = 0;
+  for_each_bit(lanes, [&](unsigned lane) {
+    if (counts[lane] > iteration) still |= bit(lane);
+  });
+  return still;
+}
+
+// Most distinct sectors of one warp instruction: every lane reads a record of its own.
+std::size_t most_sectors(const traces::Header& header) {
+  const std::uint64_t bytes = std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes});
+  return static_cast<std::size_t>(kMaxLanes * (bytes / kSectorBytes + 2));
+}
+
+}  // namespace
+
+ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
+                             unsigned resident_warps, const PrivateStore::Config& store)
+    : map_(map),
+      costs_(costs),
+      store_(store),
+      sm_(sm),
+      k_(header.k),
+      checkpoint_(header.checkpoint),
+      single_(header.tracing == traces::Tracing::single),
+      closest_(header.tracing == traces::Tracing::closest),
+      stochastic_(header.tracing == traces::Tracing::stochastic),
+      sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
+      gaussian_bytes_(header.gaussian_record_bytes),
+      sh_bytes_(header.sh_record_bytes),
+      warps_(resident_warps),
+      coalescer_(most_sectors(header)) {
+  if (header.warp_size == 0 || header.warp_size > kMaxLanes) {
+    throw Error("trace header", "warp_size", "must be 1 to " + std::to_string(kMaxLanes) + " for the hardware model");
+  }
+  if (store.insertion && header.tracing != traces::Tracing::multi) {
+    throw Error("configuration", "simt.private_store.insertion",
+                "inserts into sorted k-buffers, which only traces of tracing multi have");
+  }
+  if (store.insertion && store.k_buffer_entries < header.k) {
+    throw Error("configuration", "simt.private_store.insertion",
+                "needs whole k-buffers on chip: simt.private_store.k_buffer_entries of at least k, here " +
+                    std::to_string(header.k));
+  }
+}
+
+void ShaderProgram::find_active(Warp& warp) {
+  LaneMask active = 0;
+  for (unsigned lane = 0; lane < warp.group->rays.size(); ++lane) {
+    if (warp.group->rays[lane].rounds.size() > warp.round) active |= bit(lane);
+  }
+  warp.active = active;
+}
+
+void ShaderProgram::load(Region region, ShaderPhase& phase) {
+  coalescer_.begin(region, phase.loads);
+  ++counters_.load_instructions;
+}
+
+void ShaderProgram::store(Region region, ShaderPhase& phase) {
+  coalescer_.begin(region, phase.stores);
+  ++counters_.store_instructions;
+}
+
+void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
+  assert(group.rays.size() <= kMaxLanes);
+  Warp& warp = warps_[slot];
+  warp.group = &group;
+  warp.round = 0;
+  warp.sort_pass = 0;
+  warp.fill.fill(0);
+  warp.evictions.fill(0);
+  warp.first_processed.fill(0);
+  warp.looked_at.fill(0);
+  find_active(warp);
+}
+
+void ShaderProgram::prologue(unsigned, ShaderPhase& phase) { phase.reset(PhaseKind::prologue, costs_.raygen_prologue); }
+
+void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
+  Warp& warp = warps_[slot];
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
+  LaneCounts preloaded{};
+  LaneCounts remaining{};
+  LaneMask moving = 0;  // lanes that rewrite what stays in their eviction buffer
+  std::uint32_t most_entries = 0;
+  for_each_bit(warp.active, [&](unsigned lane) {
+    most_entries = std::max(most_entries, warp.evictions[lane]);
+    preloaded[lane] = std::min<std::uint32_t>(round_of(warp, lane).preloaded, k_);
+    // A trace that moves more than was evicted is refused by trace-check; here it must only stay inside the buffer.
+    remaining[lane] = warp.evictions[lane] - std::min(warp.evictions[lane], preloaded[lane]);
+    if (preloaded[lane] > 0) moving |= bit(lane);
+  });
+  phase.reset(PhaseKind::evict_move,
+              costs_.evict_move_fixed + std::uint64_t{costs_.evict_move_per_entry} * most_entries);
+
+  for (std::uint32_t i = 0; i < most_entries; ++i) {
+    access_evictions(
+        slot, running(warp.active, warp.evictions, i), [i](unsigned) { return i; }, false, phase);
+  }
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(warp.active, preloaded, i);
+    if (lanes == 0) break;
+    access_k_buffer(
+        warp_slot, lanes, [i](unsigned) { return i; }, true, phase);
+  }
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(moving, remaining, i);
+    if (lanes == 0) break;
+    access_evictions(
+        slot, lanes, [i](unsigned) { return i; }, true, phase);
+  }
+  for_each_bit(warp.active, [&](unsigned lane) {
+    counters_.eviction_moves += preloaded[lane];
+    warp.fill[lane] = static_cast<std::uint16_t>(preloaded[lane]);
+    warp.evictions[lane] = remaining[lane];
+  });
+}
+
+void ShaderProgram::trace_call(unsigned slot, ShaderPhase& phase) {
+  ++counters_.warp_rounds;
+  counters_.ray_rounds += static_cast<std::uint64_t>(std::popcount(warps_[slot].active));
+  phase.reset(PhaseKind::trace_call, costs_.trace_call);
+}
+
+void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
+  Warp& warp = warps_[batch.slot];
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, batch.slot);
+  ++counters_.any_hit_batches;
+  counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
+  if (single_) return any_hit_single(batch, phase);
+  if (stochastic_) return any_hit_stochastic(batch, phase);
+
+  // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
+  // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+  using Entries = std::array<std::uint32_t, kMaxLanes>;
+  LaneCounts reads{};
+  LaneCounts writes{};
+  Entries last_read{};  // entry of the first read; the next ones lie before it
+  Entries last_written{};
+  LaneMask evicting = 0;
+  std::uint32_t most_shifts = 0;
+  for_each_bit(batch.lanes, [&](unsigned lane) {
+    const std::uint32_t fill = warp.fill[lane];
+    const std::uint32_t shifts = std::min<std::uint32_t>(batch.shifts[lane], k_);
+    const traces::LeafOutcome outcome = batch.outcome[lane];
+    assert(traces::calls_any_hit(outcome));
+    most_shifts = std::max(most_shifts, shifts);
+    last_read[lane] = fill == 0 ? 0 : fill - 1;
+    if (outcome == traces::LeafOutcome::inserted || outcome == traces::LeafOutcome::displaced) {
+      const std::uint32_t fill_after = std::min(fill + 1, k_);
+      const std::uint32_t fallen_out = fill + 1 - fill_after;
+      reads[lane] = std::min(shifts + 1 + fallen_out, fill);
+      writes[lane] = std::min(shifts + 1, fill_after);
+      last_written[lane] = fill_after - 1;
+      warp.fill[lane] = static_cast<std::uint16_t>(fill_after);
+    } else {
+      reads[lane] = std::min(shifts + 1, fill);
+    }
+    if (checkpoint_ && (outcome == traces::LeafOutcome::displaced || outcome == traces::LeafOutcome::rejected)) {
+      evicting |= bit(lane);
+    }
+  });
+  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
+
+  if (store_.insertion) {
+    phase.instructions = 0;
+    for_each_bit(batch.lanes, [&](unsigned lane) {
+      phase.insertion_accesses[lane] = reads[lane] + writes[lane];
+      counters_.store_entries_read += reads[lane];
+      counters_.store_entries_written += writes[lane];
+    });
+  } else {
+    for_each_entry(
+        warp_slot, batch.lanes, reads, [&](unsigned lane, std::uint32_t i) { return last_read[lane] - i; }, false,
+        phase, [this](std::uint32_t) { return costs_.dependent_loads; });
+    close_steps(phase);
+    for_each_entry(
+        warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
+        phase);
+  }
+  if (evicting != 0) {
+    access_evictions(
+        batch.slot, evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
+    for_each_bit(evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
+    counters_.evictions += static_cast<std::uint64_t>(std::popcount(evicting));
+  }
+}
+
+// The last step takes what loads are left, and the instructions that the others leave.
+void ShaderProgram::close_steps(ShaderPhase& phase) const {
+  const LoadStep all{static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads};
+  if (!phase.steps.empty() && phase.steps.back() != all) phase.steps.push_back(all);
+  if (phase.steps.size() <= 1) return phase.steps.clear();
+  phase.step_instructions = std::min<std::uint64_t>(costs_.any_hit_per_shift, phase.instructions / phase.steps.size());
+}
+
+void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) {
+  phase.reset(PhaseKind::node_fetch, costs_.node_fetch);
+  phase.loads = batch.sectors;
+  ++counters_.load_instructions;
+}
+
+void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
+  Warp& warp = warps_[slot];
+  if (stochastic_) return blend_sample(warp, phase);
+  const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
+  LaneCounts processed{};
+  LaneCounts first{};  // where the sorted entries of a lane begin
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    processed[lane] = round.processed_count;
+    if (!closest_ && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
+    if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
+  });
+  phase.reset(PhaseKind::blend, costs_.blend_fixed);
+
+  for (std::uint32_t i = 0;; ++i) {
+    const LaneMask lanes = running(warp.active, processed, i);
+    if (lanes == 0) break;
+    const auto entry = [&](unsigned lane) { return warp.group->rays[lane].processed[warp.first_processed[lane] + i]; };
+    if (!closest_) {
+      access_k_buffer(
+          warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
+    }
+    LaneMask blending = 0;
+    load(Region::gaussian, phase);
+    for_each_bit(lanes, [&](unsigned lane) {
+      const traces::Processed p = entry(lane);
+      coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
+      if (p.blended != 0) blending |= bit(lane);
+    });
+    phase.instructions += costs_.blend_per_entry;
+    counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
+    if (blending == 0) continue;  // no lane takes the branch that evaluates the colour
+    counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
+    load(Region::sh, phase);
+    for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });
+    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
+  }
+
+  end_round(warp);
+}
+
+void ShaderProgram::end_round(Warp& warp) {
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    warp.first_processed[lane] += round.processed_count;
+    warp.looked_at[lane] = 0;
+    warp.fill[lane] = 0;
+    warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
+  });
+  warp.sort_pass = 0;
+  ++warp.round;
+  find_active(warp);
+}
+
+// Response and coin of each hit; what is accepted stays in registers.
+void ShaderProgram::any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase) {
+  Warp& warp = warps_[batch.slot];
+  phase.reset(PhaseKind::any_hit, std::uint64_t{costs_.any_hit_fixed} + costs_.blend_per_entry + costs_.coin);
+  load(Region::gaussian, phase);
+  for_each_bit(batch.lanes, [&](unsigned lane) {
+    const std::uint32_t seen = warp.looked_at[lane]++;
+    if (seen < round_of(warp, lane).processed_count) {  // else the trace is at fault, and blend_sample() counts it
+      const traces::Processed hit = warp.group->rays[lane].processed[warp.first_processed[lane] + seen];
+      coalescer_.touch(map_.gaussian_record(hit.gaussian), gaussian_bytes_);
+    }
+    if (batch.outcome[lane] != traces::LeafOutcome::ignored) warp.fill[lane] = 1;
+  });
+}
+
+// The colour of the hit that stopped the sample.
+void ShaderProgram::blend_sample(Warp& warp, ShaderPhase& phase) {
+  phase.reset(PhaseKind::blend, costs_.blend_fixed);
+  LaneMask stopped = 0;
+  for_each_bit(warp.active, [&](unsigned lane) {
+    const traces::Round& round = round_of(warp, lane);
+    counters_.entries_processed += round.processed_count;
+    if (warp.fill[lane] != round.k_count || warp.looked_at[lane] != round.processed_count) {
+      ++counters_.k_buffer_mismatches;
+    }
+    if (round.k_count > 0) stopped |= bit(lane);
+  });
+  if (stopped != 0) {
+    counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(stopped));
+    load(Region::sh, phase);
+    for_each_bit(stopped, [&](unsigned lane) {
+      const traces::Processed* entry = warp.group->rays[lane].processed.data() + warp.first_processed[lane];
+      const traces::Processed* const end = entry + round_of(warp, lane).processed_count;
+      entry = std::find_if(entry, end, [](traces::Processed p) { return p.blended != 0; });
+      if (entry != end) coalescer_.touch(map_.sh_record(entry->gaussian), sh_bytes_);
+    });
+    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
+  }
+  end_round(warp);
+}
+
+void ShaderProgram::epilogue(unsigned slot, ShaderPhase& phase) {
+  const Warp& warp = warps_[slot];
+  phase.reset(PhaseKind::epilogue, costs_.epilogue);
+  if (warp.group->rays.empty()) return;
+  store(Region::ray, phase);
+  for (const traces::Ray& ray : warp.group->rays) coalescer_.touch(map_.pixel(ray.pixel), MemoryMap::kPixelBytes);
+}
+
+}  // namespace grtx::modules

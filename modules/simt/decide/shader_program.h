@@ -1,0 +1,283 @@
+// What the two shaders of the paper's Listing 1 cost: instructions and memory sectors of each phase of a warp. Plain
+// policy without SystemC; every decision (who is inserted, evicted, blended) comes from the trace.
+// SIMT: lanes run in lock step, so a loop costs the iterations of its longest lane.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/coalescer.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/traffic_charging.h"
+#include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/simt/decide/private_store.h"
+#include "grtx/traces/event.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::modules {
+
+/// Warp instructions. The paper gives none of these: estimates, to be swept.
+struct ShaderCosts {
+  unsigned raygen_prologue = 40;
+  unsigned trace_call = 6;
+  unsigned evict_move_fixed = 8;
+  unsigned evict_move_per_entry = 4;  ///< of the longest eviction buffer: selection of the k nearest
+  unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
+  unsigned any_hit_per_shift = 3;     ///< compare, two moves
+  unsigned sort_per_entry = 6;        ///< compare, select, advance
+  TrafficCharging eviction_traffic = TrafficCharging::charged;
+  bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
+  unsigned coin = 12;           ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
+  unsigned blend_fixed = 10;
+  unsigned blend_per_entry = 24;
+  unsigned sh_per_coefficient = 4;
+  unsigned epilogue = 10;
+  unsigned node_fetch = 24;  ///< stack in shared memory: pop, address, intersect instruction, four pushes, loop
+
+  void parameters(ParameterList& list) {
+    const auto add = [&](const char* key, unsigned& cost, const char* description,
+                         Origin origin = assumed("this project: operations of Listing 1 counted")) {
+      list.add(key, cost, {0, 1e6}, "instructions", description, origin);
+    };
+    add("raygen_prologue", raygen_prologue, "pixel to ray, payload and offsets cleared");
+    add("trace_call", trace_call, "operands of a traceRay call to the RT unit");
+    add("evict_move_fixed", evict_move_fixed, "eviction buffer to k-buffer: set-up");
+    add("evict_move_per_entry", evict_move_per_entry, "the same, per entry");
+    add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
+    add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
+    add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
+    add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha");
+    add("blend_fixed", blend_fixed, "blending: set-up and termination test");
+    add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
+    add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
+    add("epilogue", epilogue, "pixel address and colour");
+    add("node_fetch", node_fetch, "a traversal step of a warp, when shaders fetch nodes",
+        assumed("this project: a traversal loop counted"));
+  }
+};
+
+enum class PhaseKind : std::uint8_t {
+  prologue,
+  evict_move,
+  trace_call,
+  any_hit,
+  sort,
+  blend,
+  epilogue,
+  node_fetch,  ///< when shaders fetch nodes for the RT unit
+  count
+};
+inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::count);
+inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
+    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"};
+
+/// Where a step of a phase's loads ends: in ShaderPhase::loads, and among its reads of the private store.
+struct LoadStep {
+  std::uint32_t loads = 0;
+  std::uint32_t store_reads = 0;
+  friend bool operator==(const LoadStep&, const LoadStep&) = default;
+};
+
+/// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
+struct ShaderPhase {
+  PhaseKind kind = PhaseKind::prologue;
+  std::uint64_t instructions = 0;
+  std::vector<SectorAccess> loads;
+  std::vector<SectorAccess> stores;
+  std::uint32_t store_reads = 0;   ///< of the private store, by the warp: an entry of each lane that takes part
+  std::uint32_t store_writes = 0;  ///< the same
+  /// Loads in steps that wait for each other, as the iterations of a loop whose end depends on what was read: of each
+  /// step where its loads end. Empty: all loads go out at once.
+  std::vector<LoadStep> steps;
+  std::uint64_t step_instructions = 0;  ///< executed after each step but the last; part of `instructions`
+  /// Reads and writes of entries at the bank of each lane, when the private store inserts hits by itself.
+  std::array<std::uint32_t, kMaxLanes> insertion_accesses{};
+
+  void reset(PhaseKind k, std::uint64_t n) {
+    kind = k;
+    instructions = n;
+    loads.clear();
+    stores.clear();
+    store_reads = store_writes = 0;
+    steps.clear();
+  }
+};
+
+/// Functional work done, for conservation checks against the totals of the trace.
+struct ShaderCounters {
+  std::uint64_t warp_rounds = 0;        ///< trace calls
+  std::uint64_t ray_rounds = 0;         ///< rounds of rays executed
+  std::uint64_t any_hit_batches = 0;    ///< any-hit shader invocations of a warp
+  std::uint64_t any_hit_calls = 0;      ///< of these, lanes
+  std::uint64_t evictions = 0;          ///< entries written by the any-hit shader
+  std::uint64_t eviction_moves = 0;     ///< entries moved from eviction buffers to k-buffers
+  std::uint64_t entries_processed = 0;  ///< k-buffer entries looked at when blending
+  std::uint64_t entries_blended = 0;
+  std::uint64_t load_instructions = 0;  ///< warp memory instructions
+  std::uint64_t store_instructions = 0;
+  std::uint64_t store_entries_read = 0;     ///< by lanes from the private store
+  std::uint64_t store_entries_written = 0;  ///< by lanes to it
+  std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
+                                          ///< every correct run
+};
+
+/// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():
+/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend; at last epilogue.
+class ShaderProgram {
+ public:
+  /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store is to insert hits that it cannot hold.
+  ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
+                unsigned resident_warps, const PrivateStore::Config& store = {});
+
+  /// A new warp in `slot`. The group must outlive its epilogue.
+  void begin(unsigned slot, const traces::RayGroup& group);
+  /// Lanes whose ray has a round with the warp's present round number.
+  LaneMask active_lanes(unsigned slot) const { return warps_[slot].active; }
+  std::uint32_t round(unsigned slot) const { return warps_[slot].round; }
+  const traces::RayGroup* group(unsigned slot) const { return warps_[slot].group; }
+  /// Whether rounds start with an evict_move phase (checkpointing is on).
+  bool moves_evictions() const { return checkpoint_; }
+
+  // Each fills `phase` (reusing its memory) and advances the warp's state.
+  void prologue(unsigned slot, ShaderPhase& phase);
+  void evict_move(unsigned slot, ShaderPhase& phase);
+  void trace_call(unsigned slot, ShaderPhase& phase);
+  /// When the private store inserts hits, the phase has no instructions but insertion_accesses of the batch's lanes.
+  void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
+  bool inserts_at_store() const { return store_.insertion; }
+  void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
+  /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
+  bool sorts(unsigned slot) const;
+  void sort(unsigned slot, ShaderPhase& phase);
+  /// Blends the warp's round and moves on to the next one.
+  void blend(unsigned slot, ShaderPhase& phase);
+  void epilogue(unsigned slot, ShaderPhase& phase);
+
+  const ShaderCounters& counters() const { return counters_; }
+
+ private:
+  struct Warp {
+    const traces::RayGroup* group = nullptr;
+    std::uint32_t round = 0;
+    LaneMask active = 0;
+    unsigned sort_pass = 0;                                  ///< merge passes done in this round
+    std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
+    std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
+    std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
+    std::array<std::uint32_t, kMaxLanes> looked_at{};        ///< stochastic: hits of the present round
+  };
+  using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
+
+  const traces::Round& round_of(const Warp& warp, unsigned lane) const {
+    return warp.group->rays[lane].rounds[warp.round];
+  }
+  void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
+  void any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase);
+  void blend_sample(Warp& warp, ShaderPhase& phase);
+  void end_round(Warp& warp);
+  unsigned sort_passes(std::uint32_t entries) const;
+  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step. A step of
+  /// the phase's loads ends after the iterations for which ends_step(i) holds.
+  template <typename IndexAt, typename EndsStep>
+  void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                      bool is_store, ShaderPhase& phase, const EndsStep& ends_step);
+  template <typename IndexAt>
+  void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                      bool is_store, ShaderPhase& phase) {
+    for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
+  }
+  /// A warp's access to entry index_of(lane) of the k-buffer of each of `lanes`: one of the private store for those
+  /// that lie there, one of memory for t and one for id of the others.
+  template <typename IndexOf>
+  void access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                       ShaderPhase& phase);
+  /// The same in the eviction buffers of warp slot `slot`, whose entries are one memory access.
+  template <typename IndexOf>
+  void access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
+  /// Access of the private store by those of `lanes` whose entry is among the first `entries`. Returns the others.
+  template <typename IndexOf>
+  LaneMask access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
+  void close_steps(ShaderPhase& phase) const;
+  void find_active(Warp& warp);
+  void load(Region region, ShaderPhase& phase);
+  void store(Region region, ShaderPhase& phase);
+
+  const MemoryMap& map_;
+  ShaderCosts costs_;
+  PrivateStore::Config store_;
+  unsigned sm_;
+  unsigned k_;
+  bool checkpoint_;
+  bool single_;   ///< header.tracing
+  bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
+  bool stochastic_;
+  unsigned sh_coefficients_;
+  std::uint64_t gaussian_bytes_;
+  std::uint64_t sh_bytes_;
+  std::vector<Warp> warps_;
+  Coalescer coalescer_;
+  ShaderCounters counters_;
+};
+
+template <typename IndexAt, typename EndsStep>
+void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
+                                   bool is_store, ShaderPhase& phase, const EndsStep& ends_step) {
+  for (std::uint32_t i = 0;; ++i) {
+    LaneMask running = 0;  // lanes whose loop is longer than i
+    for_each_bit(lanes, [&](unsigned lane) {
+      if (counts[lane] > i) running |= bit(lane);
+    });
+    if (running == 0) return;
+    access_k_buffer(
+        warp_slot, running, [&](unsigned lane) { return at(lane, i); }, is_store, phase);
+    if (ends_step(i)) phase.steps.push_back({static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads});
+  }
+}
+
+template <typename IndexOf>
+void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                                    ShaderPhase& phase) {
+  constexpr std::uint64_t kFieldBytes = 4;  // t or id
+  lanes = access_store(lanes, store_.k_buffer_entries, index_of, is_store, phase);
+  if (lanes == 0) return;
+  for (unsigned field = 0; field < 2; ++field) {
+    is_store ? store(Region::k_buffer, phase) : load(Region::k_buffer, phase);
+    for_each_bit(lanes, [&](unsigned lane) {
+      coalescer_.touch(map_.k_buffer(warp_slot, index_of(lane), field, lane), kFieldBytes);
+    });
+  }
+}
+
+template <typename IndexOf>
+void ShaderProgram::access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
+                                     ShaderPhase& phase) {
+  lanes = access_store(lanes, store_.eviction_entries, index_of, is_store, phase);
+  if (lanes == 0 || costs_.eviction_traffic == TrafficCharging::uncharged) return;
+  is_store ? store(Region::eviction, phase) : load(Region::eviction, phase);
+  for_each_bit(lanes, [&](unsigned lane) {
+    coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), traces::kEvictionEntryBytes);
+  });
+}
+
+template <typename IndexOf>
+LaneMask ShaderProgram::access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store,
+                                     ShaderPhase& phase) {
+  if (entries == 0) return lanes;
+  LaneMask there = 0;
+  for_each_bit(lanes, [&](unsigned lane) {
+    if (index_of(lane) < entries) there |= bit(lane);
+  });
+  if (there == 0) return lanes;
+  ++(is_store ? phase.store_writes : phase.store_reads);
+  (is_store ? counters_.store_entries_written : counters_.store_entries_read) +=
+      static_cast<std::uint64_t>(std::popcount(there));
+  return lanes & ~there;
+}
+
+}  // namespace grtx::modules
