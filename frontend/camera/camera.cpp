@@ -7,10 +7,8 @@
 #include <numbers>
 
 #include "grtx/base/error.h"
-#include "grtx/frontend/camera/cameras_json.h"
-#include "grtx/frontend/camera/colmap_reader.h"
 #include "grtx/frontend/camera/json_fields.h"
-#include "grtx/frontend/camera/transforms_json.h"
+#include "grtx/frontend/camera/readers.h"
 
 namespace grtx::frontend {
 

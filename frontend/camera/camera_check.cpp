@@ -1,4 +1,4 @@
-#include "grtx/frontend/camera/camera_check.h"
+#include "grtx/frontend/camera/readers.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>

@@ -1,9 +1,8 @@
-#include "grtx/frontend/camera/cameras_json.h"
+#include "grtx/frontend/camera/readers.h"
 
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/frontend/camera/camera_check.h"
 #include "grtx/frontend/camera/json_fields.h"
 
 namespace grtx::frontend {

@@ -1,4 +1,4 @@
-#include "grtx/frontend/camera/colmap_reader.h"
+#include "grtx/frontend/camera/readers.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,6 @@
 #include <numbers>
 
 #include "grtx/base/error.h"
-#include "grtx/frontend/camera/camera_check.h"
 
 namespace grtx::frontend {
 namespace {

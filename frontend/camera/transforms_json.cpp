@@ -1,4 +1,4 @@
-#include "grtx/frontend/camera/transforms_json.h"
+#include "grtx/frontend/camera/readers.h"
 
 #include <cmath>
 #include <cstdio>
@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "grtx/frontend/camera/camera_check.h"
 #include "grtx/frontend/camera/json_fields.h"
 
 namespace grtx::frontend {

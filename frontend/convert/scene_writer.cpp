@@ -12,7 +12,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/frontend/scene/spz_reader.h"
+#include "grtx/frontend/scene/readers.h"
 #include "grtx/frontend/synth/synth_ply.h"
 
 namespace grtx::frontend {

@@ -132,13 +132,7 @@ RawRows read_compressed_ply(std::string_view bytes, const PlyHeader& header, con
   elements.read(vertex_index, vertex_columns);
 
   const std::size_t sh_stride = std::size_t{3} * (degree + 1) * (degree + 1);
-  rows.x.resize(n);
-  rows.y.resize(n);
-  rows.z.resize(n);
-  rows.log_scale.resize(n * 3);
-  rows.rotation.resize(n * 4);
-  rows.opacity_logit.resize(n);
-  rows.sh.resize(n * sh_stride);
+  rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const float* limit = &chunks[i / kChunkRows * limits];
     const std::uint32_t* word = &packed[i * 4];

@@ -1,4 +1,4 @@
-#include "grtx/frontend/scene/gltf_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <array>
 #include <cmath>

@@ -79,13 +79,7 @@ RawRows read_ply(std::string_view bytes, const PlyHeader& header, const std::str
   notice_comments(header, rows);
   const std::size_t n = static_cast<std::size_t>(element.rows);
   const std::size_t sh_stride = std::size_t{3} * (degree + 1) * (degree + 1);
-  rows.x.resize(n);
-  rows.y.resize(n);
-  rows.z.resize(n);
-  rows.log_scale.resize(n * 3);
-  rows.rotation.resize(n * 4);
-  rows.opacity_logit.resize(n);
-  rows.sh.resize(n * sh_stride);
+  rows.resize(n);
   std::vector<PlyColumn> columns{{position[0], rows.x.data(), 1},
                                  {position[1], rows.y.data(), 1},
                                  {position[2], rows.z.data(), 1},

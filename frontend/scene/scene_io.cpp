@@ -6,13 +6,10 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/scene/compressed_ply_reader.h"
-#include "grtx/frontend/scene/gltf_reader.h"
 #include "grtx/frontend/scene/ply_header.h"
 #include "grtx/frontend/scene/ply_reader.h"
+#include "grtx/frontend/scene/readers.h"
 #include "grtx/frontend/scene/scene_rows.h"
-#include "grtx/frontend/scene/sog_reader.h"
-#include "grtx/frontend/scene/splat_reader.h"
-#include "grtx/frontend/scene/spz_reader.h"
 
 namespace grtx::frontend {
 namespace {

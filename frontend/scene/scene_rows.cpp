@@ -137,6 +137,16 @@ void count(std::map<std::string, std::uint64_t>& where, const char* reason, std:
 
 }  // namespace
 
+void RawRows::resize(std::size_t n) {
+  x.resize(n);
+  y.resize(n);
+  z.resize(n);
+  log_scale.resize(n * 3);
+  rotation.resize(n * 4);
+  opacity_logit.resize(n);
+  sh.resize(n * 3 * (sh_degree + 1) * (sh_degree + 1));
+}
+
 Scene make_scene(const RawRows& rows, std::string name, std::string hash) {
   const std::size_t n = rows.x.size();
   const std::size_t sh_stride = std::size_t{3} * (rows.sh_degree + 1) * (rows.sh_degree + 1);

@@ -19,6 +19,9 @@ struct RawRows {
   std::vector<float> sh;             ///< coefficient-major, r g b inner, (degree + 1)^2 * 3 a row
   unsigned sh_degree = 0;
   std::map<std::string, std::uint64_t> noticed;  ///< by the reader; passed on to the scene's report
+
+  /// To n rows of sh_degree.
+  void resize(std::size_t n);
 };
 
 /// Applies the rules of docs/model/numerics.md (drop non-finite rows, zero quaternions, opacity -inf; clamp tiny scales

@@ -1,4 +1,4 @@
-#include "grtx/frontend/scene/sog_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <webp/decode.h>
 #include <zip.h>

@@ -1,4 +1,4 @@
-#include "grtx/frontend/scene/splat_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <cmath>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "grtx/frontend/scene/spz_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <algorithm>
 #include <array>
@@ -125,13 +125,7 @@ RawRows decode(const Header& header, const std::array<std::string_view, kBlocks>
   const float flip = raw_axes ? 1.0f : -1.0f;  // right, up, back to right, down, forward: y and z change sign
   RawRows rows;
   rows.sh_degree = header.sh_degree;
-  rows.x.resize(n);
-  rows.y.resize(n);
-  rows.z.resize(n);
-  rows.log_scale.resize(n * 3);
-  rows.rotation.resize(n * 4);
-  rows.opacity_logit.resize(n);
-  rows.sh.resize(n * coefficients * 3);
+  rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, 3> position{};
     for (std::size_t c = 0; c < 3; ++c) {

@@ -1,5 +1,5 @@
 // .glb and .gltf: where values lie, how nodes place them, which axes they have, and what is refused.
-#include "grtx/frontend/scene/gltf_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SOG: each value of a texel, by its formula, and what is refused.
-#include "grtx/frontend/scene/sog_reader.h"
+#include "grtx/frontend/scene/readers.h"
 
 #include <webp/encode.h>
 
