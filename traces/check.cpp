@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -74,25 +73,7 @@ void check_groups(const Reader& reader, GroupQueue& queue, Progress& progress, S
 }
 
 void compare_totals(const std::string& file, const Totals& stored, const Totals& counted) {
-  static constexpr std::array<std::pair<const char*, std::uint64_t Totals::*>, 15> kFields{{
-      {"rays", &Totals::rays},
-      {"rounds", &Totals::rounds},
-      {"visits_internal", &Totals::visits_internal},
-      {"visits_instance", &Totals::visits_instance},
-      {"visits_leaf", &Totals::visits_leaf},
-      {"culls", &Totals::culls},
-      {"any_hit_calls", &Totals::any_hit_calls},
-      {"evictions", &Totals::evictions},
-      {"checkpoints_written", &Totals::checkpoints_written},
-      {"checkpoints_read", &Totals::checkpoints_read},
-      {"overflows", &Totals::overflows},
-      {"processed", &Totals::processed},
-      {"blended", &Totals::blended},
-      {"max_checkpoints_per_round", &Totals::max_checkpoints_per_round},
-      {"max_evictions_per_ray", &Totals::max_evictions_per_ray},
-  }};
-  static_assert(sizeof(Totals) == kFields.size() * sizeof(std::uint64_t), "compare every field");
-  for (const auto& [name, field] : kFields) {
+  for (const auto& [name, field, largest] : kTotalFields) {
     if (stored.*field == counted.*field) continue;
     throw Error(
         file, std::string("totals ") + name,

@@ -45,7 +45,7 @@ std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path,
   if (cli.tracing != name_of(frontend::Tracing::multi)) {
     throw Error(path, "--tracing", "works on scenes of one object, but for multi");
   }
-  if (cli.triangle_test == frontend::TriangleTest::world) {
+  if (cli.options.triangle_test == frontend::TriangleTest::world) {
     throw Error(path, "--triangle-test world", "works on scenes of one object");
   }
   LoadedObjects loaded = load_objects(path, files);

@@ -46,16 +46,18 @@ CLI::Validator in_range(Number low, Number high) {
       range);
 }
 
-/// An option that takes the name of one of an enumeration's values; allowed: if not empty, only of these.
+/// An option that takes the name of one of an enumeration's values; allowed: if there, only of those that it allows.
 template <NamedEnum Enum>
 CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value, const std::string& description,
-                        const std::vector<Enum>& allowed = {}) {
+                        bool (*allowed)(Enum) = nullptr) {
   std::vector<std::string> names;
-  for (const Enum one : allowed) names.emplace_back(name_of(one));
+  for (const std::string& name : names_of<Enum>()) {
+    if (allowed == nullptr || allowed(*from_name<Enum>(name))) names.push_back(name);
+  }
   const auto assign = [&value](const std::string& name) { value = *from_name<Enum>(name); };
   return command->add_option_function<std::string>(flag, assign, description)
       ->default_str(std::string(name_of(value)))
-      ->check(one_of(allowed.empty() ? names_of<Enum>() : names));
+      ->check(one_of(std::move(names)));
 }
 
 /// Which picture of which camera file.

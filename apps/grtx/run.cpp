@@ -104,7 +104,7 @@ struct TracedDesigns {
   std::map<std::string, Traced> designs;
   std::vector<frontend::Image> images;  ///< of the first, by frame
   bool identical = true;                ///< all images, to the bit
-  RaysEnd rays_end;                     ///< of each design
+  frontend::TracerCounters counters;    ///< of the last; rays end alike in each
   std::string files_hash;               ///< of what cameras and scene were read from
 };
 
@@ -117,13 +117,13 @@ TracedDesigns trace_each(const RunArguments& options, const Comparison& comparis
   for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
-    render.count_hits = !all.rays_end.hits;  // the same rays meet the same proxies in each design
+    render.count_hits = !all.counters.hits;  // the same rays meet the same proxies in each design
     Traced& result = all.designs[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
     frontend::TracedView view = trace(design, render, result.path);
     frontend::RenderResult& rendered = view.result;
-    if (!rendered.hits) rendered.hits = all.rays_end.hits;
-    all.rays_end = rays_end(rendered);
+    if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
+    all.counters = rendered.counters;
     result.statistics = statistics_object(statistics(view));
     result.statistics.update(statistics_object(host(view)));
     std::vector<frontend::Image> images = std::move(view.further);
@@ -322,7 +322,7 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
     for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
-  say("{}", describe(traced.rays_end));
+  say("{}", describe_end(traced.counters));
   if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
   fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
              traced.identical ? "bit-identical" : "DIFFERENT");
@@ -341,7 +341,7 @@ int run(const RunArguments& options, const CommonOptions& common) {
   const bool objects = frontend::is_object_list(options.scene) && !options.flatten;
   const Comparison comparison(objects);
   for (const Design& design : comparison.designs()) tracer_options(options.tracer, design.checkpoint, design.accel);
-  if (options.tracer.triangle_test == frontend::TriangleTest::world) {
+  if (options.tracer.options.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
   if (!options.view.views.empty() && options.mode == SimulationMode::sampled) {

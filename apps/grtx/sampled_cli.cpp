@@ -32,8 +32,7 @@ void add_sampled_options(CLI::App* command, SampledCli& cli) {
   command->add_option("--target-error", cli.target_error,
                       "Sampled mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% (default: none)");
   command->add_option("--seed", cli.seed, "Sampled mode: where the windows are; the same for every design");
-  add_choice(command, "--sample-engine", cli.engine, "Sampled mode: what simulates the windows",
-             {SimulationMode::cycle, SimulationMode::fast});
+  add_choice(command, "--sample-engine", cli.engine, "Sampled mode: what simulates the windows", runs_windows);
 }
 
 SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode) {

@@ -24,20 +24,6 @@ frontend::TracerOptions tile_options(TracerCli cli, frontend::AccelKind accel) {
   return options;
 }
 
-modules::StatisticList tile_statistics(const frontend::TileCounters& c) {
-  modules::StatisticList list;
-  list.add("tracer.rays", c.rays, "rays", "rays traced");
-  list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
-  list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
-  list.add("tracer.tiles.count", c.tiles, "tiles", "tiles of 8x8 rays");
-  list.add("tracer.tiles.nodes", c.nodes, "nodes", "internal nodes tested against a tile");
-  list.add("tracer.tiles.gaussians", c.gaussians, "Gaussians", "outlines tested against a tile");
-  list.add("tracer.tiles.candidates", c.candidates, "rays", "that the outlines left");
-  list.add("tracer.tiles.hit_tests", c.hit_tests, "tests", "of up to eight of them at once");
-  list.add("tracer.tiles.hits", c.hits, "hits", "found with an alpha of at least 1/255");
-  return list;
-}
-
 }  // namespace
 
 int render_tile_view(const std::string& scene_file, const ViewOptions& view, frontend::AccelKind accel,
@@ -70,7 +56,9 @@ int render_tile_view(const std::string& scene_file, const ViewOptions& view, fro
     host.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
     host.add("tracer.rays_per_second", static_cast<double>(c.rays) / seconds, "1/s", "rays / wall_seconds");
     host.add("tracer.tiles.build_seconds", structure.total_seconds(), "s", "host time of building the tiles' BVH");
-    const nlohmann::ordered_json document = statistics_document(config, inputs, tile_statistics(c), host);
+    modules::StatisticList counted;
+    frontend::TileCounters::table().describe(c, counted, "tracer");
+    const nlohmann::ordered_json document = statistics_document(config, inputs, counted, host);
     if (!statistics.empty()) write_file(statistics, statistics_text(document));
     if (common.json) print_json(document);
   }

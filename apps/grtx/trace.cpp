@@ -165,7 +165,7 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
         traced.bytes_per_gaussian, static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
         traced.view.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.view.trace->bytes) * 1e-6)
                           : "");
-    say("{}", describe(rays_end(result)));
+    say("{}", describe_end(result.counters));
     if (!traced.remark.empty()) say("{}", traced.remark);
   }
   return 0;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <type_traits>
+
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 
@@ -10,6 +13,9 @@ namespace grtx::sim {
 using namespace frontend;
 
 namespace {
+
+constexpr const char* kKernelDegree =
+    "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT trains by default";
 
 /// With the renderer that makes no trace.
 std::vector<std::string> tracing_names() {
@@ -26,90 +32,81 @@ bool keeps_one_hit(const std::string& tracing) {
 
 unsigned bvh_width(const TracerCli& cli) { return cli.bvh_width.value_or(traces::default_width(cli.layout)); }
 
+/// Calls visit(name, value, description[, check]) for each option that a trace's inputs name, in the order of --help.
+/// cli may be const.
+template <typename Cli, typename Visit>
+void visit_options(Cli& cli, Visit&& visit) {
+  auto& o = cli.options;
+  visit("k", o.k, "k-buffer entries a ray", in_range(1U, kMaxK));
+  visit("checkpoint-capacity", o.checkpoint_capacity, "Entries of one checkpoint buffer of a ray",
+        in_range(1U, 65535U));
+  visit("ert", o.ert, "Transmittance below which a ray ends", in_range(0.0, 1.0));
+  visit("sort-key", o.sort_key, "Distance that orders a ray's hits");
+  visit("resume", o.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
+  visit("kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
+  visit("kernel-degree", cli.kernel_degree, kKernelDegree, CLI::IsMember({2U, 4U}));
+  visit("child-order", o.child_order, "Order in which hit children are visited; a machine may choose another");
+  visit(
+      "pop-test", o.pop_test,
+      "Whether a node is compared with t_max when popped, for which its stack entry holds its t; a machine may choose "
+      "another");
+  visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
+  visit("checkpoint-order", o.checkpoint_order, "Order in which replay reads the source buffer");
+  visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
+  visit("inside", o.inside, "Gaussians whose proxy holds the ray origin");
+  visit("sh-dir", o.sh_direction, "Direction in which the spherical harmonics are evaluated");
+  visit("instance-bounds", cli.instance_bounds, "World boxes of instances");
+  visit("layout", cli.layout, "How nodes lie in memory (docs/model/node-image.md)");
+  visit("bvh-width", cli.bvh_width, "Children of an internal node; with --layout compact 8 by default",
+        in_range(2U, 8U));
+  visit("mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
+  visit("warp-size", cli.warp_size, "Rays of a warp", one_of({"4", "8", "16", "32"}));
+  visit("tracing", cli.tracing,
+        "Rounds of k hits, one round that sorts all (--k holds them), a hit each, the same image without rounds, by "
+        "tiles of rays (trace --no-trace), or a noisy image of random samples",
+        one_of(tracing_names()));
+  visit("samples", o.samples, "Of a ray, with --tracing stochastic", in_range(1U, kMaxSamples));
+  visit("sample-seed", o.sample_seed, "Of the coins of --tracing stochastic");
+  visit("triangle-test", o.triangle_test, "Hit test of triangles: canonical, or their stored vertices");
+  visit("box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)", in_range(2U, 8U));
+  visit("response-precision", o.response_precision, "Format to which every step of a Gaussian's response is rounded");
+}
+
 }  // namespace
 
 void add_kernel_degree(CLI::App* command, unsigned& degree) {
-  command
-      ->add_option("--kernel-degree", degree,
-                   "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT "
-                   "trains by default")
-      ->check(CLI::IsMember({2U, 4U}));
+  command->add_option("--kernel-degree", degree, kKernelDegree)->check(CLI::IsMember({2U, 4U}));
 }
 
-Kernel kernel_of(KernelRadius radius, unsigned degree) { return {radius == KernelRadius::adaptive, degree}; }
-
 void add_tracer_options(CLI::App* command, TracerCli& cli) {
-  command->add_option("--k", cli.k, "k-buffer entries a ray")->check(in_range(1U, kMaxK));
-  command->add_option("--checkpoint-capacity", cli.checkpoint_capacity, "Entries of one checkpoint buffer of a ray")
-      ->check(in_range(1U, 65535U));
-  command->add_option("--ert", cli.ert, "Transmittance below which a ray ends")->check(in_range(0.0, 1.0));
-  add_choice(command, "--sort-key", cli.sort_key, "Distance that orders a ray's hits");
-  add_choice(command, "--resume", cli.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
-  add_choice(command, "--kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
-  add_kernel_degree(command, cli.kernel_degree);
-  add_choice(command, "--child-order", cli.child_order,
-             "Order in which hit children are visited; a machine may choose another");
-  add_choice(
-      command, "--pop-test", cli.pop_test,
-      "Whether a node is compared with t_max when popped, for which its stack entry holds its t; a machine may choose "
-      "another");
-  add_choice(command, "--tmax-update", cli.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
-  add_choice(command, "--checkpoint-order", cli.checkpoint_order, "Order in which replay reads the source buffer");
-  add_choice(command, "--replay-tmax", cli.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
-  add_choice(command, "--inside", cli.inside, "Gaussians whose proxy holds the ray origin");
-  add_choice(command, "--sh-dir", cli.sh_dir, "Direction in which the spherical harmonics are evaluated");
-  add_choice(command, "--instance-bounds", cli.instance_bounds, "World boxes of instances");
-  add_choice(command, "--layout", cli.layout, "How nodes lie in memory (docs/model/node-image.md)");
-  command->add_option("--bvh-width", cli.bvh_width, "Children of an internal node; with --layout compact 8 by default")
-      ->check(in_range(2U, 8U))
-      ->default_str("6");
-  add_choice(command, "--mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
-  command->add_option("--warp-size", cli.warp_size, "Rays of a warp")->check(one_of({"4", "8", "16", "32"}));
-  add_secondary_options(command, cli.secondary);
-  command
-      ->add_option("--tracing", cli.tracing,
-                   "Rounds of k hits, one round that sorts all (--k holds them), a hit each, the same image without "
-                   "rounds, by tiles of rays (trace --no-trace), or a noisy image of random samples")
-      ->check(one_of(tracing_names()));
-  command->add_option("--samples", cli.samples, "Of a ray, with --tracing stochastic")
-      ->check(in_range(1U, kMaxSamples));
-  command->add_option("--sample-seed", cli.sample_seed, "Of the coins of --tracing stochastic");
-  add_choice(command, "--triangle-test", cli.triangle_test,
-             "Hit test of triangles: canonical, or their stored vertices");
-  command->add_option("--box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)")
-      ->check(in_range(2U, 8U));
-  add_choice(command, "--response-precision", cli.response_precision,
-             "Format to which every step of a Gaussian's response is rounded");
+  visit_options(cli,
+                [&]<typename Value>(const std::string& name, Value& value, const char* description, auto... check) {
+                  const std::string flag = "--" + name;
+                  if constexpr (NamedEnum<Value>) {
+                    add_choice(command, flag, value, description);
+                  } else {
+                    CLI::Option* option = command->add_option(flag, value, description);
+                    (option->check(check), ...);
+                  }
+                  if (name == "bvh-width") command->get_option(flag)->default_str("6");
+                  if (name == "warp-size") add_secondary_options(command, cli.secondary);
+                });
   add_choice(command, "--skip", cli.skip,
              "Work left out that changes no bit of the image; faithful keeps the hardware's visits");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
+Kernel kernel_of(KernelRadius radius, unsigned degree) { return {radius == KernelRadius::adaptive, degree}; }
+
 TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind accel) {
   if (cli.tracing == "tiles") {
     throw Error("--tracing", "tiles", "visits what it likes and renders only: it needs trace --no-trace");
   }
-  TracerOptions o;
-  o.k = cli.k;
+  TracerOptions o = cli.options;
   o.checkpoint = checkpoint;
-  o.checkpoint_capacity = cli.checkpoint_capacity;
-  o.ert = cli.ert;
-  o.sort_key = cli.sort_key;
-  o.resume = cli.resume;
-  o.inside = cli.inside;
-  o.tmax_update = cli.tmax_update;
-  o.checkpoint_order = cli.checkpoint_order;
-  o.replay_tmax = cli.replay_tmax;
-  o.child_order = cli.child_order;
-  o.pop_test = cli.pop_test;
-  o.sh_direction = cli.sh_dir;
   o.kernel = kernel_of(cli.kernel_radius, cli.kernel_degree);
   o.tracing = *from_name<Tracing>(cli.tracing);
-  o.triangle_test = cli.triangle_test;
-  o.response_precision = cli.response_precision;
   o.skips = skips_of(cli.skip);
-  o.samples = cli.samples;
-  o.sample_seed = cli.sample_seed;
   if (keeps_one_hit(o.tracing)) o.k = 1;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
@@ -140,35 +137,32 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
 }
 
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, AccelKind accel) {
-  std::map<std::string, std::string> inputs = {{"accel", accel_name(accel)},
-                                               {"k", std::to_string(keeps_one_hit(cli.tracing) ? 1 : cli.k)},
-                                               {"checkpoint", checkpoint ? "on" : "off"},
-                                               {"checkpoint_capacity", std::to_string(cli.checkpoint_capacity)},
-                                               {"ert", fmt::format("{}", cli.ert)},
-                                               {"sort_key", std::string(name_of(cli.sort_key))},
-                                               {"resume", std::string(name_of(cli.resume))},
-                                               {"kernel_radius", std::string(name_of(cli.kernel_radius))},
-                                               {"child_order", std::string(name_of(cli.child_order))},
-                                               {"tmax_update", std::string(name_of(cli.tmax_update))},
-                                               {"checkpoint_order", std::string(name_of(cli.checkpoint_order))},
-                                               {"replay_tmax", std::string(name_of(cli.replay_tmax))},
-                                               {"inside", std::string(name_of(cli.inside))},
-                                               {"sh_dir", std::string(name_of(cli.sh_dir))},
-                                               {"instance_bounds", std::string(name_of(cli.instance_bounds))},
-                                               {"bvh_width", std::to_string(bvh_width(cli))},
-                                               {"mapping", std::string(name_of(cli.mapping))},
-                                               {"warp_size", std::to_string(cli.warp_size)},
-                                               {"tracing", cli.tracing},
-                                               {"triangle_test", std::string(name_of(cli.triangle_test))},
-                                               {"box_bits", std::to_string(cli.box_bits)},
-                                               {"response_precision", std::string(name_of(cli.response_precision))}};
-  if (cli.pop_test != TracerOptions{}.pop_test) inputs["pop_test"] = name_of(cli.pop_test);
-  if (cli.tracing == name_of(Tracing::stochastic)) {
-    inputs["samples"] = std::to_string(cli.samples);
-    inputs["sample_seed"] = std::to_string(cli.sample_seed);
+  const auto as_text = [](const TracerCli& options) {
+    std::map<std::string, std::string> texts;
+    visit_options(options, [&]<typename Value>(std::string name, const Value& value, const char*, auto...) {
+      std::replace(name.begin(), name.end(), '-', '_');
+      if constexpr (NamedEnum<Value>) {
+        texts[name] = name_of(value);
+      } else if constexpr (std::is_same_v<Value, std::optional<unsigned>>) {
+        texts[name] = std::to_string(bvh_width(options));
+      } else {
+        texts[name] = fmt::format("{}", value);
+      }
+    });
+    return texts;
+  };
+  std::map<std::string, std::string> inputs = as_text(cli);
+  const std::map<std::string, std::string> defaults = as_text({});
+  for (const char* later : {"pop_test", "kernel_degree", "layout"}) {
+    if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
-  if (cli.kernel_degree != 2) inputs["kernel_degree"] = std::to_string(cli.kernel_degree);
-  if (cli.layout != traces::NodeLayout::vulkan_sim) inputs["layout"] = name_of(cli.layout);
+  if (cli.tracing != name_of(Tracing::stochastic)) {
+    inputs.erase("samples");
+    inputs.erase("sample_seed");
+  }
+  if (keeps_one_hit(cli.tracing)) inputs["k"] = "1";
+  inputs["accel"] = accel_name(accel);
+  inputs["checkpoint"] = checkpoint ? "on" : "off";
   inputs.merge(secondary_inputs(cli.secondary));
   return inputs;
 }

@@ -14,55 +14,6 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
   return static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(1, whole));
 }
 
-void add_tracer_statistics(modules::StatisticList& list, const frontend::RenderResult& result) {
-  const frontend::TracerCounters& c = result.counters;
-  list.add("tracer.rays", c.rays, "rays", "rays traced, secondary ones included");
-  list.add("tracer.rounds", c.rounds, "rounds", "traceRay calls, summed over rays");
-  list.add("tracer.visits.internal", c.visits_internal, "visits", "internal nodes processed by a ray");
-  list.add("tracer.visits.instance", c.visits_instance, "visits",
-           "instance leaves processed, replay transforms included");
-  list.add("tracer.visits.leaf", c.visits_leaf, "visits", "primitive leaves processed");
-  list.add("tracer.visits.total", c.visits(), "visits", "nodes processed, all kinds");
-  list.add("tracer.visits.unique", c.visits_unique, "visits", "distinct nodes a ray, summed over rays");
-  list.add("tracer.any_hit.calls", c.any_hit_calls(), "calls", "any-hit shader invocations");
-  list.add("tracer.any_hit.inserted", c.any_hit_inserted, "calls", "hits that entered the k-buffer");
-  list.add("tracer.any_hit.evicted", c.any_hit_evicted, "hits", "hits that left or did not enter a full k-buffer");
-  list.add("tracer.any_hit.rejected", c.any_hit_rejected, "calls", "hits that did not fit and were reported");
-  list.add("tracer.any_hit.ignored", c.any_hit_ignored, "calls", "ties at the resume point that were already blended");
-  list.add("tracer.checkpoint.written", c.checkpoints_written, "entries", "checkpoint entries written");
-  list.add("tracer.checkpoint.read", c.checkpoints_read, "entries", "checkpoint entries read");
-  list.add("tracer.checkpoint.max_per_ray", c.checkpoints_max_per_ray, "entries",
-           "most entries in one buffer of a ray");
-  list.add("tracer.checkpoint.overflows", c.checkpoint_overflows, "rounds", "rounds whose destination buffer ran full");
-  list.add("tracer.eviction.max_per_ray", c.evictions_max_per_ray, "entries", "most entries in one eviction buffer");
-  list.add("tracer.processed", c.processed, "hits", "k-buffer entries looked at when blending");
-  list.add("tracer.blended", c.blended, "hits", "hits blended into a pixel");
-  list.add("tracer.terminated", c.terminated, "rays", "rays ended by early ray termination");
-  const RaysEnd end = rays_end(result);
-  list.add("tracer.ert_share", end.ert_share(), "ratio", "rays ended by early ray termination / rays");
-  if (end.hits) {
-    list.add("tracer.hits", *end.hits, "hits", "proxy hits of all rays, those behind early ray termination included");
-    list.add("tracer.hits_behind_end", end.hits_behind_end(), "ratio",
-             "tracer.hits / tracer.processed: hits that rays have for each that they process");
-  }
-  list.add("tracer.ties_lost", c.ties_lost, "hits", "ties at the resume point lost by --resume strict");
-  list.add("tracer.inside_skipped", c.inside_skipped, "hits", "Gaussians skipped because their proxy holds the origin");
-  list.add("tracer.single.overflows", c.single_overflows, "rounds", "single-round: a hit met a full buffer of k hits");
-  list.add("tracer.nearest_commits", c.nearest_commits, "hits", "closest-hit: hits that became the nearest so far");
-  list.add("tracer.doubled", c.doubled, "hits", "--triangle-test world: Gaussians processed by a ray once more");
-  list.add("tracer.skipped.retests", c.skipped_retests, "tests", "left out: nodes that the ray had tested before");
-  list.add("tracer.skipped.dead_colours", c.skipped_dead_colours, "colours",
-           "left out: of hits behind the one that ended a ray");
-  list.add("tracer.skipped.sh_bands", c.skipped_sh_bands, "coefficients", "left out: above the scene's degree");
-  list.add("tracer.skipped.scene_misses", c.skipped_scene_misses, "rays",
-           "left out: rays that miss all boxes of the root");
-  list.add("tracer.skipped.events", c.skipped_events, "visits", "left out: visits that no trace asked for");
-  list.add("tracer.skipped.never_accepted", c.skipped_never_accepted, "tests",
-           "left out: of Gaussians whose alpha stays below 1/255");
-  list.add("tracer.skipped.blas_walks", c.skipped_blas_walks, "walks",
-           "left out: instances decided without a walk of the BLAS");
-}
-
 void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTracer& view,
                           const frontend::RenderResult& result) {
   const frontend::AccelerationStructure& accel = view.accel();
@@ -152,23 +103,15 @@ void write_images(const std::string& path, const frontend::TracedView& traced) {
   }
 }
 
-double RaysEnd::ert_share() const { return ratio(terminated, rays); }
-double RaysEnd::hits_behind_end() const { return ratio(hits.value_or(0), processed); }
-
-RaysEnd rays_end(const frontend::RenderResult& result) {
-  const frontend::TracerCounters& c = result.counters;
-  return {c.rays, c.terminated, c.processed, result.hits};
-}
-
-std::string describe(const RaysEnd& end) {
-  std::string text = fmt::format("{:.1f} % of rays end by early termination", 100.0 * end.ert_share());
-  if (end.hits) text += fmt::format("; there are {:.2f} hits for each that is processed", end.hits_behind_end());
+std::string describe_end(const frontend::TracerCounters& c) {
+  std::string text = fmt::format("{:.1f} % of rays end by early termination", 100.0 * c.ert_share());
+  if (c.hits) text += fmt::format("; there are {:.2f} hits for each that is processed", c.hits_behind_end());
   return text;
 }
 
 modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced) {
   modules::StatisticList list;
-  add_tracer_statistics(list, traced.result);
+  frontend::TracerCounters::table().describe(traced.result.counters, list, "tracer");
   add_accel_statistics(list, view, traced.result);
   add_secondary_statistics(list, traced.plan, traced.result);
   if (traced.trace) add_trace_statistics(list, *traced.trace);
@@ -177,7 +120,7 @@ modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const
 
 modules::StatisticList tracer_statistics(const frontend::MultiObjectWorld& world, const frontend::TracedView& traced) {
   modules::StatisticList list;
-  add_tracer_statistics(list, traced.result);
+  frontend::TracerCounters::table().describe(traced.result.counters, list, "tracer");
   add_object_statistics(list, world, traced.result);
   if (traced.trace) add_trace_statistics(list, *traced.trace);
   return list;

@@ -1,8 +1,6 @@
 // The tracer's counters under their published names.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
@@ -12,18 +10,8 @@
 
 namespace grtx::sim {
 
-/// How the rays of a view end, and how much lies behind their ends.
-struct RaysEnd {
-  std::uint64_t rays = 0;
-  std::uint64_t terminated = 0;       ///< rays ended by early termination
-  std::uint64_t processed = 0;        ///< hits looked at when blending
-  std::optional<std::uint64_t> hits;  ///< frontend::count_hits()
-  double ert_share() const;           ///< terminated / rays
-  double hits_behind_end() const;     ///< hits / processed
-};
-RaysEnd rays_end(const frontend::RenderResult& result);
-/// For people, below a table.
-std::string describe(const RaysEnd& end);
+/// How the rays of a view end, and how much lies behind their ends: for people, below a table.
+std::string describe_end(const frontend::TracerCounters& counters);
 
 /// The image to `path`; of a sequence one a frame (frame_path).
 void write_images(const std::string& path, const frontend::TracedView& traced);

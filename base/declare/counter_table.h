@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/base/declare/statistics.h"
 
 namespace grtx::declare {
@@ -64,24 +65,23 @@ class CounterTable {
     value([field](const Counters& c) { return std::invoke(field, c).mean(); }, name, unit, mean);
     return value([field](const Counters& c) { return std::invoke(field, c).max(); }, name + "_max", unit, max);
   }
-  /// Arrays of counts that add up; name after name, of each all columns. keep: which of the names are statistics.
-  template <std::size_t N, typename... Fields>
-  CounterTable& by_name(const std::array<std::string_view, N>& names, bool (*keep)(std::size_t),
-                        CounterColumn<Fields>... columns) {
+  /// Arrays of counts that add up, a place for each value of an enumeration; name after name, of each all columns.
+  /// keep: which of the values are statistics.
+  template <NamedEnum Enum, typename... Fields>
+  CounterTable& by_name(bool (*keep)(Enum), CounterColumn<Fields>... columns) {
     const auto elementwise = [](auto& total, const auto& more) {
-      static_assert(std::tuple_size_v<std::remove_cvref_t<decltype(total)>> == N);
-      for (std::size_t i = 0; i < N; ++i) total[i] += more[i];
+      static_assert(std::tuple_size_v<std::remove_cvref_t<decltype(total)>> == kCountOf<Enum>);
+      for (std::size_t i = 0; i < total.size(); ++i) total[i] += more[i];
     };
     (own(columns.field, elementwise), ...);
-    for (std::size_t i = 0; i < N; ++i) {
-      if (keep == nullptr || keep(i)) (place(columns, i, names[i]), ...);
+    for (std::size_t i = 0; i < kCountOf<Enum>; ++i) {
+      if (keep == nullptr || keep(static_cast<Enum>(i))) (place(columns, i, name_at<Enum>(i)), ...);
     }
     return *this;
   }
-  template <std::size_t N, typename Field>
-  CounterTable& by_name(const std::array<std::string_view, N>& names, Field field, const char* name, const char* unit,
-                        const char* description) {
-    return by_name(names, nullptr, CounterColumn<Field>{field, name, unit, description});
+  template <NamedEnum Enum, typename Field>
+  CounterTable& by_name(Field field, const char* name, const char* unit, const char* description) {
+    return by_name<Enum>(nullptr, CounterColumn<Field>{field, name, unit, description});
   }
   /// A statistic that follows from the counters. f(counters): a count or a real number.
   template <typename F>
@@ -116,7 +116,16 @@ class CounterTable {
   /// Statistics by a rule of their own: rule(counters, list, prefix).
   template <typename F>
   CounterTable& described(F rule) {
-    describes_.push_back(std::move(rule));
+    describes_.push_back(
+        [shown = shown_, rule = std::move(rule)](const Counters& c, StatisticList& list, const std::string& prefix) {
+          if (!shown || list.lists_kinds() || shown(c)) rule(c, list, prefix);
+        });
+    return *this;
+  }
+  /// Statistics from here on are only there when the counters say so: shown(counters).
+  template <typename F>
+  CounterTable& when(F shown) {
+    shown_ = std::move(shown);
     return *this;
   }
 
@@ -139,6 +148,7 @@ class CounterTable {
   }
 
   std::size_t bytes_ = 0;
+  std::function<bool(const Counters&)> shown_;  ///< of what is described next; none: always
   std::vector<std::function<void(Counters&, const Counters&)>> adds_;
   std::vector<std::function<void(const Counters&, StatisticList&, const std::string&)>> describes_;
 };

@@ -1,10 +1,7 @@
 // Enumerations with names: one table an enumeration, beside it, for configuration, command line, files and messages.
 //
 //   enum class Order : std::uint8_t { fifo, lifo };
-//   constexpr auto enum_names(Order) {
-//     using enum Order;
-//     return std::to_array<EnumName<Order>>({{fifo, "fifo"}, {lifo, "lifo"}});
-//   }
+//   constexpr auto enum_names(Order) { return names_in_order<Order>({"fifo", "lifo"}); }
 #pragma once
 
 #include <array>
@@ -24,6 +21,14 @@ struct EnumName {
   Enum value;
   std::string_view name;
 };
+
+/// The table of an enumeration whose values are 0, 1, 2 ...: their names in that order.
+template <typename Enum, std::size_t count>
+constexpr std::array<EnumName<Enum>, count> names_in_order(const std::string_view (&names)[count]) {
+  std::array<EnumName<Enum>, count> table{};
+  for (std::size_t i = 0; i < count; ++i) table[i] = {static_cast<Enum>(i), names[i]};
+  return table;
+}
 
 /// An enumeration with a table, which enum_names(Enum) in its own namespace returns.
 template <typename Enum>
@@ -46,6 +51,16 @@ constexpr std::optional<Enum> from_name(std::string_view name) {
     if (entry.name == name) return entry.value;
   }
   return std::nullopt;
+}
+
+/// How many values there are: the size of an array with a place for each, if they are 0, 1, 2 ...
+template <NamedEnum Enum>
+inline constexpr std::size_t kCountOf = enum_names(Enum{}).size();
+
+/// The name of the value with that place in such an array.
+template <NamedEnum Enum>
+constexpr std::string_view name_at(std::size_t place) {
+  return enum_names(Enum{})[place].name;
 }
 
 /// All names, in the order of the table.

@@ -128,11 +128,18 @@ std::string assign_text(const Parameter& key, const std::string& text) {
   return wrong_type(key, fmt::format("'{}'", text));
 }
 
-void require_allowed(const std::vector<Parameter>& parameters) {
-  for (const Parameter& parameter : parameters) {
+void require_rules(const ParameterList& list, const std::string& origin) {
+  for (const ParameterRule& rule : list.rules()) {
+    if (!rule.holds()) throw Error(origin, rule.name, rule.rule);
+  }
+}
+
+void require_allowed(const ParameterList& list) {
+  for (const Parameter& parameter : list.items()) {
     const std::string broken = assign_text(parameter, value_text(parameter));
     if (!broken.empty()) throw Error("configuration", parameter.name, broken);
   }
+  require_rules(list, "configuration");
 }
 
 }  // namespace grtx::declare

@@ -65,42 +65,53 @@ struct Parameter {
   std::string unit;
   std::string description;
   Origin origin;
+  bool later = false;
+
+  /// It came after hashes of configurations were on record: it counts in them only where it is not at its default,
+  /// which is what was there before.
+  void came_later() { later = true; }
 };
 
-/// The parameters of a unit, or of a whole machine with each unit's under its prefix. They point into the Config, which
-/// must outlive them.
+/// What no range of one parameter says.
+struct ParameterRule {
+  std::string name;  ///< of the parameter to change
+  std::function<bool()> holds;
+  std::string rule;
+};
+
+/// The parameters of a unit and their rules, or of a whole machine with each unit's under its prefix. They point into
+/// the Config, which must outlive them.
 class ParameterList {
  public:
   template <typename Number>  // unsigned, std::uint64_t, double
-  void add(const char* key, Number& value, Range range, const char* unit, std::string description, Origin origin) {
-    items_.push_back({prefix_ + key, &value, range, unit, std::move(description), origin});
+  Parameter& add(const char* key, Number& value, Range range, const char* unit, std::string description,
+                 Origin origin) {
+    return items_.emplace_back(Parameter{prefix_ + key, &value, range, unit, std::move(description), origin});
   }
-  void add(const char* key, bool& value, std::string description, Origin origin) {
-    items_.push_back({prefix_ + key, &value, {}, "", std::move(description), origin});
+  Parameter& add(const char* key, bool& value, std::string description, Origin origin) {
+    return items_.emplace_back(Parameter{prefix_ + key, &value, {}, "", std::move(description), origin});
   }
   /// A text that must be one of `names`, which are registered for what the key selects; without names any text. hint:
   /// for a user whose name is not among them.
-  void add(const char* key, std::string& value, std::vector<std::string> names, std::string description, Origin origin,
-           std::string hint = {}) {
-    items_.push_back({prefix_ + key,
-                      Choice{std::move(names), [&value] { return value; },
-                             [&value](const std::string& name) { value = name; }, std::move(hint)},
-                      {},
-                      "",
-                      std::move(description),
-                      origin});
+  Parameter& add(const char* key, std::string& value, std::vector<std::string> names, std::string description,
+                 Origin origin, std::string hint = {}) {
+    return choice(key,
+                  {std::move(names), [&value] { return value; }, [&value](const std::string& name) { value = name; },
+                   std::move(hint)},
+                  std::move(description), origin);
   }
   template <NamedEnum Enum>
-  void add(const char* key, Enum& value, std::string description, Origin origin) {
-    items_.push_back({prefix_ + key,
-                      Choice{names_of<Enum>(),
-                             [&value] { return std::string(name_of(value)); },
-                             [&value](const std::string& name) { value = *from_name<Enum>(name); },
-                             {}},
-                      {},
-                      "",
-                      std::move(description),
-                      origin});
+  Parameter& add(const char* key, Enum& value, std::string description, Origin origin) {
+    return choice(key,
+                  {names_of<Enum>(),
+                   [&value] { return std::string(name_of(value)); },
+                   [&value](const std::string& name) { value = *from_name<Enum>(name); },
+                   {}},
+                  std::move(description), origin);
+  }
+  /// What must hold of values that are each in their range: looked at by require_rules().
+  void rule(const char* key, std::function<bool()> holds, std::string rule) {
+    rules_.push_back({prefix_ + key, std::move(holds), std::move(rule)});
   }
   /// All that list(*this) adds, under "prefix.".
   template <typename List>
@@ -116,10 +127,16 @@ class ParameterList {
     under(prefix, [&](ParameterList& list) { config.parameters(list); });
   }
   const std::vector<Parameter>& items() const { return items_; }
+  const std::vector<ParameterRule>& rules() const { return rules_; }
 
  private:
+  Parameter& choice(const char* key, Choice choice, std::string description, Origin origin) {
+    return items_.emplace_back(Parameter{prefix_ + key, std::move(choice), {}, "", std::move(description), origin});
+  }
+
   std::string prefix_;
   std::vector<Parameter> items_;
+  std::vector<ParameterRule> rules_;
 };
 
 /// Present value as text: integers and bools plainly, doubles in the shortest form that reads back, names unquoted.
@@ -135,14 +152,16 @@ std::string assign_real(const Parameter& parameter, double value);
 std::string assign_bool(const Parameter& parameter, bool value);
 std::string assign_string(const Parameter& parameter, const std::string& value);
 
-/// Throws Error{"configuration", key, rule} for the first value that is not allowed: a unit's own guard against
-/// configurations that were not read from a file.
-void require_allowed(const std::vector<Parameter>& parameters);
+/// Throws Error{origin, key, rule} for the first rule that does not hold.
+void require_rules(const ParameterList& list, const std::string& origin);
+/// The same with "configuration" as origin, for the first value out of its range, or the first rule: a unit's own guard
+/// against configurations that were not read from a file.
+void require_allowed(const ParameterList& list);
 template <typename Config>
 void require_allowed(const std::string& prefix, Config config) {
   ParameterList list;
   list.part(prefix, config);
-  require_allowed(list.items());
+  require_allowed(list);
 }
 
 }  // namespace grtx::declare

@@ -62,7 +62,7 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
 std::vector<Part> regions_of(const DesignResult& design, const std::string& prefix,
                              const std::vector<std::string>& counters, double scale) {
   std::vector<Part> parts;
-  for (const std::string_view name : modules::kRegionNames) {
+  for (const std::string& name : names_of<modules::Region>()) {
     double sum = 0.0;
     for (const std::string& counter : counters) {
       const double value = design.value(fmt::format(fmt::runtime(prefix + counter), name));

@@ -41,17 +41,11 @@ struct UnitRay {
 
 /// Distance that orders a ray's hits.
 enum class SortKey : std::uint8_t { entry, peak };
-constexpr auto enum_names(SortKey) {
-  using enum SortKey;
-  return std::to_array<EnumName<SortKey>>({{entry, "entry"}, {peak, "peak"}});
-}
+constexpr auto enum_names(SortKey) { return names_in_order<SortKey>({"entry", "peak"}); }
 
 /// Gaussians whose proxy holds the ray origin.
 enum class InsideRule : std::uint8_t { skip, count };
-constexpr auto enum_names(InsideRule) {
-  using enum InsideRule;
-  return std::to_array<EnumName<InsideRule>>({{skip, "skip"}, {count, "count"}});
-}
+constexpr auto enum_names(InsideRule) { return names_in_order<InsideRule>({"skip", "count"}); }
 
 enum class HitKind : std::uint8_t {
   miss,

@@ -12,10 +12,7 @@ namespace grtx::frontend {
 
 /// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
 enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
-constexpr auto enum_names(ResponsePrecision) {
-  using enum ResponsePrecision;
-  return std::to_array<EnumName<ResponsePrecision>>({{fp32, "fp32"}, {fp16, "fp16"}, {bf16, "bf16"}});
-}
+constexpr auto enum_names(ResponsePrecision) { return names_in_order<ResponsePrecision>({"fp32", "fp16", "bf16"}); }
 
 /// Nearest value with `kept` explicit significand bits (ties to even) of a normal fp32 number.
 constexpr float round_significand(float x, unsigned kept) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <limits>
 
 #include "grtx/base/error.h"
@@ -20,6 +21,18 @@ namespace {
 
 const std::string kStressPrefix = "stress-";
 
+struct Preset {
+  const char* name;
+  SynthWorld (*world)();
+};
+constexpr Preset kPresets[] = {{"hall", hall_world},
+                               {"building", building_world},
+                               {"room", room_world},
+                               {"object", object_world},
+                               {"flat", flat_world},
+                               {"garden", garden_world},
+                               {"dense_indoor", dense_indoor_world}};
+
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
   if (const std::string renamed = synth_renamed(options.preset); !renamed.empty()) {
@@ -34,16 +47,6 @@ void check(const SynthOptions& options) {
   if (options.count == 0 || options.count >= kMost) {
     throw Error("count", std::to_string(options.count), fmt::format("must be 1 to {}", kMost - 1));
   }
-}
-
-SynthWorld world_of(const std::string& preset) {
-  if (preset == "hall") return hall_world();
-  if (preset == "building") return building_world();
-  if (preset == "flat") return flat_world();
-  if (preset == "dense_indoor") return dense_indoor_world();
-  if (preset == "room") return room_world();
-  if (preset == "garden") return garden_world();
-  return object_world();
 }
 
 }  // namespace
@@ -62,7 +65,8 @@ std::string synth_renamed(const std::string& preset) {
 }
 
 std::vector<std::string> synth_presets() {
-  std::vector<std::string> names{"hall", "building", "room", "object", "flat", "garden", "dense_indoor"};
+  std::vector<std::string> names;
+  for (const Preset& preset : kPresets) names.push_back(preset.name);
   for (const std::string& name : stress_names()) names.push_back(kStressPrefix + name);
   return names;
 }
@@ -77,7 +81,9 @@ void synthesise(const SynthOptions& options, const std::string& path) {
     write_cameras_json(synth_cameras_path(path), scene.cameras);
     return;
   }
-  const SynthWorld world = world_of(options.preset);
+  const SynthWorld world = std::find_if(std::begin(kPresets), std::end(kPresets), [&](const Preset& p) {
+                             return p.name == options.preset;
+                           })->world();
   const SynthGaussians gaussians(world, options);
   SynthPly ply(path, options.count, options.sh_degree);
   for (std::uint64_t i = 0; i < options.count; ++i) ply.add(gaussians.row(i));

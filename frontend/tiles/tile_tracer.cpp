@@ -57,6 +57,21 @@ std::vector<std::uint32_t> tiles_along_a_curve(unsigned width, unsigned height) 
 
 }  // namespace
 
+const declare::CounterTable<TileCounters>& TileCounters::table() {
+  using C = TileCounters;
+  static const auto table = declare::CounterTable<C>()
+                                .sum(&C::rays, "rays", "rays", "rays traced")
+                                .sum(&C::blended, "blended", "hits", "hits blended into a pixel")
+                                .sum(&C::terminated, "terminated", "rays", "rays ended by early ray termination")
+                                .sum(&C::tiles, "tiles.count", "tiles", "tiles of 8x8 rays")
+                                .sum(&C::nodes, "tiles.nodes", "nodes", "internal nodes tested against a tile")
+                                .sum(&C::gaussians, "tiles.gaussians", "Gaussians", "outlines tested against a tile")
+                                .sum(&C::candidates, "tiles.candidates", "rays", "that the outlines left")
+                                .sum(&C::hit_tests, "tiles.hit_tests", "tests", "of up to eight of them at once")
+                                .sum(&C::hits, "tiles.hits", "hits", "found with an alpha of at least 1/255");
+  return table;
+}
+
 TileTracer::TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
                        const TracerOptions& options)
     : scene_(scene),

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/base/declare/counter_table.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tiles/tile_intersection.h"
@@ -18,27 +19,10 @@ namespace grtx::frontend {
 
 /// Sums, so they do not depend on the number of threads.
 struct TileCounters {
-  std::uint64_t tiles = 0;
-  std::uint64_t rays = 0;
-  std::uint64_t nodes = 0;       ///< internal nodes tested against a tile
-  std::uint64_t gaussians = 0;   ///< outlines tested against a tile
-  std::uint64_t candidates = 0;  ///< rays that the outlines left
-  std::uint64_t hit_tests = 0;   ///< of up to eight of them at once
-  std::uint64_t hits = 0;        ///< those that count (alpha >= 1/255)
-  std::uint64_t blended = 0;
-  std::uint64_t terminated = 0;  ///< rays that ended by early ray termination
-
-  void add(const TileCounters& o) {
-    tiles += o.tiles;
-    rays += o.rays;
-    nodes += o.nodes;
-    gaussians += o.gaussians;
-    hit_tests += o.hit_tests;
-    candidates += o.candidates;
-    hits += o.hits;
-    blended += o.blended;
-    terminated += o.terminated;
-  }
+  std::uint64_t rays = 0, blended = 0, terminated = 0;
+  std::uint64_t tiles = 0, nodes = 0, gaussians = 0, candidates = 0, hit_tests = 0, hits = 0;
+  static const declare::CounterTable<TileCounters>& table();
+  void add(const TileCounters& o) { table().add(*this, o); }
 };
 
 /// Light gathered by a ray.

@@ -45,10 +45,7 @@ inline constexpr Skips kAllSkips{Skip::retests, Skip::dead_colours,   Skip::sh_b
 
 /// What --skip takes.
 enum class SkipSet : std::uint8_t { none, faithful, all };
-constexpr auto enum_names(SkipSet) {
-  using enum SkipSet;
-  return std::to_array<EnumName<SkipSet>>({{none, "none"}, {faithful, "faithful"}, {all, "all"}});
-}
+constexpr auto enum_names(SkipSet) { return names_in_order<SkipSet>({"none", "faithful", "all"}); }
 constexpr Skips skips_of(SkipSet set) {
   return set == SkipSet::all ? kAllSkips : set == SkipSet::faithful ? kFaithfulSkips : Skips{};
 }

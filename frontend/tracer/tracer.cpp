@@ -272,7 +272,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
     if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
   }
   if (footprint) result.footprint_bytes = footprint->bytes();
-  if (render.count_hits) result.hits = count_hits(structure, camera, options, render);
+  if (render.count_hits) result.counters.hits = count_hits(structure, camera, options, render);
   return result;
 }
 

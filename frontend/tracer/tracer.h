@@ -54,7 +54,6 @@ struct RenderResult {
   Image image;
   TracerCounters counters;             ///< of all rays
   TracerCounters secondary;            ///< of the secondary rays among them
-  std::optional<std::uint64_t> hits;   ///< as count_hits() has them; none unless asked for
   std::uint64_t footprint_bytes = 0;   ///< distinct node bytes touched by the view; 0 unless count_unique
   double seconds = 0.0;                ///< tracing alone
   std::vector<PixelCost> pixel_costs;  ///< by pixel, row by row, top row first; empty unless asked for

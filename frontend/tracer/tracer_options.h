@@ -23,39 +23,24 @@ using traces::Tracing;
 
 /// How a round continues: in the order (t, id), or with the paper's t_min < t.
 enum class Resume : std::uint8_t { exact, strict };
-constexpr auto enum_names(Resume) {
-  using enum Resume;
-  return std::to_array<EnumName<Resume>>({{exact, "exact"}, {strict, "strict"}});
-}
+constexpr auto enum_names(Resume) { return names_in_order<Resume>({"exact", "strict"}); }
 
 /// t_max after an any-hit: the reported hit's t, or the k-th.
 enum class TmaxUpdate : std::uint8_t { reported, kth };
-constexpr auto enum_names(TmaxUpdate) {
-  using enum TmaxUpdate;
-  return std::to_array<EnumName<TmaxUpdate>>({{reported, "reported"}, {kth, "kth"}});
-}
+constexpr auto enum_names(TmaxUpdate) { return names_in_order<TmaxUpdate>({"reported", "kth"}); }
 
 /// t_max at the start of a round with a preloaded k-buffer.
 enum class ReplayTmax : std::uint8_t { infinity, kth };
-constexpr auto enum_names(ReplayTmax) {
-  using enum ReplayTmax;
-  return std::to_array<EnumName<ReplayTmax>>({{infinity, "infinity"}, {kth, "kth"}});
-}
+constexpr auto enum_names(ReplayTmax) { return names_in_order<ReplayTmax>({"infinity", "kth"}); }
 
 /// Direction in which the spherical harmonics are evaluated.
 enum class ShDirection : std::uint8_t { ray, centre };
-constexpr auto enum_names(ShDirection) {
-  using enum ShDirection;
-  return std::to_array<EnumName<ShDirection>>({{ray, "ray"}, {centre, "centre"}});
-}
+constexpr auto enum_names(ShDirection) { return names_in_order<ShDirection>({"ray", "centre"}); }
 
 /// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
 /// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
-constexpr auto enum_names(TriangleTest) {
-  using enum TriangleTest;
-  return std::to_array<EnumName<TriangleTest>>({{canonical, "canonical"}, {world, "world"}});
-}
+constexpr auto enum_names(TriangleTest) { return names_in_order<TriangleTest>({"canonical", "world"}); }
 
 struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048

@@ -28,7 +28,6 @@ traces::Header sequence_header(const std::vector<Camera>& cameras, const std::ve
 void add_frame(RenderResult& sum, const RenderResult& frame) {
   sum.counters.add(frame.counters);
   sum.secondary.add(frame.secondary);
-  if (frame.hits) sum.hits = sum.hits.value_or(0) + *frame.hits;
   sum.footprint_bytes = std::max(sum.footprint_bytes, frame.footprint_bytes);
   sum.seconds += frame.seconds;
 }

@@ -53,7 +53,7 @@ void describe_regions(const CacheRegions& regions, const RegionWords& words, Sta
   if (list.lists_kinds()) return table.describe({}, list, prefix + ".<region>");
   for (std::size_t i = 0; i < kRegionCount; ++i) {
     const RegionCounters& r = regions.region[i];
-    if (r.reads + r.writes > 0) table.describe(r, list, prefix + "." + std::string(kRegionNames[i]));
+    if (r.reads + r.writes > 0) table.describe(r, list, prefix + "." + std::string(name_at<Region>(i)));
   }
 }
 

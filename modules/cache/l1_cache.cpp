@@ -392,11 +392,7 @@ void L1Cache::dump_state(std::ostream& out) const {
     out << "  client " << i << ": requests " << c.request.size() << ", hit pipe " << c.hits.size() << ", fill queue "
         << c.fills.size() << '\n';
   }
-  for (std::uint32_t entry = 0; entry < config_.mshr_entries; ++entry) {
-    if (!mshrs_.in_use(entry)) continue;
-    out << "  mshr " << entry << ": sector 0x" << std::hex << mshrs_.sector_address(entry) << std::dec
-        << " since cycle " << mshrs_.allocated(entry) << ", " << mshrs_.waiters(entry).size() << " waiting\n";
-  }
+  mshrs_.dump_state(out);
 }
 
 }  // namespace grtx::modules

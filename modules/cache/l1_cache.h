@@ -16,41 +16,57 @@
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/decide/write_policy.h"
-#include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 
+struct L1Counters;
+
+/// An L1 as an SM sees it: every request gets one response with its tag, in any order. A cache that has no use for our
+/// clock ignores it.
+class L1CacheModule : public ClockedModule {
+ public:
+  sc_core::sc_vector<LinkIn<MemoryRequest>> request;     ///< [client], consumed here
+  sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
+  LinkOut<MemoryRequest> to_memory{"to_memory"};         ///< misses and writes, with client and SM filled in
+  LinkIn<MemoryResponse> from_memory{"from_memory"};     ///< fills and write acknowledgements
+
+  /// Counts so far.
+  virtual L1Counters counters() const = 0;
+  /// Nothing inside and nothing waiting at its ports.
+  virtual bool idle() const = 0;
+  virtual Inventory inventory() const = 0;
+  virtual void dump_state(std::ostream& out) const = 0;
+
+ protected:
+  L1CacheModule(const sc_core::sc_module_name& name, ClockDomain& clock, unsigned clients)
+      : ClockedModule(name, clock), request("request", clients), response("response", clients) {}
+};
+
 /// Why the request at the head of a client's port was not accepted in a cycle.
-enum class L1Stall : std::uint8_t { response_port, bank_conflict, mshr_full, merges_full, miss_queue_full, count };
-inline constexpr std::array<std::string_view, static_cast<std::size_t>(L1Stall::count)> kL1StallNames = {
-    "response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"};
+enum class L1Stall : std::uint8_t { response_port, bank_conflict, mshr_full, merges_full, miss_queue_full };
+constexpr auto enum_names(L1Stall) {
+  return names_in_order<L1Stall>({"response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"});
+}
 
 /// Plain counts of one cache; the assembly adds those of several SMs. Demand and prefetch accesses are kept apart.
 struct L1Counters : CacheRegions {
-  std::array<std::uint64_t, static_cast<std::size_t>(L1Stall::count)> stalls{};  ///< client-cycles
-  std::uint64_t prefetches = 0;                                                  ///< accepted = redundant + fetched
-  std::uint64_t prefetches_redundant = 0;                                        ///< sector present or already pending
-  std::uint64_t prefetches_fetched = 0;  ///< = useful + late + unused, once nothing is pending
-  std::uint64_t prefetches_useful = 0;   ///< first demand reference found the sector present
-  std::uint64_t prefetches_late = 0;     ///< first demand reference found it still pending
-  std::uint64_t prefetches_unused = 0;   ///< evicted, or resident at the end, without a demand reference
-  std::uint64_t responses = 0;
-  std::uint64_t fills = 0;
-  std::uint64_t fills_bypassed = 0;  ///< answered, but not kept: no room for the victim in the write-back buffer
-  std::uint64_t evictions = 0;
-  std::uint64_t kept_writes = 0;  ///< sectors written that did not go on: they are dirty
-  std::uint64_t rewrites = 0;     ///< of these, sectors that were dirty already
-  std::uint64_t sent_reads = 0;   ///< to the crossbar
-  std::uint64_t sent_writes = 0;  ///< written through and written back
-  std::uint64_t write_backs = 0;  ///< of these, dirty sectors of evicted lines
-  std::uint64_t mshr_cycles = 0;  ///< occupied MSHR entries summed over cycles
-  Distribution miss_latency;      ///< from MSHR allocation to fill, core cycles
+  std::array<std::uint64_t, kCountOf<L1Stall>> stalls{};  ///< client-cycles
+  /// Accepted = redundant + fetched; fetched = useful + late + unused, once nothing is pending.
+  std::uint64_t prefetches = 0, prefetches_redundant = 0, prefetches_fetched = 0;
+  std::uint64_t prefetches_useful = 0, prefetches_late = 0, prefetches_unused = 0;
+  std::uint64_t responses = 0, fills = 0, fills_bypassed = 0, evictions = 0;
+  std::uint64_t kept_writes = 0, rewrites = 0, write_backs = 0;
+  std::uint64_t sent_reads = 0, sent_writes = 0;  ///< to the crossbar
+  std::uint64_t mshr_cycles = 0;
+  Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
 
   /// Demand and prefetch requests accepted.
   std::uint64_t accesses() const;
@@ -96,7 +112,8 @@ class L1Cache final : public L1CacheModule {
       list.add("held_misses", held_misses, {0, kMaxEntries}, "requests",
                "reads of a client's port that wait aside for an MSHR or the miss queue, so that hits behind them go "
                "on; nodes and records only",
-               kOurs);
+               kOurs)
+          .came_later();
       private_writes.parameters(list);
       list.add("write_back_buffer", write_back_buffer, {1, kMaxEntries}, "lines",
                "dirty lines that have left and wait for the crossbar; with private_writes = write_back",
@@ -104,6 +121,8 @@ class L1Cache final : public L1CacheModule {
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+      list.rule(
+          "bytes", [this] { return geometry.sets() >= 1; }, "must hold at least l1.ways lines of l1.line_bytes");
     }
   };
 
@@ -137,7 +156,7 @@ class L1Cache final : public L1CacheModule {
   /// Why the cache refused a request, and its version_ then: as long as that stays it refuses it again.
   struct Refusal {
     std::uint64_t at = kNever;
-    L1Stall reason = L1Stall::count;
+    L1Stall reason{};
   };
   struct Client {
     LinkReader<MemoryRequest> request;

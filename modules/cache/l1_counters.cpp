@@ -23,8 +23,7 @@ const CounterTable<L1Counters>& L1Counters::table() {
           .sum(&C::responses, "responses", "sectors", "responses given, one for each request")
           .own(&C::region, add_regions)
           .described(regions)
-          .by_name(kL1StallNames, &C::stalls, "stall", "client-cycles",
-                   "a client's request was not accepted for this reason")
+          .by_name<L1Stall>(&C::stalls, "stall", "client-cycles", "a client's request was not accepted for this reason")
           .sum(&C::prefetches, "prefetch.requests", "sectors", "prefetches accepted")
           .sum(&C::prefetches_redundant, "prefetch.redundant", "sectors", "prefetched sector was present or pending")
           .sum(&C::prefetches_fetched, "prefetch.fetched", "sectors", "prefetches that allocated an MSHR")

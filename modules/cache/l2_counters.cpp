@@ -25,12 +25,12 @@ const CounterTable<L2Counters>& L2Counters::table() {
                  "read hits / reads")
           .own(&C::region, add_regions)
           .described(regions)
-          .by_name(kL2StallNames, &C::stalls, "stall", "cycles", "an access or fill waited for this reason")
+          .by_name<L2Stall>(&C::stalls, "stall", "cycles", "an access or fill waited for this reason")
           .sum(&C::dram_reads, "dram_reads", "sectors", "sectors read from DRAM")
           .sum(&C::dram_writes, "dram_writes", "sectors", "dirty sectors written back to DRAM")
-          .by_name(kRegionNames, &C::dram_reads_of, "dram_reads", "sectors", "sectors read from DRAM for {}")
-          .by_name(kRegionNames, &C::dram_writes_of, "dram_writes", "sectors",
-                   "sectors written back to DRAM that {} had written")
+          .by_name<Region>(&C::dram_reads_of, "dram_reads", "sectors", "sectors read from DRAM for {}")
+          .by_name<Region>(&C::dram_writes_of, "dram_writes", "sectors",
+                           "sectors written back to DRAM that {} had written")
           .sum(&C::evictions, "evictions", "lines", "lines replaced")
           .sum(&C::mshr_cycles, "mshr_cycles", "entry-cycles", "occupied MSHR entries summed over cycles")
           .distribution(&C::miss_latency, "miss_latency", "cycles", "mean from MSHR allocation to fill",

@@ -22,10 +22,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   config.interleave.check();
   require(config.slice < config.interleave.slices, "slice number must be below the number of slices");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
-  require(config.geometry.line_bytes <= config.interleave.bytes, "a line must not be longer than the interleave");
   require_allowed("l2", config);
-  require(config.dram_queue >= config.geometry.sectors(), "the DRAM queue must hold the write-back of a line");
-  require(config.reply_queue >= config.mshr_merges, "the reply queue must hold the replies of an MSHR");
 }
 
 void L2Slice::end_of_elaboration() {
@@ -261,11 +258,7 @@ void L2Slice::dump_state(std::ostream& out) const {
     out << "  head: " << (pipe_.front().request.write ? "write" : "read") << " 0x" << std::hex
         << pipe_.front().request.address << std::dec << " due cycle " << pipe_.front().due << '\n';
   }
-  for (std::uint32_t entry = 0; entry < config_.mshr_entries; ++entry) {
-    if (!mshrs_.in_use(entry)) continue;
-    out << "  mshr " << entry << ": sector 0x" << std::hex << mshrs_.sector_address(entry) << std::dec
-        << " since cycle " << mshrs_.allocated(entry) << ", " << mshrs_.waiters(entry).size() << " waiting\n";
-  }
+  mshrs_.dump_state(out);
 }
 
 }  // namespace grtx::modules

@@ -8,15 +8,17 @@
 #include <iosfwd>
 #include <string>
 #include <systemc>
+#include <tlm>
 #include <vector>
 
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
-#include "grtx/modules/cache/l2_slice_if.h"
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -24,14 +26,36 @@
 
 namespace grtx::modules {
 
+struct L2Counters;
+
+/// A slice as the GPU sees it: every request gets one response with its tag, client and SM, in any order.
+class L2SliceModule : public ClockedModule {
+ public:
+  LinkIn<MemoryRequest> request{"request"};
+  LinkOut<MemoryResponse> response{"response"};
+  /// Addresses are global.
+  virtual ::tlm::tlm_initiator_socket<32>& memory_socket() = 0;
+
+  virtual const L2Counters& counters() const = 0;
+  /// Nothing under way. Dirty sectors may remain in the cache: they are written back on eviction only.
+  virtual bool idle() const = 0;
+  virtual std::uint64_t dirty_sectors() const = 0;
+  virtual Inventory inventory() const = 0;
+  virtual void dump_state(std::ostream& out) const = 0;
+
+ protected:
+  using ClockedModule::ClockedModule;
+};
+
 /// Why the access at the head of the slice's queue, or a fill, had to wait in a cycle.
-enum class L2Stall : std::uint8_t { reply_queue, mshr_full, merges_full, dram_queue, fill, count };
-inline constexpr std::array<std::string_view, static_cast<std::size_t>(L2Stall::count)> kL2StallNames = {
-    "reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"};
+enum class L2Stall : std::uint8_t { reply_queue, mshr_full, merges_full, dram_queue, fill };
+constexpr auto enum_names(L2Stall) {
+  return names_in_order<L2Stall>({"reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"});
+}
 
 /// Plain counts of one slice; the assembly adds those of all slices.
 struct L2Counters : CacheRegions {
-  std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> stalls{};
+  std::array<std::uint64_t, kCountOf<L2Stall>> stalls{};
   std::uint64_t requests_in = 0;
   std::uint64_t replies_out = 0;
   std::uint64_t dram_reads = 0;                              ///< sectors
@@ -78,6 +102,18 @@ class L2Slice final : public L2SliceModule {
       list.add("dram_queue", dram_queue, {1, kMaxEntries}, "requests", "reads and write-backs waiting for DRAM",
                kVulkanSim);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+      list.rule(
+          "bytes", [this] { return geometry.sets() >= 1; },
+          "a slice (l2.bytes / l2.slices) must hold at least l2.ways lines of l2.line_bytes");
+      list.rule(
+          "interleave_bytes", [this] { return geometry.line_bytes <= interleave.bytes; },
+          "must not be smaller than l2.line_bytes");
+      list.rule(
+          "reply_queue", [this] { return reply_queue >= mshr_merges; },
+          "must hold the replies of an MSHR (l2.mshr_merges)");
+      list.rule(
+          "dram_queue", [this] { return dram_queue >= geometry.sectors(); },
+          "must hold the write-back of a line (l2.line_bytes / 32)");
     }
   };
 

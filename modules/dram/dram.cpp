@@ -229,7 +229,7 @@ bool Dram::idle() const {
 Inventory Dram::inventory() const {
   // The memory controllers' part; the DRAM chips are not on the die.
   const unsigned entry_bits = 40 - 5 + 1 + 8 * config_.channel.burst_bytes;
-  const unsigned bank_bits = 16 + 1 + 4 * 8 + make_dram_scheduling(config_.channel)->bits_per_bank();
+  const unsigned bank_bits = 16 + 1 + 4 * 8 + channels_.front().channel.scheduling_bits_per_bank();
   Inventory inventory;
   inventory.module = this->name();
   inventory.storage = {

@@ -1,8 +1,10 @@
-// What a unit declares beside its Config and its counters (base/declare): parameters, counter tables, statistics.
+// What a unit declares beside its Config and its counters (base/declare): parameters, counter tables, statistics, and
+// what a configuration chooses by name.
 #pragma once
 
 #include "grtx/base/declare/counter_table.h"
 #include "grtx/base/declare/parameter.h"
+#include "grtx/base/declare/registry.h"
 #include "grtx/base/declare/statistics.h"
 
 namespace grtx::modules {

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cstdint>
 
-#include "grtx/base/error.h"
 #include "grtx/modules/kernel/declare.h"
 
 namespace grtx::modules {
@@ -21,22 +20,28 @@ struct AddressInterleave {
              assumed("this project: 4 x 28 GB/s; the paper gives no count"));
     list.add("interleave_bytes", bytes, {128, 1 << 20}, "B", "consecutive bytes of one slice", kGpgpuSim);
     list.add("xor_hash", xor_hash, "higher address bits are folded into the slice number", kOurs);
+    list.rule(
+        "interleave_bytes", [this] { return std::has_single_bit(bytes); }, "must be a power of two");
+    list.rule(
+        "xor_hash", [this] { return !xor_hash || std::has_single_bit(slices); }, "needs a power of two of l2.slices");
   }
   void channel_parameters(ParameterList& list) {
     list.add("channels", channels, {0, 256}, "channels",
              "of the DRAM; each is shared by l2.slices / channels slices; 0: one a slice",
-             assumed("this project: 4 x 28 GB/s; the paper gives no count"));
+             assumed("this project: 4 x 28 GB/s; the paper gives no count"))
+        .came_later();
+    list.rule(
+        "channels", [this] { return slices % dram_channels() == 0; },
+        "must divide l2.slices: each slice belongs to one channel");
   }
 
-  /// Throws Error for an impossible combination.
+  /// Throws Error for what the keys do not allow.
   void check() const {
-    const auto require = [](bool holds, const char* rule) {
-      if (!holds) throw Error("configuration", "address interleave", rule);
-    };
-    require(slices >= 1, "there must be at least one slice");
-    require(std::has_single_bit(bytes) && bytes >= 128, "the interleave must be a power of two, at least a 128 B line");
-    require(!xor_hash || std::has_single_bit(slices), "the XOR hash needs a power of two of slices");
-    require(slices % dram_channels() == 0, "the DRAM channels must divide the slices");
+    AddressInterleave copy = *this;
+    ParameterList list;
+    list.part("l2", copy);
+    list.under("dram", [&](ParameterList& keys) { copy.channel_parameters(keys); });
+    require_allowed(list);
   }
   /// Slice of a byte address, in [0, slices).
   unsigned slice(std::uint64_t address) const {

@@ -17,10 +17,7 @@ namespace grtx::modules {
 /// Arrays of which every ray of a warp has one. by_ray: a ray's entries follow each other. by_lane: entry i of all
 /// lanes of a warp lie side by side, so that lanes that are at the same entry share sectors.
 enum class RayArrayLayout : std::uint8_t { by_ray, by_lane };
-constexpr auto enum_names(RayArrayLayout) {
-  using enum RayArrayLayout;
-  return std::to_array<EnumName<RayArrayLayout>>({{by_ray, "by_ray"}, {by_lane, "by_lane"}});
-}
+constexpr auto enum_names(RayArrayLayout) { return names_in_order<RayArrayLayout>({"by_ray", "by_lane"}); }
 
 /// Resources that decide how many per-ray buffers exist at a time.
 struct MemoryMapConfig {

@@ -5,10 +5,13 @@
 #include <cstdint>
 #include <string_view>
 
+#include "grtx/base/declare/named_enum.h"
+
 namespace grtx::modules {
 
 inline constexpr std::uint64_t kSectorBytes = 32;
 inline constexpr unsigned kAddressBits = 40;  ///< of a byte address in hardware
+inline constexpr const char* kSectorsRule = "must be 1, 2 or 4: a line has four sectors";  ///< of a port's width
 
 /// What a memory request is for; caches count hits by it.
 enum class Region : std::uint8_t {
@@ -23,11 +26,12 @@ enum class Region : std::uint8_t {
   sh,        ///< SH coefficients read when blending
   ray,       ///< ray generation input and frame buffer
   stack,     ///< traversal stack entries beyond the warp buffer
-  count
 };
-inline constexpr std::size_t kRegionCount = static_cast<std::size_t>(Region::count);
-inline constexpr std::array<std::string_view, kRegionCount> kRegionNames = {
-    "tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray", "stack"};
+constexpr auto enum_names(Region) {
+  return names_in_order<Region>(
+      {"tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray", "stack"});
+}
+inline constexpr std::size_t kRegionCount = kCountOf<Region>;
 /// Place of a region in arrays of kRegionCount.
 constexpr std::size_t index(Region r) { return static_cast<std::size_t>(r); }
 /// The regions that count as node fetches.

@@ -10,9 +10,6 @@ namespace grtx::modules {
 
 /// charged: every entry is memory requests. uncharged: entries are there at once and nobody carries them.
 enum class TrafficCharging : std::uint8_t { charged, uncharged };
-constexpr auto enum_names(TrafficCharging) {
-  using enum TrafficCharging;
-  return std::to_array<EnumName<TrafficCharging>>({{charged, "charged"}, {uncharged, "uncharged"}});
-}
+constexpr auto enum_names(TrafficCharging) { return names_in_order<TrafficCharging>({"charged", "uncharged"}); }
 
 }  // namespace grtx::modules

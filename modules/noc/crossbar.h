@@ -14,13 +14,38 @@
 #include "grtx/modules/kernel/index_set.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/noc/crossbar_if.h"
 
 namespace grtx::modules {
+
+struct CrossbarCounters;
+
+/// The network as the GPU sees it: requests go to the slice of their address, responses to the SM that they name.
+class CrossbarModule : public sc_core::sc_module {
+ public:
+  sc_core::sc_vector<LinkIn<MemoryRequest>> request_in;      ///< [sm]
+  sc_core::sc_vector<LinkOut<MemoryRequest>> request_out;    ///< [slice]
+  sc_core::sc_vector<LinkIn<MemoryResponse>> response_in;    ///< [slice]
+  sc_core::sc_vector<LinkOut<MemoryResponse>> response_out;  ///< [sm]
+
+  virtual CrossbarCounters counters() const = 0;
+  /// No packet inside or waiting at its ports.
+  virtual bool idle() const = 0;
+  virtual Inventory inventory() const = 0;
+  virtual void dump_state(std::ostream& out) const = 0;
+
+ protected:
+  CrossbarModule(const sc_core::sc_module_name& name, unsigned sms, unsigned slices)
+      : sc_module(name),
+        request_in("request_in", sms),
+        request_out("request_out", slices),
+        response_in("response_in", slices),
+        response_out("response_out", sms) {}
+};
 
 struct CrossbarCounters {
   struct Network {

@@ -6,6 +6,7 @@
 #include <ostream>
 #include <string>
 
+#include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
@@ -44,18 +45,6 @@ void AnyHitCollector::arrive(Cycle now, LaneId id) {
   buffer_->move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
 }
 
-AnyHitBatch batch_of(const Warp& warp) {
-  AnyHitBatch batch;
-  batch.slot = warp.slot;
-  batch.round = warp.round;
-  batch.lanes = warp.in_state(LaneState::waiting_any_hit);
-  for_each_bit(batch.lanes, [&](unsigned i) {
-    batch.outcome[i] = warp.lane[i].event.outcome();
-    batch.shifts[i] = static_cast<std::uint16_t>(warp.lane[i].event.shifts());
-  });
-  return batch;
-}
-
 void AnyHitCollector::finished(unsigned entry) {
   if (buffer_->warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
 }
@@ -76,7 +65,11 @@ void AnyHitCollector::fire_oldest(Cycle now) {
   if (eligible == 0 || !batches_.can_push(now)) return;
   const unsigned entry = buffer_->oldest(eligible);
   const Warp& warp = buffer_->warp(entry);
-  const AnyHitBatch message = batch_of(warp);
+  AnyHitBatch message;
+  message.slot = warp.slot;
+  message.round = warp.round;
+  for_each_bit(warp.in_state(LaneState::waiting_any_hit),
+               [&](unsigned i) { add_lane(message, i, warp.lane[i].event); });
   ++counters_.batches;
   counters_.lanes += static_cast<unsigned>(std::popcount(message.lanes));
   if (message.lanes != warp.active()) ++counters_.timeouts;

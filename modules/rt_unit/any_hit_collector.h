@@ -16,9 +16,6 @@
 
 namespace grtx::modules {
 
-/// What the any-hit shader is told of the lanes of a warp that wait for it.
-AnyHitBatch batch_of(const Warp& warp);
-
 class AnyHitCollector final : public AnyHitModule {
  public:
   struct Config {

@@ -33,26 +33,18 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
           .sum(&C::blocked_cycles, "blocked_cycles", "cycles", "cycles in which lanes waited to hand over entries")
           .sum(&C::acknowledged)
           .sum(&C::returned)
-          .sum(&C::sectors_ahead)
           .sum(&C::ahead_returned)
-          .sum(&C::store_written)
-          .sum(&C::store_read)
           .sum(&C::store_returned)
           .part(&C::log)
+          .when([](const C& c) { return c.sectors_ahead > 0; })
+          .sum(&C::sectors_ahead, "sectors_ahead", "requests", "32 B reads of checkpoint buffers ahead of need")
+          .when([](const C& c) { return c.store_written > 0; })
+          .sum(&C::store_written, "store_written", "entries",
+               "checkpoint entries written to the private store of the RT unit, in place of memory")
+          .sum(&C::store_read, "store_read", "entries", "checkpoint entries read from the private store of the RT unit")
+          .when([](const C& c) { return c.log.runs_written + c.log.copies_forced > 0; })
           .described([](const C& c, StatisticList& list, const std::string& prefix) {
-            if (list.lists_kinds() || c.sectors_ahead > 0) {
-              list.add(prefix + ".sectors_ahead", c.sectors_ahead, "requests",
-                       "32 B reads of checkpoint buffers ahead of need");
-            }
-            if (list.lists_kinds() || c.store_written > 0) {
-              list.add(prefix + ".store_written", c.store_written, "entries",
-                       "checkpoint entries written to the private store of the RT unit, in place of memory");
-              list.add(prefix + ".store_read", c.store_read, "entries",
-                       "checkpoint entries read from the private store of the RT unit");
-            }
-            if (list.lists_kinds() || c.log.runs_written + c.log.copies_forced > 0) {
-              c.log.table().describe(c.log, list, prefix);
-            }
+            c.log.table().describe(c.log, list, prefix);
           });
   return table;
 }

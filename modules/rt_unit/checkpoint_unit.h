@@ -24,22 +24,13 @@
 namespace grtx::modules {
 
 struct CheckpointCounters {
-  std::uint64_t entries_written = 0;
-  std::uint64_t entries_read = 0;
-  std::uint64_t sectors_written = 0;
-  std::uint64_t sectors_read = 0;
-  std::uint64_t acknowledged = 0;        ///< write responses
-  std::uint64_t returned = 0;            ///< read responses
-  std::uint64_t straddling_written = 0;  ///< entries and run entries that lie in two sectors
-  std::uint64_t straddling_read = 0;
-  CheckpointLog::Counters log;       ///< forward = reference
-  std::uint64_t sectors_ahead = 0;   ///< requested ahead of need
-  std::uint64_t ahead_returned = 0;  ///< responses to them
-  std::uint64_t store_written = 0;   ///< entries, of the private store
-  std::uint64_t store_read = 0;      ///< entries asked of it
-  std::uint64_t store_returned = 0;  ///< entries that came from it
-  std::uint64_t max_entries = 0;     ///< most entries a lane wrote in a round
-  std::uint64_t blocked_cycles = 0;  ///< cycles in which lanes were left waiting for the write queue
+  std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;
+  std::uint64_t acknowledged = 0, returned = 0;               ///< responses to writes and reads
+  std::uint64_t straddling_written = 0, straddling_read = 0;  ///< run entries, too
+  CheckpointLog::Counters log;                                ///< forward = reference
+  std::uint64_t sectors_ahead = 0, ahead_returned = 0;        ///< requests and their responses
+  std::uint64_t store_written = 0, store_read = 0, store_returned = 0;
+  std::uint64_t max_entries = 0, blocked_cycles = 0;
   /// Those of the layout, which knows the runs.
   CheckpointCounters with_runs_of(const CheckpointLayout& layout) const {
     CheckpointCounters all = *this;

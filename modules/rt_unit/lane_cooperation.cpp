@@ -14,18 +14,11 @@ const CounterTable<LaneCooperation::Counters>& LaneCooperation::Counters::table(
   using C = LaneCooperation::Counters;
   static const CounterTable<C> table =
       CounterTable<C>()
-          .sum(&C::taken)
-          .sum(&C::helped)
-          .sum(&C::waited)
-          .sum(&C::wasted)
-          .described([](const C& c, StatisticList& list, const std::string& prefix) {
-            if (!list.lists_kinds() && c.taken == 0) return;
-            list.add(prefix + ".taken", c.taken, "nodes",
-                     "nodes of busy lanes' stacks that idle lanes fetched and tested");
-            list.add(prefix + ".helped", c.helped, "nodes", "of these, whose result was there when the busy lane came");
-            list.add(prefix + ".waited", c.waited, "nodes", "of these, whose result the busy lane had to wait for");
-            list.add(prefix + ".wasted", c.wasted, "nodes", "of these, whose entry was culled in the end");
-          });
+          .when([](const C& c) { return c.taken > 0; })
+          .sum(&C::taken, "taken", "nodes", "nodes of busy lanes' stacks that idle lanes fetched and tested")
+          .sum(&C::helped, "helped", "nodes", "of these, whose result was there when the busy lane came")
+          .sum(&C::waited, "waited", "nodes", "of these, whose result the busy lane had to wait for")
+          .sum(&C::wasted, "wasted", "nodes", "of these, whose entry was culled in the end");
   return table;
 }
 

@@ -26,14 +26,12 @@ class LaneCooperation final : public CooperationModule {
       list.add("ahead", ahead, {0, kMaxAhead}, "nodes",
                "below the top of a busy lane's stack that idle lanes of its warp may fetch and test, and results held "
                "for it; 0: off",
-               kOurs);
+               kOurs)
+          .came_later();
     }
   };
   struct Counters {
-    std::uint64_t taken = 0;   ///< nodes that helpers began; each is one of the following in the end
-    std::uint64_t helped = 0;  ///< the result was there when the busy lane came
-    std::uint64_t waited = 0;  ///< it came later
-    std::uint64_t wasted = 0;  ///< the entry was culled
+    std::uint64_t taken = 0, helped = 0, waited = 0, wasted = 0;  ///< each taken is one of the others in the end
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }

@@ -30,11 +30,9 @@ const CounterTable<MemoryScheduler::Counters>& MemoryScheduler::Counters::table(
           .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed")
           .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp")
           .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
-          .by_name(
-              kRegionNames, [](std::size_t r) { return is_node(static_cast<Region>(r)); },
-              Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
-              Column{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
-              Column{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
+          .by_name<Region>(is_node, Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
+                           Column{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
+                           Column{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
           .sum(&C::shader_batches, "shader_fetch.batches", "batches", "node fetch calls to the SIMT core")
           .sum(&C::shader_sectors, "shader_fetch.sectors", "sectors", "node sectors read by the SIMT core")
           .distribution(&C::fetch_latency, "node_fetch_latency", "cycles",
@@ -52,9 +50,6 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       queue_(config.queue > 0 ? config.queue : 1),
       merge_(entries, AddressIndex(kMaxLanes)) {
   require_allowed("rt.memory", config);
-  if (config.traffic.instance_leaf_bytes != 64 && config.traffic.instance_leaf_bytes != 128) {
-    throw Error("configuration", "rt.memory.instance_leaf_bytes", "must be 64 or 128");
-  }
 }
 
 void MemoryScheduler::end_of_elaboration() {

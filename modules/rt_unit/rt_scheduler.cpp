@@ -22,7 +22,7 @@ const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
           .sum(&C::lanes_handled, "lanes_handled", "lanes", "lanes handled when their warp was scheduled")
           .sum(&C::lanes_active, "lanes_active", "lanes", "unfinished lanes of scheduled warps")
           .value(&C::simt_efficiency, "simt_efficiency", "ratio", "lanes handled / unfinished lanes of scheduled warps")
-          .by_name(kStallNames, &C::stall, "stall", "cycles", "cycles without a scheduled warp, reason: {}")
+          .by_name<Stall>(&C::stall, "stall", "cycles", "cycles without a scheduled warp, reason: {}")
           .sum(&C::visits_internal, "visits_internal", "events", "internal nodes visited by lanes")
           .sum(&C::visits_instance, "visits_instance", "events", "instance leaves visited by lanes")
           .sum(&C::visits_leaf, "visits_leaf", "events", "primitive leaves visited by lanes")

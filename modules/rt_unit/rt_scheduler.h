@@ -30,11 +30,11 @@ enum class Stall : std::uint8_t {
   unit,        ///< a lane is queued at or inside an intersection unit
   any_hit,     ///< all unfinished lanes wait for the any-hit shader
   retire,      ///< all lanes have finished; the SIMT core's queue of finished calls is full, or another warp retires
-  count
 };
-inline constexpr std::size_t kStalls = static_cast<std::size_t>(Stall::count);
-inline constexpr std::array<std::string_view, kStalls> kStallNames = {"empty", "queue_full", "memory",  "checkpoint",
-                                                                      "stack", "unit",       "any_hit", "retire"};
+constexpr auto enum_names(Stall) {
+  return names_in_order<Stall>({"empty", "queue_full", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
+}
+inline constexpr std::size_t kStalls = kCountOf<Stall>;
 
 class RtScheduler final : public RtSchedulerModule {
  public:
@@ -45,18 +45,11 @@ class RtScheduler final : public RtSchedulerModule {
     }
   };
   struct Counters {
-    std::uint64_t selections = 0;     ///< cycles in which a warp was scheduled
-    std::uint64_t lanes_handled = 0;  ///< lanes handled in them
-    std::uint64_t lanes_active = 0;   ///< unfinished lanes of the scheduled warps
+    std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
     std::array<std::uint64_t, kStalls> stall{};
     // Events of the trace that were executed.
-    std::uint64_t visits_internal = 0;
-    std::uint64_t visits_instance = 0;
-    std::uint64_t visits_leaf = 0;
-    std::uint64_t culls = 0;
-    std::uint64_t replay_takes = 0;
-    std::uint64_t replay_forwards = 0;
-    std::uint64_t any_hit_calls = 0;
+    std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
+    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0;
     std::uint64_t events() const {
       return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
     }

@@ -27,6 +27,9 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("any_hit", any_hit);
   list.part("checkpoint", checkpoint);
   list.part("private_store", checkpoint.store);
+  list.rule(
+      "private_store.checkpoint_entries", [this] { return checkpoint.allows_store(); },
+      "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory");
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);
@@ -40,18 +43,20 @@ void RtUnitConfig::parameters(ParameterList& list) {
     ray_box.parameters(box, "ray-box", kTreeTraversal);
     box.add("rotate_latency", box_rotate_latency, {0, kMaxLatency}, "cycles",
             "of layout obb: the ray is rotated into the node's frame, before latency",
-            assumed("as the ray-transform unit, whose operators it has"));
-    box.add("implementation", box_implementation, kUnitImplementations, kOurs);
+            assumed("as the ray-transform unit, whose operators it has"))
+        .came_later();
+    box.add("implementation", box_implementation, kUnitImplementations, kOurs).came_later();
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
   list.under("sphere", [&](ParameterList& unit) {
     ray_sphere.parameters(unit, "ray-sphere", as_triangle);
-    unit.add("quadric", quadric, "an ellipsoid's leaf is tested in one pass of this unit, matrix included", kOurs);
+    unit.add("quadric", quadric, "an ellipsoid's leaf is tested in one pass of this unit, matrix included", kOurs)
+        .came_later();
   });
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
-    unit.add("implementation", transform_implementation, kUnitImplementations, kOurs);
+    unit.add("implementation", transform_implementation, kUnitImplementations, kOurs).came_later();
   });
 }
 

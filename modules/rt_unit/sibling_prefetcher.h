@@ -17,8 +17,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/decide/sibling_records.h"
-#include "grtx/modules/rt_unit/decide/stack_prefetch.h"
+#include "grtx/modules/rt_unit/decide/prefetch_decisions.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
 #include "grtx/traces/event.h"
 
@@ -26,67 +25,34 @@ namespace grtx::modules {
 
 class SiblingPrefetcher final : public PrefetchModule {
  public:
-  static constexpr unsigned kMaxRecords = 8;
-  struct Config {
-    unsigned records = 4;   ///< a new one replaces the oldest
-    unsigned queue = 32;    ///< a prefetch that finds it full is dropped
-    bool replayed = false;  ///< a replayed leaf brings the siblings that were checkpointed with it
-    StackPrefetch::Config stack{};
-    /// But for the stack, which is a table of its own.
-    void parameters(ParameterList& list) {
-      list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
-      list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
-      list.add("replayed", replayed, "a replayed leaf brings the siblings that were checkpointed with it",
-               assumed("this project: off; GRTX, Section V, says any child leaf node"));
-    }
-  };
-  struct Counters {
-    std::uint64_t triggers = 0;  ///< internal visits whose siblings were prefetched
-    std::uint64_t nodes = 0;     ///< sibling nodes queued
-    std::uint64_t merged = 0;    ///< sibling nodes that another lane had just asked for or that were queued already
-    std::uint64_t dropped = 0;   ///< sibling nodes that found the queue full
-    std::uint64_t sectors = 0;   ///< requests sent
-    std::uint64_t responses = 0;
-    std::uint64_t replayed = 0;       ///< of triggers
-    std::uint64_t entry_nodes = 0;    ///< nodes that source entries name, queued
-    std::uint64_t entry_merged = 0;   ///< ... that were queued already
-    std::uint64_t entry_dropped = 0;  ///< ... that found the queue full
-    std::uint64_t stack_looks = 0;    ///< times that a lane's stack was looked at
-    std::uint64_t stack_nodes = 0;    ///< nodes of stack entries queued
-    std::uint64_t stack_merged = 0;   ///< ... that were queued already
-    std::uint64_t stack_dropped = 0;  ///< ... that found the queue full
-    std::uint64_t stack_culled = 0;   ///< of stack_nodes, those whose entry is culled in the end
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
-
-  /// What triggers it.
-  struct Triggers {
-    bool siblings = true;   ///< leaves bring their siblings
-    bool replayed = false;  ///< also those that are replayed
-  };
+  using Config = PrefetcherConfig;
+  using Counters = PrefetchCounters;
+  using Triggers = PrefetchTriggers;
   SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const Triggers& triggers,
                     const NodeTraffic& traffic, unsigned entries);
 
-  /// A lane begins a round: what it remembers is void.
   void begin_lane(LaneId id, std::uint16_t slot, bool replays, const traces::RayGroup& group,
                   std::span<const traces::Event> events) override {
-    records_.begin(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays);
-    if (stacks_.enabled()) stacks_.begin(id, group, events);
+    decisions_.begin_lane(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays, group, events);
   }
+  void begin_warp() override { decisions_.begin_warp(); }
   void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
                      unsigned checkpointed) override {
-    if (triggers_.siblings) records_.note(id, group, definition, hit, checkpointed);
+    decisions_.note_internal(id, group, definition, hit, checkpointed);
   }
-  void note_replayed(LaneId id, std::uint32_t address) override { records_.note_replayed(id, address); }
-  /// Starts the visits of one warp in one cycle.
-  void begin_warp() override { asked_.begin(); }
-  /// The lane asks for the leaf at `address` (in units).
-  void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override;
-  void note_entry(traces::NodeKind kind, std::uint64_t address) override;
-  bool reads_stacks() const override { return stacks_.enabled(); }
-  void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) override;
+  void note_replayed(LaneId id, std::uint32_t address) override { decisions_.note_replayed(id, address); }
+  void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) override {
+    if (const Siblings siblings = decisions_.take(id, group, address); siblings.mask != 0) {
+      decisions_.ask_for(siblings, group, *this);
+    }
+  }
+  void note_entry(traces::NodeKind kind, std::uint64_t address) override {
+    decisions_.note_entry(kind, address, *this);
+  }
+  bool reads_stacks() const override { return decisions_.stacks().enabled(); }
+  void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) override {
+    decisions_.note_stack(id, left, on_chip, *this);
+  }
 
   void respond(Cycle now) override;
   void issue(Cycle now) override;
@@ -96,7 +62,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   void count(RtUnitCounters& all) const override;
   std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
-  const Counters& counters() const { return counters_; }
+  const Counters& counters() const { return decisions_.counters(); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
 
@@ -107,19 +73,19 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint8_t next = 0;
   };
   void end_of_elaboration() override;
-  bool push(traces::NodeKind kind, std::uint64_t address, std::uint64_t& merged, std::uint64_t& dropped);
+  // The queue of the decisions.
+  friend PrefetchDecisions;
+  bool waits(std::uint64_t address) const;
+  bool full() const { return queue_.room() == 0; }
+  void push(traces::NodeKind kind, std::uint64_t address) { queue_.push({address, kind, 0}); }
 
   Config config_;
-  Triggers triggers_;
   const NodeTraffic& traffic_;
+  PrefetchDecisions decisions_;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
-  SiblingRecords records_;
-  SiblingRequests asked_;
-  StackPrefetch stacks_;
   BoundedQueue<Pending> queue_;
   std::uint64_t outstanding_ = 0;
-  Counters counters_;
 };
 
 }  // namespace grtx::modules

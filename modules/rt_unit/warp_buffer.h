@@ -33,6 +33,9 @@ class WarpBuffer final : public WarpBufferModule {
                "stack entries beyond the warp buffer are written to memory and read back; else a stack has 140 entries "
                "there",
                kOurs);
+      list.rule(
+          "stack_entries", [this] { return !spill || stack_entries >= 2; },
+          "must be at least 2 with rt.warp_buffer.spill");
     }
   };
   using Counters = WarpBufferCounters;

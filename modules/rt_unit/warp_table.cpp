@@ -15,8 +15,8 @@ const CounterTable<WarpBufferCounters>& WarpBufferCounters::table() {
           .sum(&C::calls, "calls", "calls", "traceRay calls that entered the warp buffer")
           .sum(&C::occupancy_integral, "occupancy_integral", "warp cycles",
                "warps in the warp buffer, summed over cycles")
-          .by_name(kWarpWaitNames, &C::warp_cycles, "warp_cycles", "warp cycles",
-                   "warps in the warp buffer by what they waited for, summed over cycles: {}")
+          .by_name<WarpWait>(&C::warp_cycles, "warp_cycles", "warp cycles",
+                             "warps in the warp buffer by what they waited for, summed over cycles: {}")
           .largest(&C::max_stack_depth, "max_stack_depth", "entries", "deepest traversal stack of a lane")
           .distribution(&C::warp_latency, "warp_latency", "cycles", "mean time of a traceRay call in the warp buffer",
                         "longest time of a traceRay call in the warp buffer");
@@ -118,7 +118,7 @@ void WarpTable::dump_state(std::ostream& out) const {
     out << "  entry " << e << " slot " << w.slot << " group " << w.group->index << " round " << w.round << " accepted "
         << w.accepted;
     for (std::size_t s = 0; s < kLaneStates; ++s) {
-      if (w.in[s] != 0) out << ' ' << kLaneStateNames[s] << '=' << std::popcount(w.in[s]);
+      if (w.in[s] != 0) out << ' ' << name_at<LaneState>(s) << '=' << std::popcount(w.in[s]);
     }
     out << '\n';
   });

@@ -31,12 +31,12 @@ enum class LaneState : std::uint8_t {
   waiting_checkpoint_write,  ///< entries or the last sector not yet taken by the checkpoint unit
   waiting_stack,             ///< stack entries on their way to or from memory
   finished,
-  count
 };
-inline constexpr std::size_t kLaneStates = static_cast<std::size_t>(LaneState::count);
-inline constexpr std::array<std::string_view, kLaneStates> kLaneStateNames = {
-    "idle",       "ready",           "waiting_memory",   "in_unit", "waiting_any_hit",
-    "in_any_hit", "checkpoint_read", "checkpoint_write", "stack",   "finished"};
+constexpr auto enum_names(LaneState) {
+  return names_in_order<LaneState>({"idle", "ready", "waiting_memory", "in_unit", "waiting_any_hit", "in_any_hit",
+                                    "checkpoint_read", "checkpoint_write", "stack", "finished"});
+}
+inline constexpr std::size_t kLaneStates = kCountOf<LaneState>;
 
 /// What a warp of the buffer waits for: the first of these that one of its lanes does (wait_of()).
 enum class WarpWait : std::uint8_t {
@@ -47,11 +47,11 @@ enum class WarpWait : std::uint8_t {
   unit,        ///< a lane is queued at or inside an intersection unit
   any_hit,     ///< all unfinished lanes wait for the any-hit shader
   retire,      ///< all lanes have finished
-  count
 };
-inline constexpr std::size_t kWarpWaits = static_cast<std::size_t>(WarpWait::count);
-inline constexpr std::array<std::string_view, kWarpWaits> kWarpWaitNames = {"ready", "memory",  "checkpoint", "stack",
-                                                                            "unit",  "any_hit", "retire"};
+constexpr auto enum_names(WarpWait) {
+  return names_in_order<WarpWait>({"ready", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
+}
+inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
 
 /// Of a warp with these lanes.
 constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,

@@ -20,19 +20,9 @@ const SimtCoreConfig& checked(const SimtCoreConfig& config) {
   if (config.resident_warps == 0 || config.resident_warps > kMaxResidentWarps) {
     throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
   }
-  if (config.schedulers == 0) throw Error("configuration", "schedulers", "must be at least 1");
-  require_allowed("private_store", config.private_store);
+  require_allowed("simt", config);
+  require_allowed("simt.private_store", config.private_store);
   return config;
-}
-
-constexpr std::array<std::string_view, 9> kStepNames = {"free", "prologue", "evict_move", "trace_call", "tracing",
-                                                        "sort", "blend",    "epilogue",   "draining"};
-
-constexpr WarpActivity executing(PhaseKind kind) {
-  if (kind == PhaseKind::blend) return WarpActivity::blend;
-  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
-  if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
-  return WarpActivity::raygen;
 }
 
 }  // namespace
@@ -358,7 +348,7 @@ void SimtCore::send_loads(unsigned slot, std::span<const SectorAccess> loads, st
 
 void SimtCore::issue(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
-  enter(slot, executing(warp.kind), now);
+  enter(slot, activity_of(warp.kind), now);
   const bool last = !more_steps(slot);
   const std::uint64_t instructions = last ? warp.instructions : warp.step_instructions;
   warp.instructions -= instructions;
@@ -487,7 +477,7 @@ void SimtCore::dump_state(std::ostream& out) const {
     const Slot& warp = slots_[slot];
     if (warp.step == Step::free) continue;
     out << "  slot " << slot << ": group " << program_.group(slot)->index << " round " << program_.round(slot) << " "
-        << kStepNames[static_cast<std::size_t>(warp.step)]
+        << name_of(warp.step)
         << (warp.service == Service::any_hit      ? " in any-hit"
             : warp.service == Service::node_fetch ? " fetching nodes"
                                                   : "")

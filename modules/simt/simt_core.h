@@ -3,6 +3,7 @@
 // Cost: the SM's own; GRTX adds nothing here. docs/model/simt_core.md states its timing to the cycle.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <iosfwd>
 #include <span>
@@ -10,20 +11,56 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/issue_slots.h"
 #include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
-#include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
+
+/// The SIMT core as an SM sees it.
+class SimtCoreModule : public ClockedModule {
+ public:
+  /// One binding an RT unit, the same number and order for all.
+  template <typename Interface>
+  using ForEachRtUnit = sc_core::sc_port<Interface, 0>;
+  template <typename Interface>
+  using ForEachRtUnitOrNone = sc_core::sc_port<Interface, 0, sc_core::SC_ZERO_OR_MORE_BOUND>;
+
+  // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
+  LinkIn<LaunchWarp> launch{"launch"};
+  LinkOut<WarpEnded> ended{"ended"};
+  // The warp in slot s belongs to RT unit s mod their number.
+  ForEachRtUnit<link_out_if<TraceCall>> trace_call{"trace_call"};
+  ForEachRtUnit<link_in_if<TraceDone>> trace_done{"trace_done"};
+  ForEachRtUnit<link_in_if<AnyHitBatch>> any_hit_batch{"any_hit_batch"};
+  ForEachRtUnit<link_out_if<AnyHitDone>> any_hit_done{"any_hit_done"};
+  /// Bound when the shaders fetch the nodes for the RT units.
+  ForEachRtUnitOrNone<link_in_if<NodeFetchBatch>> node_fetch{"node_fetch"};
+  ForEachRtUnitOrNone<link_out_if<NodeFetchDone>> node_fetch_done{"node_fetch_done"};
+  LinkOut<MemoryRequest> memory_request{"memory_request"};
+  LinkIn<MemoryResponse> memory_response{"memory_response"};
+
+  /// Counters up to the clock's present cycle.
+  virtual SimtCounters counters() const = 0;
+  /// No warp is resident and nothing waits in any queue.
+  virtual bool idle() const = 0;
+  virtual Inventory inventory() const = 0;
+  virtual void dump_state(std::ostream& out) const = 0;
+
+ protected:
+  using ClockedModule::ClockedModule;
+};
 
 struct SimtCoreConfig {
   unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
@@ -43,22 +80,27 @@ struct SimtCoreConfig {
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
              "from issue of an instruction to its result", assumed("common GPU ALU latency"));
     list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the load-store unit and of its port at the L1", kOurs);
+             "width of the load-store unit and of its port at the L1", kOurs)
+        .came_later();
     list.add("dependent_loads", costs.dependent_loads,
              "the loop of an any-hit shader over the k-buffer waits for what it reads before it goes on; else all its "
              "loads go out at once",
              kOurs);
     list.add("k_buffer_layout", k_buffer_layout,
              "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
-             assumed("CUDA: local memory is interleaved over the threads of a warp"));
-    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
-    list.add(
-        "eviction_traffic", costs.eviction_traffic,
-        "whether what falls out of a k-buffer is written to memory and read from it; uncharged is an assumption, no "
-        "hardware",
-        kOurs);
+             assumed("CUDA: local memory is interleaved over the threads of a warp"))
+        .came_later();
+    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs).came_later();
+    list.add("eviction_traffic", costs.eviction_traffic,
+             "whether what falls out of a k-buffer is written to memory and read from it; uncharged is an assumption, "
+             "no "
+             "hardware",
+             kOurs)
+        .came_later();
     list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
              kVulkanSim);
+    list.rule(
+        "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
   }
 };
 
@@ -90,6 +132,10 @@ class SimtCore final : public SimtCoreModule {
  private:
   /// Where the ray generation shader of a warp stands.
   enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
+  friend constexpr auto enum_names(Step) {
+    return names_in_order<Step>(
+        {"free", "prologue", "evict_move", "trace_call", "tracing", "sort", "blend", "epilogue", "draining"});
+  }
 
   /// What a warp does for the RT unit while it is being traced.
   enum class Service : std::uint8_t { none, any_hit, node_fetch };

@@ -22,8 +22,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
   };
   using S = ShaderCounters;
   using M = LoadStoreCounters;
-  const auto loads_shader_reads = [](std::size_t r) {  // the rest is the RT unit's traffic
-    const auto region = static_cast<Region>(r);
+  const auto loads_shader_reads = [](Region region) {  // the rest is the RT unit's traffic
     return !is_node(region) && region != Region::checkpoint && region != Region::stack;
   };
   using Column = CounterColumn<decltype(of_memory(&M::loads))>;
@@ -42,19 +41,19 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .sum(of_shader(&S::k_buffer_mismatches), "k_buffer_mismatches", "rounds",
                "ray rounds whose any-hit calls do not add up to the k-buffer of the trace; 0 in a correct run")
           .value(&C::all_instructions, "instructions.total", "instructions", "warp instructions issued")
-          .by_name(kPhaseKindNames, &C::instructions, "instructions", "instructions", "warp instructions of phase {}")
-          .by_name(kPhaseKindNames, &C::phases, "phases", "phases", "executions of phase {}")
+          .by_name<PhaseKind>(&C::instructions, "instructions", "instructions", "warp instructions of phase {}")
+          .by_name<PhaseKind>(&C::phases, "phases", "phases", "executions of phase {}")
           .sum(&C::issue_busy_cycles, "issue.busy_cycles", "cycles", "issue slots used, summed over warp schedulers")
           .sum(&C::issue_wait_cycles, "issue.wait_cycles", "cycles",
                "cycles that phases waited for their warp scheduler")
           .value(&C::resident_warp_cycles, "resident_warp_cycles", "cycles", "resident warps summed over cycles")
-          .by_name(kWarpActivityNames, &C::warp_cycles, "warp_cycles", "cycles",
-                   "resident warps in state {}, summed over cycles")
+          .by_name<WarpActivity>(&C::warp_cycles, "warp_cycles", "cycles",
+                                 "resident warps in state {}, summed over cycles")
           .value([](const C& c) { return c.memory.sectors(); }, "lsu.sectors", "sectors",
                  "32 B sector requests sent to the L1")
-          .by_name(kRegionNames, loads_shader_reads,
-                   Column{of_memory(&M::loads), "lsu.loads", "sectors", "sectors loaded from region {}"},
-                   Column{of_memory(&M::stores), "lsu.stores", "sectors", "sectors stored to region {}"})
+          .by_name<Region>(loads_shader_reads,
+                           Column{of_memory(&M::loads), "lsu.loads", "sectors", "sectors loaded from region {}"},
+                           Column{of_memory(&M::stores), "lsu.stores", "sectors", "sectors stored to region {}"})
           .sum(of_shader(&S::load_instructions), "lsu.load_instructions", "instructions", "warp load instructions")
           .sum(of_shader(&S::store_instructions), "lsu.store_instructions", "instructions", "warp store instructions")
           .sum(of_memory(&M::blocked_cycles), "lsu.blocked_cycles", "cycles",

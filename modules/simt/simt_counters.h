@@ -22,11 +22,18 @@ enum class WarpActivity : std::uint8_t {
   trace,    ///< handed to the RT unit, no any-hit shader running
   fetch,    ///< fetches nodes for the RT unit (when shaders do): waiting for its issue slot or executing
   drain,    ///< finished but for the acknowledgements of its stores
-  count
 };
-inline constexpr std::size_t kWarpActivities = static_cast<std::size_t>(WarpActivity::count);
-inline constexpr std::array<std::string_view, kWarpActivities> kWarpActivityNames = {
-    "raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"};
+constexpr auto enum_names(WarpActivity) {
+  return names_in_order<WarpActivity>({"raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"});
+}
+inline constexpr std::size_t kWarpActivities = kCountOf<WarpActivity>;
+/// Of a warp that executes a phase, or waits for its issue slot.
+constexpr WarpActivity activity_of(PhaseKind kind) {
+  if (kind == PhaseKind::blend) return WarpActivity::blend;
+  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
+  if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
+  return WarpActivity::raygen;
+}
 
 struct SimtCounters {
   std::uint64_t warps = 0;                                   ///< warps that ended

@@ -29,25 +29,6 @@ void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& 
   }
 }
 
-template <typename T>
-bool all_empty(const std::vector<std::unique_ptr<Link<T>>>& links) {
-  return std::all_of(links.begin(), links.end(), [](const auto& link) { return link->empty(); });
-}
-
-template <typename T>
-std::uint64_t all_pushed(const std::vector<std::unique_ptr<Link<T>>>& links) {
-  std::uint64_t sum = 0;
-  for (const auto& link : links) sum += link->pushed();
-  return sum;
-}
-
-template <typename T>
-void dump_links(std::ostream& out, const std::vector<std::unique_ptr<Link<T>>>& links) {
-  for (const auto& link : links) {
-    if (!link->empty()) out << "  link " << link->name() << ": " << link->size() << " of " << link->capacity() << '\n';
-  }
-}
-
 }  // namespace
 
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
@@ -118,19 +99,23 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   dont_initialize();
 
   if (threads_) threads_->watch(*distributor_, source.count());
+  const auto bind_sm = [this](unsigned i, auto& launch, auto& ended, auto& request, auto& response) {
+    distributor_->launch[i].bind(launch);
+    distributor_->ended[i].bind(ended);
+    sms_[i]->launch.bind(launch);
+    sms_[i]->ended.bind(ended);
+    sms_[i]->to_memory.bind(request);
+    sms_[i]->from_memory.bind(response);
+    crossbar_->request_in[i].bind(request);
+    crossbar_->response_out[i].bind(response);
+  };
   for (unsigned i = 0; i < config.sms; ++i) {
     if (threads_) {
-      threads_->bind(i, *sms_[i], *distributor_, *crossbar_);
-      continue;
+      SmThreads::Links& links = threads_->links(i);
+      bind_sm(i, links.launch, links.ended, links.request, links.response);
+    } else {
+      bind_sm(i, *launches_[i], *ends_[i], *sm_requests_[i], *sm_responses_[i]);
     }
-    distributor_->launch[i].bind(*launches_[i]);
-    distributor_->ended[i].bind(*ends_[i]);
-    sms_[i]->launch.bind(*launches_[i]);
-    sms_[i]->ended.bind(*ends_[i]);
-    sms_[i]->to_memory.bind(*sm_requests_[i]);
-    sms_[i]->from_memory.bind(*sm_responses_[i]);
-    crossbar_->request_in[i].bind(*sm_requests_[i]);
-    crossbar_->response_out[i].bind(*sm_responses_[i]);
   }
   for (unsigned i = 0; i < slices; ++i) {
     crossbar_->request_out[i].bind(*slice_requests_[i]);
@@ -144,10 +129,10 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 Gpu::~Gpu() = default;
 
 bool Gpu::idle() const {
-  bool idle = distributor_->idle() && crossbar_->idle() && all_empty(launches_) && all_empty(ends_) &&
-              all_empty(sm_requests_) && all_empty(sm_responses_) && all_empty(slice_requests_) &&
-              all_empty(slice_responses_);
-  if (threads_) idle = idle && threads_->links_empty();
+  bool idle = distributor_->idle() && crossbar_->idle();
+  const auto look = [&](const auto& link) { idle = idle && link.empty(); };
+  for_each_link(look);
+  if (threads_) threads_->for_each_link(look);
   for (const auto& sm : sms_) idle = idle && sm->idle();
   for (const auto& slice : slices_) idle = idle && slice->idle();
   return idle;
@@ -156,9 +141,10 @@ bool Gpu::idle() const {
 bool Gpu::left_to_one_thread() const { return threads_ && threads_->rested(); }
 
 std::uint64_t Gpu::progress() const {
-  std::uint64_t sum = all_pushed(launches_) + all_pushed(ends_) + all_pushed(sm_requests_) + all_pushed(sm_responses_) +
-                      all_pushed(slice_requests_) + all_pushed(slice_responses_);
-  if (threads_) sum += threads_->messages();
+  std::uint64_t sum = 0;
+  const auto count = [&](const auto& link) { sum += link.pushed(); };
+  for_each_link(count);
+  if (threads_) threads_->for_each_link(count);
   for (const auto& sm : sms_) sum += sm->progress();
   return sum;
 }
@@ -187,15 +173,10 @@ std::vector<modules::Inventory> Gpu::inventory() const {
 void Gpu::dump_state(std::ostream& out) const {
   out << "core cycle " << core_.cycle() << '\n';
   distributor_->dump_state(out);
-  dump_links(out, launches_);
-  dump_links(out, ends_);
   for (const auto& sm : sms_) sm->dump_state(out);
-  dump_links(out, sm_requests_);
-  dump_links(out, sm_responses_);
   crossbar_->dump_state(out);
-  dump_links(out, slice_requests_);
-  dump_links(out, slice_responses_);
   for (const auto& slice : slices_) slice->dump_state(out);
+  for_each_link([&](const auto& link) { modules::dump_link(out, link); });
 }
 
 namespace {

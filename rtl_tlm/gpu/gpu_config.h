@@ -1,6 +1,7 @@
 // The configuration of the whole GPU model: the parameters of all modules, and the keys by which people set them.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -40,6 +41,8 @@ struct FastModel {
     list.add("stride", stride, {0, kLargestStride}, "events",
              "fast mode: one in so many of a lane's events takes time, a power of two; 0: by the trace's size",
              modules::kOurs);
+    list.rule(
+        "stride", [this] { return stride == 0 || std::has_single_bit(stride); }, "must be 0 or a power of two");
     list.add("seed", seed, {0, 4294967295.0}, "", "fast mode: which of a lane's events take time", modules::kOurs);
     list.add("spread", spread,
              "fast mode: events that take no time meet the caches one after the other; false: all at once, as results "
@@ -54,10 +57,11 @@ struct DramSimulatorConfig {
   bool per_slice = true;  ///< a memory for each channel with local addresses, else one for all with global addresses
 
   void parameters(modules::ParameterList& list) {
-    list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs);
+    list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs).came_later();
     list.add("per_slice", per_slice,
              "a memory for each channel (dram.channels) with local addresses, else one for all with global ones",
-             modules::kOurs);
+             modules::kOurs)
+        .came_later();
   }
 };
 

@@ -4,21 +4,19 @@
 
 #include <utility>
 
-#include "grtx/base/error.h"
+#include "grtx/base/declare/registry.h"
 #include "grtx/rtl_tlm/gpu/built_in_memory.h"
 
 namespace grtx::sim {
 namespace {
 
 struct Registered {
-  std::string name;
   MemorySystemFactory factory;
   bool needs_file = false;
 };
 
-/// The one table of names that configuration keys are checked against.
-std::vector<Registered>& registered() {
-  static std::vector<Registered> all = {{kBuiltInMemory, build_built_in_memory}};
+auto& systems() {
+  static declare::Registry<Registered> all("memory system", "dram.model", {{kBuiltInMemory, {build_built_in_memory}}});
   return all;
 }
 
@@ -42,33 +40,19 @@ void MemorySystem::describe_traffic(modules::StatisticList& list, const std::str
 }
 
 void register_memory_system(const std::string& name, MemorySystemFactory factory, bool needs_file) {
-  for (const Registered& known : registered()) {
-    if (known.name == name) throw Error("dram.model", name, "is registered already");
-  }
-  registered().push_back({name, std::move(factory), needs_file});
+  systems().add(name, {std::move(factory), needs_file});
 }
 
-std::vector<std::string> memory_system_names() {
-  std::vector<std::string> names;
-  for (const Registered& known : registered()) names.push_back(known.name);
-  return names;
-}
+std::vector<std::string> memory_system_names() { return systems().names(); }
 
 std::vector<std::string> memory_systems_with_file() {
   std::vector<std::string> names;
-  for (const Registered& known : registered()) {
-    if (known.needs_file) names.push_back(known.name);
+  for (const auto& [name, known] : systems().entries()) {
+    if (known.needs_file) names.push_back(name);
   }
   return names;
 }
 
-const MemorySystemFactory& memory_system(const std::string& name) {
-  std::string names;
-  for (const Registered& known : registered()) {
-    if (known.name == name) return known.factory;
-    names += (names.empty() ? "" : ", ") + known.name;
-  }
-  throw Error("configuration", "dram.model", fmt::format("must be one of {}, not '{}'", names, name));
-}
+const MemorySystemFactory& memory_system(const std::string& name) { return systems().at(name).factory; }
 
 }  // namespace grtx::sim

@@ -88,8 +88,8 @@ using MemorySystemFactory = std::function<std::unique_ptr<MemorySystem>(Gpu& gpu
 
 inline constexpr const char* kBuiltInMemory = "built_in";
 
-/// Makes `name` a value of dram.model, to be called before configurations are read. Throws Error for a name that is
-/// taken.
+/// Makes `name` a value of dram.model, to be called before configurations are read. Throws std::logic_error when it is
+/// one already.
 /// needs_file: it reads dram.simulator.config, which is then offered as a key.
 void register_memory_system(const std::string& name, MemorySystemFactory factory, bool needs_file = false);
 /// kBuiltInMemory, then those registered, in order.

@@ -18,10 +18,10 @@ enum class SimulationMode : std::uint8_t {
   fast,    ///< loosely timed (estimate/fast); no waveforms, timelines or cycles by pixel
   sampled  ///< estimated from windows of the trace, which one of the others simulates (estimate/sampled)
 };
-constexpr auto enum_names(SimulationMode) {
-  using enum SimulationMode;
-  return std::to_array<EnumName<SimulationMode>>({{cycle, "cycle"}, {fast, "fast"}, {sampled, "sampled"}});
-}
+constexpr auto enum_names(SimulationMode) { return names_in_order<SimulationMode>({"cycle", "fast", "sampled"}); }
+
+/// Whether a mode can simulate the windows of a sample.
+constexpr bool runs_windows(SimulationMode mode) { return mode != SimulationMode::sampled; }
 
 /// A key that has no effect in a mode.
 struct ModeKey {

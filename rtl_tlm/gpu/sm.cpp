@@ -24,17 +24,10 @@ std::unique_ptr<Link<T>> link(const std::string& name, unsigned latency, std::si
   return std::make_unique<Link<T>>(name, latency, capacity);
 }
 
-template <typename T>
-void dump_link(std::ostream& out, const std::unique_ptr<Link<T>>& link) {
-  if (link && !link->empty()) {
-    out << "  link " << link->name() << ": " << link->size() << " of " << link->capacity() << ", next visible in cycle "
-        << link->next_visible() << '\n';
-  }
-}
-
-template <typename T>
-bool empty(const std::unique_ptr<Link<T>>& link) {
-  return !link || link->empty();
+template <typename T, typename From, typename To>
+void connect(Link<T>& link, From& from, To& to) {
+  from.bind(link);
+  to.bind(link);
 }
 
 /// Names of the first RT unit's parts carry no number: most SMs have one.
@@ -131,19 +124,13 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
 void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
   modules::RtUnitModule& rt = *rt_[u];
   RtLinks& links = rt_links_[u];
-  simt_->trace_call.bind(*links.trace_call);
-  rt.trace_call.bind(*links.trace_call);
-  rt.trace_done.bind(*links.trace_done);
-  simt_->trace_done.bind(*links.trace_done);
-  rt.any_hit_batch.bind(*links.any_hit_batch);
-  simt_->any_hit_batch.bind(*links.any_hit_batch);
-  simt_->any_hit_done.bind(*links.any_hit_done);
-  rt.any_hit_done.bind(*links.any_hit_done);
+  connect(*links.trace_call, simt_->trace_call, rt.trace_call);
+  connect(*links.trace_done, rt.trace_done, simt_->trace_done);
+  connect(*links.any_hit_batch, rt.any_hit_batch, simt_->any_hit_batch);
+  connect(*links.any_hit_done, simt_->any_hit_done, rt.any_hit_done);
   if (!rt.fetches_nodes()) {
-    rt.node_fetch.bind(*links.node_fetch);
-    simt_->node_fetch.bind(*links.node_fetch);
-    simt_->node_fetch_done.bind(*links.node_fetch_done);
-    rt.node_fetch_done.bind(*links.node_fetch_done);
+    connect(*links.node_fetch, rt.node_fetch, simt_->node_fetch);
+    connect(*links.node_fetch_done, simt_->node_fetch_done, rt.node_fetch_done);
   }
   const auto client = [&](const char* name, auto& request, auto& response) {
     const auto found = std::find(clients.begin(), clients.end(), numbered(name, u));
@@ -160,12 +147,7 @@ void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
 bool Sm::idle() const {
   bool idle = simt_->idle() && l1_->idle();
   for (const auto& rt : rt_) idle = idle && rt->idle();
-  for (const RtLinks& rt : rt_links_) {
-    idle = idle && empty(rt.trace_call) && empty(rt.trace_done) && empty(rt.any_hit_batch) && empty(rt.any_hit_done) &&
-           empty(rt.node_fetch) && empty(rt.node_fetch_done);
-  }
-  for (const auto& request : requests_) idle = idle && request->empty();
-  for (const auto& response : responses_) idle = idle && response->empty();
+  for_each_link([&](const auto& link) { idle = idle && link.empty(); });
   return idle;
 }
 
@@ -174,9 +156,7 @@ std::uint64_t Sm::progress() const {
   const auto phases = simt_->counters().phases;
   sum += std::accumulate(phases.begin(), phases.end(), std::uint64_t{0});
   for (const auto& rt : rt_) sum += rt->progress();
-  for (const RtLinks& rt : rt_links_) sum += rt.trace_call->pushed() + rt.any_hit_done->pushed();
-  for (const auto& request : requests_) sum += request->pushed();
-  for (const auto& response : responses_) sum += response->pushed();
+  for_each_link([&](const auto& link) { sum += link.pushed(); });
   return sum;
 }
 
@@ -199,16 +179,7 @@ std::vector<modules::Inventory> Sm::inventory() const {
 
 void Sm::dump_state(std::ostream& out) const {
   out << name() << '\n';
-  for (const RtLinks& rt : rt_links_) {
-    dump_link(out, rt.trace_call);
-    dump_link(out, rt.trace_done);
-    dump_link(out, rt.any_hit_batch);
-    dump_link(out, rt.any_hit_done);
-    dump_link(out, rt.node_fetch);
-    dump_link(out, rt.node_fetch_done);
-  }
-  for (const auto& request : requests_) dump_link(out, request);
-  for (const auto& response : responses_) dump_link(out, response);
+  for_each_link([&](const auto& link) { dump_link(out, link); });
   simt_->dump_state(out);
   for (const auto& rt : rt_) rt->dump_state(out);
   l1_->dump_state(out);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "grtx/rtl_tlm/gpu/gpu.h"
-#include "grtx/rtl_tlm/gpu/sm.h"
 
 namespace grtx::sim {
 namespace {
@@ -59,19 +58,6 @@ void SmThreads::watch(const modules::WorkDistributorModule& distributor, std::ui
   });
 }
 
-void SmThreads::bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor,
-                     modules::CrossbarModule& crossbar) {
-  Links& links = *links_[index];
-  distributor.launch[index].bind(links.launch);
-  distributor.ended[index].bind(links.ended);
-  sm.launch.bind(links.launch);
-  sm.ended.bind(links.ended);
-  sm.to_memory.bind(links.request);
-  sm.from_memory.bind(links.response);
-  crossbar.request_in[index].bind(links.request);
-  crossbar.response_out[index].bind(links.response);
-}
-
 // Launches that were sent before the look at the flag are collected after it.
 void SmThreads::Links::collect() {
   if (!all_launched) {
@@ -99,24 +85,10 @@ Cycle SmThreads::Links::reach() const {
 // Our own L1 sends at most one request a cycle. Warps that have ended always find room.
 bool SmThreads::Links::knows_room(Cycle cycle) const { return request.knows_room(cycle); }
 
-bool SmThreads::links_empty() const {
-  return std::all_of(links_.begin(), links_.end(), [](const auto& l) {
-    return l->launch.empty() && l->ended.empty() && l->request.empty() && l->response.empty();
-  });
-}
-
 Cycle SmThreads::latest() const {
   Cycle latest = 0;
   for (const auto& clock : clocks_) latest = std::max(latest, clock->latest());
   return latest;
-}
-
-std::uint64_t SmThreads::messages() const {
-  std::uint64_t sum = 0;
-  for (const auto& l : links_) {
-    sum += l->launch.pushed() + l->ended.pushed() + l->request.pushed() + l->response.pushed();
-  }
-  return sum;
 }
 
 }  // namespace grtx::sim

@@ -11,13 +11,11 @@
 #include "grtx/modules/kernel/crossing_link.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/noc/crossbar_if.h"
-#include "grtx/modules/simt/work_distributor_if.h"
+#include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
 
-class Sm;
 struct BuildOptions;
 
 /// The thread of each SM at first, 0 being the kernel's: it gets as many as the memory side leaves room for.
@@ -30,19 +28,7 @@ class SmThreads {
   static bool possible(const GpuConfig& config) { return config.links.capacity > config.links.latency; }
   SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build);
 
-  /// The clock of an SM's modules.
-  modules::ClockDomain& clock(unsigned sm) { return *clocks_[sm]; }
-  /// groups: that the distributor will launch.
-  void watch(const modules::WorkDistributorModule& distributor, std::uint64_t groups);
-  /// Binds an SM to the rest of the GPU by links that cross threads.
-  void bind(unsigned index, Sm& sm, modules::WorkDistributorModule& distributor, modules::CrossbarModule& crossbar);
-  bool links_empty() const;
-  std::uint64_t messages() const;  ///< sent so far, over all links that cross
-  Cycle latest() const;            ///< ClockDomain::latest() of all SMs
-  /// Whether the kernel's thread had to step all SMs for a while.
-  bool rested() const { return running_.rested(); }
-
- private:
+  /// Between an SM and the rest of the GPU, across threads.
   struct Links final : modules::ClockThreads::Coupling {
     Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own);
     modules::CrossingLink<modules::LaunchWarp> launch;
@@ -56,7 +42,27 @@ class SmThreads {
     const SmThreads& threads;
     bool all_launched = false;
   };
+  Links& links(unsigned sm) { return *links_[sm]; }
+  /// Calls f(link) for each of them.
+  template <typename F>
+  void for_each_link(F&& f) const {
+    for (const auto& l : links_) {
+      f(l->launch);
+      f(l->ended);
+      f(l->request);
+      f(l->response);
+    }
+  }
 
+  /// The clock of an SM's modules.
+  modules::ClockDomain& clock(unsigned sm) { return *clocks_[sm]; }
+  /// groups: that the distributor will launch.
+  void watch(const modules::WorkDistributorModule& distributor, std::uint64_t groups);
+  Cycle latest() const;  ///< ClockDomain::latest() of all SMs
+  /// Whether the kernel's thread had to step all SMs for a while.
+  bool rested() const { return running_.rested(); }
+
+ private:
   const GpuConfig config_;
   const Cycle response_reach_;
   std::vector<std::unique_ptr<modules::ClockDomain>> clocks_;  ///< by SM

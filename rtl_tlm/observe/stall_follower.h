@@ -16,7 +16,7 @@ class StallFollower {
   /// Values that look() returns: 0 a warp was scheduled, else 1 + the Stall.
   static std::vector<std::string> names() {
     std::vector<std::string> names = {"none"};
-    for (const auto name : modules::kStallNames) names.emplace_back(name);
+    for (const std::string& name : names_of<modules::Stall>()) names.emplace_back(name);
     return names;
   }
 

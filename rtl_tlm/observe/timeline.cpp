@@ -84,7 +84,7 @@ void Timeline::show_slot(Slot& slot, const modules::SimtCore& simt, unsigned ind
   if (slot.occupied && new_warp) writer_.end(slot.track, now);
   if (new_warp) writer_.begin(slot.track, now, fmt::format("warp {}", group), {{"group", group}});
   if (new_round) writer_.begin(slot.track, now, fmt::format("round {}", round), {{"group", group}, {"round", round}});
-  writer_.begin(slot.track, now, modules::kWarpActivityNames[activity]);
+  writer_.begin(slot.track, now, name_at<modules::WarpActivity>(activity));
   slot.occupied = true;
   slot.group = group;
   slot.round = round;
@@ -110,7 +110,7 @@ void Timeline::sample(Cycle now) {
       // Cycles in which a warp is scheduled are one slice; an empty unit is a gap.
       constexpr unsigned kEmpty = 1 + static_cast<unsigned>(modules::Stall::empty);
       show(rt.scheduler_track, stall == kEmpty ? kNothing : stall,
-           stall == 0 ? "issue" : modules::kStallNames[stall - 1], now);
+           stall == 0 ? "issue" : name_at<modules::Stall>(stall - 1), now);
       for (std::size_t u = 0; u < rt.units.size(); ++u) {
         const bool busy = !rt.units[u]->idle() || rt.units[u]->busy_pipelines(now) != 0;
         show(rt.unit_tracks[u], busy ? 0 : kNothing, "busy", now);

@@ -188,7 +188,7 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
   const unsigned warps = width_for(simt.slots());
   resident_ = wires.add(scope + ".resident", warps);
   for (std::size_t a = 0; a < modules::kWarpActivities; ++a) {
-    warps_[a] = wires.add(scope + ".warps_" + std::string(modules::kWarpActivityNames[a]), warps);
+    warps_[a] = wires.add(scope + ".warps_" + std::string(name_at<modules::WarpActivity>(a)), warps);
   }
   queued_ = wires.add(scope + ".load_store_queued", 20);
   in_flight_ = wires.add(scope + ".load_store_in_flight", 20);

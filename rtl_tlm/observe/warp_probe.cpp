@@ -56,7 +56,7 @@ WarpProbe::WarpProbe(Wires& wires, const std::string& scope, const modules::Warp
     const bool checkpointing = static_cast<LaneState>(s) == LaneState::waiting_checkpoint_read ||
                                static_cast<LaneState>(s) == LaneState::waiting_checkpoint_write;
     if (static_cast<LaneState>(s) == LaneState::idle || (checkpointing && checkpoint == nullptr)) continue;
-    lanes_[s] = add(("lanes_" + std::string(modules::kLaneStateNames[s])).c_str(), modules::kMaxLanes);
+    lanes_[s] = add(("lanes_" + std::string(name_at<modules::LaneState>(s))).c_str(), modules::kMaxLanes);
   }
   node_kind_ = add("node_kind", 3, &node_kinds());
   node_address_ = add("node_address", kAddressBits);

@@ -15,7 +15,7 @@ const Enumeration& warp_states() {
         "warp_state",
         {"free"},
         {"gray25", "forest green", "royal blue", "purple", "maroon", "dark goldenrod", "firebrick", "gray50"}};
-    for (const auto name : modules::kWarpWaitNames) e.values.emplace_back(name);
+    for (const std::string& name : names_of<modules::WarpWait>()) e.values.emplace_back(name);
     return e;
   }();
   return states;
@@ -54,7 +54,7 @@ const Enumeration& activities() {
     Enumeration e{"activity",
                   {"free"},
                   {"gray25", "dark goldenrod", "forest green", "firebrick", "royal blue", "steel blue", "gray50"}};
-    for (const auto name : modules::kWarpActivityNames) e.values.emplace_back(name);
+    for (const std::string& name : names_of<modules::WarpActivity>()) e.values.emplace_back(name);
     return e;
   }();
   return activities;

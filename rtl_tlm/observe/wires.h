@@ -18,10 +18,7 @@ enum class WaveLevel : std::uint8_t {
   units,   ///< state, occupancy and queue levels of each unit
   signals  ///< also each warp, each shader slot, each link
 };
-constexpr auto enum_names(WaveLevel) {
-  using enum WaveLevel;
-  return std::to_array<EnumName<WaveLevel>>({{units, "units"}, {signals, "signals"}});
-}
+constexpr auto enum_names(WaveLevel) { return names_in_order<WaveLevel>({"units", "signals"}); }
 
 /// Bits that hold 0..largest.
 inline unsigned width_for(std::uint64_t largest) {

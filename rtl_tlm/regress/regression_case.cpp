@@ -116,9 +116,7 @@ class CaseReader {
       case_.sampled.seed = static_cast<std::uint64_t>(seed->get());
     } else if (name == "sample_engine") {
       case_.sampled.engine = choice<SimulationMode>(node, name);
-      if (case_.sampled.engine != SimulationMode::cycle && case_.sampled.engine != SimulationMode::fast) {
-        fail(node, "sample_engine: must be cycle or fast");
-      }
+      if (!runs_windows(case_.sampled.engine)) fail(node, "sample_engine: must be cycle or fast");
     } else {
       return false;
     }

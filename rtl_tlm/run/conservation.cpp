@@ -26,7 +26,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
   equal("L1 reads of nodes", c.l1.nodes().reads, c.rt.memory.node_sectors());
   for (const Region region : {Region::k_buffer, Region::eviction, Region::gaussian, Region::sh, Region::ray}) {
     const std::size_t i = index(region);
-    const std::string of = " of region " + std::string(modules::kRegionNames[i]);
+    const std::string of = " of region " + std::string(name_at<modules::Region>(i));
     equal("L1 reads" + of, c.l1.region[i].reads, c.simt.memory.loads[i]);
     equal("L1 writes" + of, c.l1.region[i].writes, c.simt.memory.stores[i]);
   }
@@ -34,7 +34,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
   std::uint64_t l1_misses = 0, l2_reads = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
   for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
     const auto region = static_cast<Region>(i);
-    const std::string name(modules::kRegionNames[i]);
+    const std::string name(name_at<modules::Region>(i));
     const modules::RegionCounters &l1 = c.l1.region[i], &l2 = c.l2.region[i];
     if (!is_node(region) && region != Region::checkpoint) equal("L2 reads of region " + name, l2.reads, l1.misses);
     equal("DRAM reads of region " + name, c.l2.dram_reads_of[i], l2.misses);

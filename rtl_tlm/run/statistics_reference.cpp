@@ -28,7 +28,8 @@ std::string of_all(std::string description) {
 std::string statistic_kind(const std::string& name) {
   static const std::vector<std::pair<std::regex, std::string>> rules = [] {
     std::string regions;
-    for (const auto region : modules::kRegionNames) regions += (regions.empty() ? "" : "|") + std::string(region);
+    for (const std::string& region : names_of<modules::Region>())
+      regions += (regions.empty() ? "" : "|") + std::string(region);
     return std::vector<std::pair<std::regex, std::string>>{
         {std::regex(R"(^gpu\.sm\d+\.rt\d*\.)"), "gpu.sm<i>.rt<j>."},
         {std::regex(R"(^gpu\.sm\d+\.)"), "gpu.sm<i>."},

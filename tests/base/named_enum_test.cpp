@@ -24,6 +24,15 @@ TEST(NamedEnum, NamesAndValuesGoBothWays) {
   EXPECT_EQ(names_of<Fruit>(), (std::vector<std::string>{"plum", "apple"}));
 }
 
+enum class Order : std::uint8_t { fifo, lifo };
+constexpr auto enum_names(Order) { return names_in_order<Order>({"fifo", "lifo"}); }
+
+TEST(NamedEnum, ATableInTheOrderOfTheValues) {
+  static_assert(kCountOf<Order> == 2);
+  static_assert(name_of(Order::lifo) == "lifo" && name_at<Order>(0) == "fifo");
+  EXPECT_EQ(from_name<Order>("lifo"), Order::lifo);
+}
+
 TEST(NamedEnum, AnUnknownNameListsTheKnownAndTheNearest) {
   EXPECT_EQ(value_of<Fruit>("apple", "file", "line 3"), Fruit::apple);
   try {

@@ -108,7 +108,7 @@ TEST(PredictedPops, GapsThatDoNotFitAreRefused) {
   for (const Case& c : cases) {
     ColumnSet columns = sound;
     columns[c.column] = c.bytes;
-    EXPECT_THROW(decode(columns), Malformed) << column_name(c.column) << " " << c.bytes.size();
+    EXPECT_THROW(decode(columns), Malformed) << name_of(c.column) << " " << c.bytes.size();
   }
 }
 

@@ -48,36 +48,6 @@ ZSTD_DCtx* decompression_context() {
 
 }  // namespace
 
-const char* column_name(Column column) {
-  static constexpr std::array<const char*, kColumnCount> kNames{"group",
-                                                                "node_address",
-                                                                "node_tree",
-                                                                "node_shape",
-                                                                "node_kinds",
-                                                                "node_children",
-                                                                "node_hits",
-                                                                "ray",
-                                                                "round_flags",
-                                                                "preloaded",
-                                                                "k_count",
-                                                                "processed_count",
-                                                                "eviction_dropped",
-                                                                "inner_gap",
-                                                                "inner",
-                                                                "hits",
-                                                                "checkpoints",
-                                                                "leaf_gap",
-                                                                "leaf",
-                                                                "shifts",
-                                                                "replay_op",
-                                                                "replay_entry",
-                                                                "gaussian_id",
-                                                                "processed",
-                                                                "gaussian_low",
-                                                                "gaussian_high"};
-  return kNames[static_cast<std::size_t>(column)];
-}
-
 std::size_t ColumnSet::bytes() const {
   std::size_t sum = 0;
   for (const Bytes& column : columns_) sum += column.size();
@@ -147,8 +117,7 @@ void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& colu
     const std::size_t got = ZSTD_decompressDCtx(decompression_context(), column.data(), column.size(), blob,
                                                 static_cast<std::size_t>(stored[i]));
     if (ZSTD_isError(got) || got != column.size()) {
-      throw Malformed(std::string("column ") + column_name(static_cast<Column>(i)) +
-                      " does not decompress to its size");
+      throw Malformed("column " + std::string(name_at<Column>(i)) + " does not decompress to its size");
     }
   }
   reader.expect_end();

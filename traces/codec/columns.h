@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/traces/codec/byte_stream.h"
 
 namespace grtx::traces {
@@ -38,12 +39,37 @@ enum class Column : std::uint8_t {
   processed,         ///< a processed entry: blended, predicted
   gaussian_low,      ///< a processed entry not predicted: position in gaussian_id, low byte
   gaussian_high,     ///< the rest of that position
-  count
 };
-inline constexpr std::size_t kColumnCount = static_cast<std::size_t>(Column::count);
-
-/// Name as in docs/model/trace-format.md.
-const char* column_name(Column column);
+/// As in docs/model/trace-format.md.
+constexpr auto enum_names(Column) {
+  return names_in_order<Column>({"group",
+                                 "node_address",
+                                 "node_tree",
+                                 "node_shape",
+                                 "node_kinds",
+                                 "node_children",
+                                 "node_hits",
+                                 "ray",
+                                 "round_flags",
+                                 "preloaded",
+                                 "k_count",
+                                 "processed_count",
+                                 "eviction_dropped",
+                                 "inner_gap",
+                                 "inner",
+                                 "hits",
+                                 "checkpoints",
+                                 "leaf_gap",
+                                 "leaf",
+                                 "shifts",
+                                 "replay_op",
+                                 "replay_entry",
+                                 "gaussian_id",
+                                 "processed",
+                                 "gaussian_low",
+                                 "gaussian_high"});
+}
+inline constexpr std::size_t kColumnCount = kCountOf<Column>;
 
 using ColumnView = std::span<const std::uint8_t>;
 
@@ -68,7 +94,7 @@ class ColumnReaders {
   void begin(const ColumnSet& columns) {
     for (std::size_t i = 0; i < kColumnCount; ++i) {
       const auto column = static_cast<Column>(i);
-      readers_[i] = ByteReader(columns[column].data(), columns[column].size(), column_name(column));
+      readers_[i] = ByteReader(columns[column].data(), columns[column].size(), name_of(column).data());
     }
   }
   ByteReader& operator[](Column column) { return readers_[static_cast<std::size_t>(column)]; }

@@ -69,21 +69,10 @@ Totals count_totals(const Header& header, const RayGroup& group) {
 }
 
 void add_totals(Totals& to, const Totals& from) {
-  to.rays += from.rays;
-  to.rounds += from.rounds;
-  to.visits_internal += from.visits_internal;
-  to.visits_instance += from.visits_instance;
-  to.visits_leaf += from.visits_leaf;
-  to.culls += from.culls;
-  to.any_hit_calls += from.any_hit_calls;
-  to.evictions += from.evictions;
-  to.checkpoints_written += from.checkpoints_written;
-  to.checkpoints_read += from.checkpoints_read;
-  to.overflows += from.overflows;
-  to.processed += from.processed;
-  to.blended += from.blended;
-  to.max_checkpoints_per_round = std::max(to.max_checkpoints_per_round, from.max_checkpoints_per_round);
-  to.max_evictions_per_ray = std::max(to.max_evictions_per_ray, from.max_evictions_per_ray);
+  for (const TotalField& field : kTotalFields) {
+    std::uint64_t& sum = to.*field.value;
+    sum = field.largest ? std::max(sum, from.*field.value) : sum + from.*field.value;
+  }
 }
 
 }  // namespace grtx::traces

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <span>
 
 #include "grtx/traces/event.h"
@@ -30,7 +31,32 @@ void count_round(const Header& header, const Round& round, const RoundCounts& co
 /// Counts one group. Trusts the group; check() has its own count.
 Totals count_totals(const Header& header, const RayGroup& group);
 
-/// Sums, and maxima for the max_* members.
+/// A total: its key in a trace's footer, and whether that of several groups is the largest, not the sum.
+struct TotalField {
+  const char* name;
+  std::uint64_t Totals::*value;
+  bool largest = false;
+};
+inline constexpr TotalField kTotalFields[] = {
+    {"rays", &Totals::rays},
+    {"rounds", &Totals::rounds},
+    {"visits_internal", &Totals::visits_internal},
+    {"visits_instance", &Totals::visits_instance},
+    {"visits_leaf", &Totals::visits_leaf},
+    {"culls", &Totals::culls},
+    {"any_hit_calls", &Totals::any_hit_calls},
+    {"evictions", &Totals::evictions},
+    {"checkpoints_written", &Totals::checkpoints_written},
+    {"checkpoints_read", &Totals::checkpoints_read},
+    {"overflows", &Totals::overflows},
+    {"processed", &Totals::processed},
+    {"blended", &Totals::blended},
+    {"max_checkpoints_per_round", &Totals::max_checkpoints_per_round, true},
+    {"max_evictions_per_ray", &Totals::max_evictions_per_ray, true},
+};
+static_assert(sizeof(Totals) == std::size(kTotalFields) * sizeof(std::uint64_t), "every field");
+
+/// Sums, and maxima of the largest.
 void add_totals(Totals& to, const Totals& from);
 
 }  // namespace grtx::traces

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/codec/count_totals.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::traces {
@@ -51,21 +52,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
 
 template <typename TotalsType, typename Visit>
 void for_each_total(TotalsType& t, Visit&& visit) {
-  visit("rays", t.rays);
-  visit("rounds", t.rounds);
-  visit("visits_internal", t.visits_internal);
-  visit("visits_instance", t.visits_instance);
-  visit("visits_leaf", t.visits_leaf);
-  visit("culls", t.culls);
-  visit("any_hit_calls", t.any_hit_calls);
-  visit("evictions", t.evictions);
-  visit("checkpoints_written", t.checkpoints_written);
-  visit("checkpoints_read", t.checkpoints_read);
-  visit("overflows", t.overflows);
-  visit("processed", t.processed);
-  visit("blended", t.blended);
-  visit("max_checkpoints_per_round", t.max_checkpoints_per_round);
-  visit("max_evictions_per_ray", t.max_evictions_per_ray);
+  for (const TotalField& field : kTotalFields) visit(field.name, t.*field.value);
 }
 
 void take(const Json& value, const std::string& key, bool& out) {

@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cstdint>
+#include <ostream>
 #include <span>
 #include <vector>
 
@@ -77,6 +78,14 @@ class MshrTable {
     index_.erase(entries_[entry].sector_address / kSectorBytes);
     entries_[entry].count = 0;
     free_.push_back(entry);
+  }
+  void dump_state(std::ostream& out) const {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      const Entry& e = entries_[i];
+      if (e.count == 0) continue;
+      out << "  mshr " << i << ": sector 0x" << std::hex << e.sector_address << std::dec << " since cycle "
+          << e.allocated << ", " << e.count << " waiting\n";
+    }
   }
 
  private:

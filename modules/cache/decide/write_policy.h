@@ -11,10 +11,7 @@
 namespace grtx::modules {
 
 enum class WritePolicy : std::uint8_t { write_through, write_back };
-constexpr auto enum_names(WritePolicy) {
-  using enum WritePolicy;
-  return std::to_array<EnumName<WritePolicy>>({{write_through, "write_through"}, {write_back, "write_back"}});
-}
+constexpr auto enum_names(WritePolicy) { return names_in_order<WritePolicy>({"write_through", "write_back"}); }
 
 /// Of the regions that belong to one ray or warp (is_private()); all others are written through, without allocation.
 struct PrivateWrites {
@@ -24,8 +21,9 @@ struct PrivateWrites {
   void parameters(ParameterList& list) {
     list.add("private_writes", policy,
              "writes to buffers that belong to one ray or warp: checkpoint, eviction, k-buffer, stack",
-             from_public("GPGPU-Sim: local memory is written back, global memory through"));
-    list.add("private_allocate", allocate, "a private write whose line is absent takes a line", kOurs);
+             from_public("GPGPU-Sim: local memory is written back, global memory through"))
+        .came_later();
+    list.add("private_allocate", allocate, "a private write whose line is absent takes a line", kOurs).came_later();
   }
   struct Effect {
     bool keep = false;     ///< the sector is valid in the L1 afterwards, in a new line if need be

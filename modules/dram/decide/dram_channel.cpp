@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "grtx/base/error.h"
-
 namespace grtx::modules {
 
 namespace {
@@ -28,9 +26,6 @@ std::uint64_t least_key(std::uint64_t banks, const std::vector<std::uint64_t>& k
 const DramChannelConfig& DramChannel::checked(const DramChannelConfig& config) {
   require_allowed("dram", config);
   require_allowed("dram.timing", config.timing);
-  config.check([](bool holds, const char* key, const char* rule) {
-    if (!holds) throw Error("configuration", std::string("dram.") + key, rule);
-  });
   return config;
 }
 
@@ -46,7 +41,8 @@ DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramSc
       hit_key_(config.banks),
       wake_(config.banks),
       completions_(256) {
-  if (scheduling_ == nullptr && config.scheduling != kFrFcfs) scheduling_ = make_dram_scheduling(config);
+  if (scheduling_ == nullptr) scheduling_ = make_dram_scheduling(config);
+  if (scheduling_ == nullptr && config.scheduling == kFrFcfsCap) overtaken_.resize(config.banks);
   for (unsigned i = config.queue; i > 0; --i) free_.push_back(i - 1);
   if (config.timing.groups_differ()) {
     groups_.resize(config.bank_groups);
@@ -104,11 +100,10 @@ void DramChannel::reconsider(Cycle now, std::uint32_t number) {
   Cycle at = 0;
   Cycle wake = kNever;
   Ready ready = Ready::none;
-  const bool hit_is_oldest = bank.hit == bank.oldest;
-  if (bank.hit != kNone && (hit_is_oldest || now < bank.ages_at)) {
+  if (bank.hit != kNone && bank.hit_first(now)) {
     at = bank.can_column();
     ready = bank.hit_write ? Ready::write : Ready::read;
-    if (!hit_is_oldest) wake = bank.ages_at;
+    if (bank.hit != bank.oldest) wake = bank.ages_at;
   } else {
     at = bank.open ? bank.can_precharge : bank.can_activate;
     ready = bank.open ? Ready::precharge : Ready::activate;
@@ -142,6 +137,18 @@ void DramChannel::wake_banks(Cycle now) {
   }
 }
 
+// fr_fcfs_cap (FR-FCFS+Cap of Mutlu and Moscibroda, MICRO 2007): as fr_fcfs, but only so many column commands of a bank
+// overtake its oldest request. What is counted is forgotten when that request gets a command.
+void DramChannel::count_overtaking(Bank& bank, std::uint32_t number, bool overtakes) {
+  overtaken_[number] = overtakes ? overtaken_[number] + 1 : 0;
+  bank.capped = overtaken_[number] >= config_.hit_cap;
+}
+
+unsigned DramChannel::scheduling_bits_per_bank() const {
+  if (scheduling_ != nullptr) return scheduling_->bits_per_bank();
+  return overtaken_.empty() ? 0 : static_cast<unsigned>(std::bit_width(config_.hit_cap));
+}
+
 // Whether a hit other than `column` is past the age cap and the oldest hit of all.
 bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
   if (now < first_ages_at_) return false;
@@ -151,7 +158,7 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
   for (std::uint64_t rest = busy_banks_; rest != 0; rest &= rest - 1) {
     const Bank& bank = banks_[static_cast<std::size_t>(std::countr_zero(rest))];
     first_ages_at_ = std::min(first_ages_at_, bank.ages_at);
-    if (bank.hit == kNone || (bank.hit != bank.oldest && now >= bank.ages_at)) continue;
+    if (bank.hit == kNone || !bank.hit_first(now)) continue;
     if (entries_[bank.hit].order >= order) continue;
     order = entries_[bank.hit].order;
     oldest = bank.hit;
@@ -159,7 +166,10 @@ bool DramChannel::older_hit_has_aged(Cycle now, std::uint32_t column) {
   return oldest != kNone && oldest != column && aged(entries_[oldest], now);
 }
 
-// The decisions of policies/fr_fcfs.h, from what is kept of the banks.
+// fr_fcfs, first ready, first come (Rixner et al., ISCA 2000), with an age cap: the oldest row hit whose timing allows
+// it gets the column command; the oldest request whose bank holds another row, or none, gets the row command. A request
+// past the age cap lets nothing overtake it: its bank serves no younger hits, and the data bus waits for it once its
+// row is open.
 template <bool plain>
 void DramChannel::step_fr_fcfs(Cycle now) {
   if ((wake_clocks_ >> now % kWheel & 1) != 0) wake_banks(now);
@@ -308,6 +318,7 @@ void DramChannel::issue_column(Cycle now, std::uint32_t number) {
   const DramTiming& t = config_.timing;
   Entry& e = entries_[number];
   Bank& bank = banks_[e.bank];
+  if (!overtaken_.empty()) count_overtaking(bank, e.bank, bank.hit != bank.oldest);
   next_read_ = std::max(next_read_, now + (e.write ? t.write_to_read() : t.ccd));
   next_write_ = std::max(next_write_, now + (e.write ? t.ccd : t.read_to_write()));
   bank.can_precharge = std::max(bank.can_precharge, now + (e.write ? t.write_to_precharge() : t.rtp));
@@ -332,6 +343,7 @@ void DramChannel::issue_row(Cycle now, std::uint32_t number) {
   const DramTiming& t = config_.timing;
   Entry& e = entries_[number];
   Bank& bank = banks_[e.bank];
+  if (!overtaken_.empty()) count_overtaking(bank, e.bank, false);
   if (bank.open) {
     bank.open = false;
     bank.hit = kNone;

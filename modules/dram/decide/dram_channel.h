@@ -64,6 +64,8 @@ class DramChannel {
   std::size_t queued() const { return queued_; }
   const DramChannelCounters& counters() const { return counters_; }
   const DramChannelConfig& config() const { return config_; }
+  /// State that hardware keeps for the scheduling, a bank.
+  unsigned scheduling_bits_per_bank() const;
   void dump_state(std::ostream& out) const;
 
  private:
@@ -96,9 +98,12 @@ class DramChannel {
     Ready ready = Ready::none;
     bool hit_write = false;
     bool open = false;
+    bool capped = false;  ///< fr_fcfs_cap: enough younger hits have overtaken the oldest request
     std::uint32_t newest = kNone;
     std::uint64_t row = 0;
 
+    /// The bank serves its hit before its oldest request.
+    bool hit_first(Cycle now) const { return hit == oldest || (now < ages_at && !capped); }
     Cycle can_column() const { return hit_write ? can_write : can_read; }
   };
   struct Group {
@@ -121,6 +126,7 @@ class DramChannel {
   void wake_banks(Cycle now);
   void book(Cycle clock, std::uint32_t bank);
   void unbook(std::uint32_t bank);
+  void count_overtaking(Bank& bank, std::uint32_t number, bool overtakes);
   bool older_hit_has_aged(Cycle now, std::uint32_t column);
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
@@ -134,11 +140,11 @@ class DramChannel {
   void count_queue(Cycle now);
 
   DramChannelConfig config_;
-  std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs
+  std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs or fr_fcfs_cap
   std::vector<DramBankQueue> shown_;            ///< to it
   DramMapping mapping_;
   std::vector<Group> groups_;  ///< none when they have no times of their own
-  bool plain_ = false;         ///< neither such groups nor refresh nor another policy than fr_fcfs
+  bool plain_ = false;         ///< neither such groups nor refresh nor a policy that is asked
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
@@ -152,6 +158,7 @@ class DramChannel {
   std::array<std::uint64_t, kWheel> wakes_{};  ///< banks
   std::uint64_t wake_clocks_ = 0;              ///< which of wakes_ are not empty
   std::vector<std::uint8_t> wake_;             ///< of a bank in timed_, in wakes_
+  std::vector<unsigned> overtaken_;            ///< fr_fcfs_cap, by bank: column commands that overtook; else empty
   Cycle first_ages_at_ = kNever;               ///< no request is past the age cap before
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;

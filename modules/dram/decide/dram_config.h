@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 #include "grtx/base/strong.h"
@@ -50,15 +51,19 @@ struct DramTiming {
     add("rtp", rtp, "read command to precharge");
     add("turn", turn, "bubble between read and write data");
     const auto add_unused = [&](const char* key, unsigned& clocks, const char* description) {
-      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs);
+      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs).came_later();
     };
     add_unused("ccd_l", ccd_l, "as ccd, in the same bank group, where longer");
     add_unused("rrd_l", rrd_l, "as rrd, in the same bank group, where longer");
     add_unused("cdlr_l", cdlr_l, "as cdlr, in the same bank group, where longer");
     add_unused("rcd_wr", rcd_wr, "activate to write command; 0: rcd");
     add_unused("faw", faw, "window in which at most four activates begin; 0: no such limit");
-    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs);
+    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs)
+        .came_later();
     add_unused("rfc", rfc, "refresh to activate");
+    list.rule(
+        "refi", [this] { return refi == 0 || refi >= rfc + rc + rp + rcd; },
+        "must be 0 or leave time for a row cycle: at least rfc + rc + rp + rcd of dram.timing");
   }
   unsigned read_to_write() const { return cl + ccd + turn > wl ? cl + ccd + turn - wl : 1; }
   unsigned write_to_read() const { return wl + ccd + cdlr; }
@@ -86,33 +91,36 @@ struct DramChannelConfig {
   /// But for the timing, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
-    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks; they divide them", kOurs);
+    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks; they divide them", kOurs).came_later();
     list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
-             kOurs);
+             kOurs)
+        .came_later();
     list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
     list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
     list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
     list.add("scheduling", scheduling, dram_scheduling_names(),
-             "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim);
+             "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim)
+        .came_later();
     list.add("hit_cap", hit_cap, {1, 1e6}, "commands",
              "fr_fcfs_cap: column commands of a bank that may overtake its oldest request",
-             from_public("Mutlu and Moscibroda, MICRO 2007"));
+             from_public("Mutlu and Moscibroda, MICRO 2007"))
+        .came_later();
     list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request; not for fcfs",
              kOurs);
     list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
-  }
-  /// What no single range says: calls require(holds, key below dram, rule) for each rule.
-  template <typename Require>
-  void check(Require&& require) const {
-    const auto power_of_two = [](unsigned value) { return value != 0 && (value & (value - 1)) == 0; };
-    require(!bank_xor || power_of_two(banks), "bank_xor", "needs a power of two of dram.banks");
-    require(row_bytes >= burst_bytes, "row_bytes", "must not be smaller than dram.burst_bytes");
-    require(banks % bank_groups == 0, "bank_groups", "must divide dram.banks");
-    require(bank_groups == 1 || (power_of_two(group_bytes) && row_bytes % group_bytes == 0), "group_bytes",
-            "must be a power of two that divides dram.row_bytes");
-    require(bank_groups == 1 || group_bytes >= burst_bytes, "group_bytes", "must not be smaller than dram.burst_bytes");
-    require(timing.refi == 0 || timing.refi >= timing.rfc + timing.rc + timing.rp + timing.rcd, "timing.refi",
-            "must be 0 or leave time for a row cycle: at least rfc + rc + rp + rcd of dram.timing");
+    list.rule(
+        "bank_xor", [this] { return !bank_xor || std::has_single_bit(banks); }, "needs a power of two of dram.banks");
+    list.rule(
+        "row_bytes", [this] { return row_bytes >= burst_bytes; }, "must not be smaller than dram.burst_bytes");
+    list.rule(
+        "bank_groups", [this] { return banks % bank_groups == 0; }, "must divide dram.banks");
+    list.rule(
+        "group_bytes",
+        [this] { return bank_groups == 1 || (std::has_single_bit(group_bytes) && row_bytes % group_bytes == 0); },
+        "must be a power of two that divides dram.row_bytes");
+    list.rule(
+        "group_bytes", [this] { return bank_groups == 1 || group_bytes >= burst_bytes; },
+        "must not be smaller than dram.burst_bytes");
   }
   /// An aligned request of up to so many bytes is in one row.
   unsigned bytes_in_row() const { return bank_groups == 1 ? row_bytes : group_bytes; }

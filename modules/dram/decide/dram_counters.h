@@ -12,21 +12,11 @@ namespace grtx::modules {
 
 /// What one channel counted, or the sum over channels.
 struct DramChannelCounters {
-  std::uint64_t reads = 0;  ///< requests
-  std::uint64_t writes = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t responses = 0;      ///< begun
-  std::uint64_t refused = 0;        ///< malformed transactions, answered with an error status
-  std::uint64_t row_hits = 0;       ///< requests that found their row open
-  std::uint64_t row_misses = 0;     ///< needed an activate
-  std::uint64_t row_conflicts = 0;  ///< needed a precharge first
-  std::uint64_t activates = 0;
-  std::uint64_t precharges = 0;
-  std::uint64_t refreshes = 0;  ///< of all banks, due before the last column command
-  std::uint64_t bursts = 0;
-  std::uint64_t aged = 0;            ///< requests issued after the age cap
-  std::uint64_t queue_clocks = 0;    ///< queued bursts summed over clocks
-  std::uint64_t full_clocks = 0;     ///< clocks a request waited for room in a full queue, END_REQ withheld
+  std::uint64_t reads = 0, writes = 0, bytes = 0, responses = 0;
+  std::uint64_t refused = 0;  ///< malformed transactions, answered with an error status
+  std::uint64_t row_hits = 0, row_misses = 0, row_conflicts = 0;
+  std::uint64_t activates = 0, precharges = 0, refreshes = 0, bursts = 0, aged = 0;
+  std::uint64_t queue_clocks = 0, full_clocks = 0;
   std::uint64_t latency_clocks = 0;  ///< from enqueue to last data, summed over requests
 
   static const CounterTable<DramChannelCounters>& table();

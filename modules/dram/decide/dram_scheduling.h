@@ -1,6 +1,6 @@
-// Which command a DRAM channel issues in a clock: a policy, free of SystemC, chosen by its name. Policies of the
-// project stand in policies/, one file each; one of your own is registered before configurations are read. The channel
-// finds the decisions of fr_fcfs without asking (dram_channel.h), for that is where the model spends its time.
+// Which command a DRAM channel issues in a clock: a policy, free of SystemC, chosen by its name. fr_fcfs and
+// fr_fcfs_cap are built into the channel (dram_channel.cpp), where the model spends its time; others stand in
+// policies/, one file each. One of your own is registered before configurations are read.
 #pragma once
 
 #include <cstdint>
@@ -50,12 +50,14 @@ class DramScheduling {
 using DramSchedulingFactory = std::function<std::unique_ptr<DramScheduling>(const DramChannelConfig& channel)>;
 
 inline constexpr const char* kFrFcfs = "fr_fcfs";
+inline constexpr const char* kFrFcfsCap = "fr_fcfs_cap";
 
 /// Makes `name` a value of dram.scheduling. Throws std::logic_error when it is one already.
 void register_dram_scheduling(const std::string& name, DramSchedulingFactory factory);
 /// The values of dram.scheduling, those of the project first.
 std::vector<std::string> dram_scheduling_names();
-/// The one that channel.scheduling names. Throws Error that lists the names for an unknown one.
+/// The one that channel.scheduling names; nullptr for those built in. Throws Error that lists the names for an unknown
+/// one.
 std::unique_ptr<DramScheduling> make_dram_scheduling(const DramChannelConfig& channel);
 
 }  // namespace grtx::modules

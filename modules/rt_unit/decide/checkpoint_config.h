@@ -15,10 +15,7 @@ namespace grtx::modules {
 /// What becomes of a source entry that is not taken: rewrite: it is written to the destination. reference: it stays
 /// where it is, and the destination names it.
 enum class CheckpointForward : std::uint8_t { rewrite, reference };
-constexpr auto enum_names(CheckpointForward) {
-  using enum CheckpointForward;
-  return std::to_array<EnumName<CheckpointForward>>({{rewrite, "rewrite"}, {reference, "reference"}});
-}
+constexpr auto enum_names(CheckpointForward) { return names_in_order<CheckpointForward>({"rewrite", "reference"}); }
 
 /// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
 /// ray has its places there for good: no allocation, no tags, and the address is a concatenation of bits.
@@ -30,10 +27,13 @@ struct CheckpointStoreConfig {
   unsigned warps = 32;      ///< resident ones that the RT unit serves; by the assembly
   void parameters(ParameterList& list) {
     list.add("checkpoint_entries", entries, {0, 4096}, "entries",
-             "of each of a ray's two checkpoint buffers in an SRAM of the RT unit; those behind lie in memory", kOurs);
+             "of each of a ray's two checkpoint buffers in an SRAM of the RT unit; those behind lie in memory", kOurs)
+        .came_later();
     list.add("latency", latency, {1, kMaxLatency}, "cycles", "of a read of that SRAM",
-             assumed("access of some 100 KB by the cost model, and the way there and back"));
-    list.add("read_ports", read_ports, {1, kMaxPorts}, "entries/cycle", "of that SRAM, beside one to write", kOurs);
+             assumed("access of some 100 KB by the cost model, and the way there and back"))
+        .came_later();
+    list.add("read_ports", read_ports, {1, kMaxPorts}, "entries/cycle", "of that SRAM, beside one to write", kOurs)
+        .came_later();
   }
 };
 
@@ -59,28 +59,36 @@ struct CheckpointConfig {
     list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
     list.add("entry_bytes", entry_bytes, {8, 28}, "B",
              "checkpoint entry in memory, 8, 16, 20 or 28 (checkpoint_unit.md)",
-             from_paper("GRTX, Section IV-B: 8 + 8 + 4"));
+             from_paper("GRTX, Section IV-B: 8 + 8 + 4"))
+        .came_later();
     list.add("forward", forward, "a source entry that is not taken is written again, or named by a run entry",
-             from_paper("GRTX, Section IV-B: written to the destination"));
+             from_paper("GRTX, Section IV-B: written to the destination"))
+        .came_later();
     list.add("read_ahead", read_ahead, {0, 64}, "sectors",
-             "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs);
+             "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs)
+        .came_later();
     list.add("prefetch_nodes", prefetch_nodes,
-             "nodes that source entries name are prefetched when these come, if they will be taken", kOurs);
+             "nodes that source entries name are prefetched when these come, if they will be taken", kOurs)
+        .came_later();
     list.add("traffic", traffic,
              "whether entries are written to memory and read from it, or kept at no cost but `lanes`; uncharged is an "
              "assumption, no hardware",
-             kOurs);
-    list.add("implementation", implementation, kUnitImplementations, kOurs);
+             kOurs)
+        .came_later();
+    list.add("implementation", implementation, kUnitImplementations, kOurs).came_later();
+    list.rule(
+        "entry_bytes", [this] { return allows_entry_bytes(entry_bytes); }, kEntryBytesRule);
+    list.rule(
+        "traffic", [this] { return allows_traffic(); },
+        "uncharged needs no private store, read_ahead or prefetch_nodes: there is nothing left to save; "
+        "charged takes them");
   }
-  static constexpr const char* kStoreRule =
-      "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory";
+  bool fetches_ahead() const { return read_ahead > 0 || prefetch_nodes; }
   bool allows_store() const {
-    return store.entries == 0 || (forward == CheckpointForward::rewrite && read_ahead == 0 && !prefetch_nodes);
+    return store.entries == 0 || (forward == CheckpointForward::rewrite && !fetches_ahead());
   }
-  static constexpr const char* kUnchargedRule =
-      "uncharged needs no private store, read_ahead or prefetch_nodes: there is nothing left to save";
   bool allows_traffic() const {
-    return traffic == TrafficCharging::charged || (store.entries == 0 && read_ahead == 0 && !prefetch_nodes);
+    return traffic == TrafficCharging::charged || (store.entries == 0 && !fetches_ahead());
   }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }

@@ -25,13 +25,8 @@ class CheckpointLog {
     }
   };
   struct Counters {
-    std::uint64_t runs_written = 0;        ///< run entries
-    std::uint64_t runs_read = 0;           ///< run entries
-    std::uint64_t runs_left = 0;           ///< run entries that nobody reads
-    std::uint64_t entries_referenced = 0;  ///< entries that run entries name
-    std::uint64_t references_read = 0;     ///< entries that were read through a run entry
-    std::uint64_t references_left = 0;     ///< entries that are named by run entries that nobody reads
-    std::uint64_t copies_forced = 0;       ///< forwarded entries that were too old to be named
+    std::uint64_t runs_written = 0, runs_read = 0, runs_left = 0;
+    std::uint64_t entries_referenced = 0, references_read = 0, references_left = 0, copies_forced = 0;
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
   };

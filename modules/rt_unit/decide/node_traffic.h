@@ -23,6 +23,9 @@ struct NodeTrafficConfig {
              from_public("Vulkan-Sim; never in layouts compact and compressed"));
     list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
+    list.rule(
+        "instance_leaf_bytes", [this] { return instance_leaf_bytes == 64 || instance_leaf_bytes == 128; },
+        "must be 64 or 128");
   }
 };
 

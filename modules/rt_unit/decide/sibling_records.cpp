@@ -56,7 +56,8 @@ SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, bool replaye
                                        : ~std::uint32_t{0}),
       replayed_of_(lanes),
       ray_of_(lanes) {
-  if (records < 1 || records > kMaxRecords) throw Error("configuration", "rt.prefetch.records", "must be 1..8");
+  if (records < 1 || records > kMaxRecords)
+    throw Error("configuration", "rt.prefetch.records", "must be 1.." + std::to_string(kMaxRecords));
   for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
     units_[static_cast<std::size_t>(kind)] = traffic.stored_units(kind);
   }

@@ -21,10 +21,7 @@ namespace grtx::modules {
 /// When a lane's stack is looked at. pop: events in succession took an entry each and pushed none: the walk goes up.
 /// push: a visit pushed several children: the walk goes down one of them.
 enum class StackTrigger : std::uint8_t { pop, push };
-constexpr auto enum_names(StackTrigger) {
-  using enum StackTrigger;
-  return std::to_array<EnumName<StackTrigger>>({{pop, "pop"}, {push, "push"}});
-}
+constexpr auto enum_names(StackTrigger) { return names_in_order<StackTrigger>({"pop", "push"}); }
 
 struct StackPrefetchConfig {
   static constexpr unsigned kMaxDepth = 64;
@@ -33,12 +30,15 @@ struct StackPrefetchConfig {
   unsigned pops = 2;
   void parameters(ParameterList& list) {
     list.add("depth", depth, {0, kMaxDepth}, "entries",
-             "of a lane's traversal stack, from the top, whose nodes are prefetched; 0: off", kOurs);
+             "of a lane's traversal stack, from the top, whose nodes are prefetched; 0: off", kOurs)
+        .came_later();
     list.add("trigger", trigger,
              "pop: they are after pops in succession, push: after a visit that pushes several children",
-             from_public("TTP, arXiv 2605.16253: consecutive pops"));
+             from_public("TTP, arXiv 2605.16253: consecutive pops"))
+        .came_later();
     list.add("pops", pops, {1, 64}, "events", "in succession that take an entry and push none, for trigger pop",
-             assumed("this project: TTP says consecutive, and no number"));
+             assumed("this project: TTP says consecutive, and no number"))
+        .came_later();
   }
 };
 

@@ -10,10 +10,7 @@ namespace grtx::modules {
 
 /// The SystemC unit, or a Verilated block behind the same interface (modules/rtl).
 enum class UnitImplementation : std::uint8_t { tlm, rtl };
-constexpr auto enum_names(UnitImplementation) {
-  using enum UnitImplementation;
-  return std::to_array<EnumName<UnitImplementation>>({{tlm, "tlm"}, {rtl, "rtl"}});
-}
+constexpr auto enum_names(UnitImplementation) { return names_in_order<UnitImplementation>({"tlm", "rtl"}); }
 
 inline constexpr const char* kUnitImplementations =
     "the SystemC unit, or its SystemVerilog by Verilator, with the same statistics (rtl_bridge.md)";

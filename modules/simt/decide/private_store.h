@@ -31,18 +31,28 @@ class PrivateStore {
     unsigned insertion_latency = 4;
     void parameters(ParameterList& list) {
       list.add("k_buffer_entries", k_buffer_entries, {0, 4096}, "entries",
-               "of each ray's k-buffer in an SRAM beside the SIMT core; those behind lie in memory", kOurs);
-      list.add("eviction_entries", eviction_entries, {0, 4096}, "entries", "the same for eviction buffers", kOurs);
+               "of each ray's k-buffer in an SRAM beside the SIMT core; those behind lie in memory", kOurs)
+          .came_later();
+      list.add("eviction_entries", eviction_entries, {0, 4096}, "entries", "the same for eviction buffers", kOurs)
+          .came_later();
       list.add("latency", latency, {1, kMaxLatency}, "cycles", "from a read's last cycle at the banks to its data",
-               from_public("Jia et al. 2018: shared memory of Volta"));
+               from_public("Jia et al. 2018: shared memory of Volta"))
+          .came_later();
       list.add("lane_bytes", lane_bytes, {4, 8}, "B/cycle",
                "width of a lane's bank, 4 or 8: an entry of 8 B takes two cycles or one",
-               from_public("CUDA programming guide: 32 banks of 4 B"));
+               from_public("CUDA programming guide: 32 banks of 4 B"))
+          .came_later();
       list.add("insertion", insertion, "each bank inserts hits into its lane's k-buffers; no any-hit shader runs",
-               kOurs);
+               kOurs)
+          .came_later();
       list.add("insertion_latency", insertion_latency, {1, kMaxLatency}, "cycles",
-               "from the last access of an insertion at its bank to the answer",
-               assumed("a comparison and a register"));
+               "from the last access of an insertion at its bank to the answer", assumed("a comparison and a register"))
+          .came_later();
+      list.rule(
+          "lane_bytes", [this] { return lane_bytes == 4 || lane_bytes == 8; }, "must be 4 or 8");
+      list.rule(
+          "insertion", [this] { return !insertion || k_buffer_entries > 0; },
+          "needs k-buffers on chip: simt.private_store.k_buffer_entries");
     }
     /// In hardware, of each ray.
     unsigned entries() const { return k_buffer_entries + eviction_entries; }
@@ -51,12 +61,8 @@ class PrivateStore {
   };
 
   struct Counters {
-    std::uint64_t reads = 0;   ///< of warps, an entry of each lane that takes part
-    std::uint64_t writes = 0;  ///< the same
-    std::uint64_t wait_cycles = 0;
-    std::uint64_t insertions = 0;       ///< hits of lanes
-    std::uint64_t insertion_words = 0;  ///< cycles of a bank that they took
-    std::uint64_t insertion_wait = 0;   ///< cycles that they waited for their bank
+    std::uint64_t reads = 0, writes = 0, wait_cycles = 0;
+    std::uint64_t insertions = 0, insertion_words = 0, insertion_wait = 0;
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
   };

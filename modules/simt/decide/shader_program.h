@@ -42,8 +42,8 @@ struct ShaderCosts {
 
   void parameters(ParameterList& list) {
     const auto add = [&](const char* key, unsigned& cost, const char* description,
-                         Origin origin = assumed("this project: operations of Listing 1 counted")) {
-      list.add(key, cost, {0, 1e6}, "instructions", description, origin);
+                         Origin origin = assumed("this project: operations of Listing 1 counted")) -> Parameter& {
+      return list.add(key, cost, {0, 1e6}, "instructions", description, origin);
     };
     add("raygen_prologue", raygen_prologue, "pixel to ray, payload and offsets cleared");
     add("trace_call", trace_call, "operands of a traceRay call to the RT unit");
@@ -52,7 +52,8 @@ struct ShaderCosts {
     add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
     add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
     add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
-    add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha");
+    add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha")
+        .came_later();
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
     add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
@@ -71,11 +72,12 @@ enum class PhaseKind : std::uint8_t {
   blend,
   epilogue,
   node_fetch,  ///< when shaders fetch nodes for the RT unit
-  count
 };
-inline constexpr std::size_t kPhaseKinds = static_cast<std::size_t>(PhaseKind::count);
-inline constexpr std::array<std::string_view, kPhaseKinds> kPhaseKindNames = {
-    "prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"};
+constexpr auto enum_names(PhaseKind) {
+  return names_in_order<PhaseKind>(
+      {"prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"});
+}
+inline constexpr std::size_t kPhaseKinds = kCountOf<PhaseKind>;
 
 /// Where a step of a phase's loads ends: in ShaderPhase::loads, and among its reads of the private store.
 struct LoadStep {
@@ -111,20 +113,11 @@ struct ShaderPhase {
 
 /// Functional work done, for conservation checks against the totals of the trace.
 struct ShaderCounters {
-  std::uint64_t warp_rounds = 0;        ///< trace calls
-  std::uint64_t ray_rounds = 0;         ///< rounds of rays executed
-  std::uint64_t any_hit_batches = 0;    ///< any-hit shader invocations of a warp
-  std::uint64_t any_hit_calls = 0;      ///< of these, lanes
-  std::uint64_t evictions = 0;          ///< entries written by the any-hit shader
-  std::uint64_t eviction_moves = 0;     ///< entries moved from eviction buffers to k-buffers
-  std::uint64_t entries_processed = 0;  ///< k-buffer entries looked at when blending
-  std::uint64_t entries_blended = 0;
-  std::uint64_t load_instructions = 0;  ///< warp memory instructions
-  std::uint64_t store_instructions = 0;
-  std::uint64_t store_entries_read = 0;     ///< by lanes from the private store
-  std::uint64_t store_entries_written = 0;  ///< by lanes to it
-  std::uint64_t k_buffer_mismatches = 0;  ///< ray rounds whose any-hit calls do not add up to the trace's k_count; 0 in
-                                          ///< every correct run
+  std::uint64_t warp_rounds = 0, ray_rounds = 0, any_hit_batches = 0, any_hit_calls = 0;
+  std::uint64_t evictions = 0, eviction_moves = 0, entries_processed = 0, entries_blended = 0;
+  std::uint64_t load_instructions = 0, store_instructions = 0;
+  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
+  std::uint64_t k_buffer_mismatches = 0;
 };
 
 /// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():

@@ -11,16 +11,6 @@ namespace grtx::sim::fast {
 
 using namespace modules;
 
-namespace {
-
-constexpr WarpActivity executing(PhaseKind kind) {
-  if (kind == PhaseKind::blend) return WarpActivity::blend;
-  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
-  return WarpActivity::raygen;
-}
-
-}  // namespace
-
 Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distributor)
     : shared_(shared),
       sm_(sm),
@@ -151,7 +141,7 @@ void Simt::send_loads(Cycle now, unsigned slot, std::span<const SectorAccess> lo
 
 void Simt::issue(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
-  enter(now, warp, executing(warp.kind));
+  enter(now, warp, activity_of(warp.kind));
   const bool last = warp.next_step >= warp.steps.size();
   const std::uint64_t instructions = last ? warp.instructions : warp.step_instructions;
   warp.instructions -= instructions;

@@ -43,10 +43,10 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
         render.threads = 1;
         render.count_hits = true;
         const RenderResult result = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
-        ASSERT_TRUE(result.hits.has_value());
-        EXPECT_EQ(*result.hits, expected) << accel_name(kind) << " k " << k;
+        ASSERT_TRUE(result.counters.hits.has_value());
+        EXPECT_EQ(*result.counters.hits, expected) << accel_name(kind) << " k " << k;
         EXPECT_GT(result.counters.terminated, 0u);
-        EXPECT_LT(result.counters.processed, *result.hits) << "rays end before their last hit";
+        EXPECT_LT(result.counters.processed, *result.counters.hits) << "rays end before their last hit";
       }
     }
     TracerOptions options;
@@ -55,9 +55,11 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
     render.threads = 1;
     const RenderResult whole = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
     EXPECT_EQ(whole.counters.processed, expected) << "without early termination all are processed";
-    EXPECT_FALSE(whole.hits.has_value());
+    EXPECT_FALSE(whole.counters.hits.has_value());
   }
 }
+
+TEST(TracerCounters, NoneIsForgottenInTheTable) { EXPECT_EQ(TracerCounters::table().bytes(), sizeof(TracerCounters)); }
 
 }  // namespace
 }  // namespace grtx::frontend

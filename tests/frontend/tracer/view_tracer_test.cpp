@@ -83,7 +83,7 @@ TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
     const Image& image = f == 0 ? traced.result.image : traced.further[0];
     EXPECT_TRUE(compare(image, frame.result.image).identical());
     visits += frame.result.counters.visits();
-    hits += frame.result.hits.value();
+    hits += frame.result.counters.hits.value();
     const traces::Reader alone(file.str());
     ASSERT_EQ(alone.group_count(), 12u);
     for (std::uint32_t g = 0; g < 12; ++g) {
@@ -96,7 +96,7 @@ TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
     }
   }
   EXPECT_EQ(traced.result.counters.visits(), visits);
-  EXPECT_EQ(traced.result.hits.value(), hits);
+  EXPECT_EQ(traced.result.counters.hits.value(), hits);
   EXPECT_THROW(ViewTracer(scene, {cameras[0], grtx::test::front_camera(16, 16)}), Error);
 }
 

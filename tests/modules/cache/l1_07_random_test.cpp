@@ -99,7 +99,8 @@ TEST_F(L1Random, NothingIsLostAndIdleSkipChangesNothing) {
   }
   EXPECT_GT(sum.fills_bypassed, 0u);
   EXPECT_GT(sum.write_backs, 0u);
-  for (std::size_t i = 0; i < sum.stalls.size(); ++i) EXPECT_GT(sum.stalls[i], 0u) << kL1StallNames[i] << " untested";
+  for (std::size_t i = 0; i < sum.stalls.size(); ++i)
+    EXPECT_GT(sum.stalls[i], 0u) << name_at<L1Stall>(i) << " untested";
 }
 
 }  // namespace

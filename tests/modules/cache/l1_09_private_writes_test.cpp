@@ -26,7 +26,7 @@ TEST_F(L1PrivateWrites, OnlyBuffersOfOneRayOrWarpAreKept) {
         EXPECT_FALSE(through.dirty);
         EXPECT_TRUE(through.forward);
         const auto back = PrivateWrites{WritePolicy::write_back, allocate}.effect(region, present);
-        EXPECT_EQ(back.keep, own && (allocate || present)) << kRegionNames[i];
+        EXPECT_EQ(back.keep, own && (allocate || present)) << name_at<Region>(i);
         EXPECT_EQ(back.dirty, back.keep);
         EXPECT_EQ(back.forward, !back.dirty);
       }

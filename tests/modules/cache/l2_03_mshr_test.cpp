@@ -46,7 +46,7 @@ TEST_F(L2Mshr, MissesBeyondTheEntriesWait) {
 
 TEST_F(L2Mshr, RandomTrafficAgainstEveryLimit) {
   using Trace = std::vector<std::pair<Cycle, std::uint64_t>>;
-  std::array<std::uint64_t, static_cast<std::size_t>(L2Stall::count)> reached{};
+  std::array<std::uint64_t, kCountOf<L2Stall>> reached{};
   const auto simulate = [&](std::uint64_t seed, bool idle_skip) {
     fresh_context();
     L2Slice::Config config = L2Bench::one_slice();
@@ -87,7 +87,7 @@ TEST_F(L2Mshr, RandomTrafficAgainstEveryLimit) {
     return trace;
   };
   for (std::uint64_t seed = 1; seed <= 6; ++seed) EXPECT_EQ(simulate(seed, true), simulate(seed, false));
-  for (std::size_t i = 0; i < reached.size(); ++i) EXPECT_GT(reached[i], 0u) << kL2StallNames[i] << " untested";
+  for (std::size_t i = 0; i < reached.size(); ++i) EXPECT_GT(reached[i], 0u) << name_at<L2Stall>(i) << " untested";
 }
 
 }  // namespace

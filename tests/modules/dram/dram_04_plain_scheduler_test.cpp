@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "grtx/modules/dram/decide/dram_channel.h"
-#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
 #include "modules/dram/dram_load.h"
+#include "modules/dram/fr_fcfs_policy.h"
 
 namespace grtx::modules {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/decide/dram_channel.h"
-#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
 #include "modules/dram/dram_load.h"
+#include "modules/dram/fr_fcfs_policy.h"
 
 namespace grtx::modules {
 namespace {
@@ -23,6 +23,13 @@ DramChannelConfig with_scheduling(const char* name) {
   DramChannelConfig config;
   config.scheduling = name;
   return config;
+}
+
+/// That of the configuration, where it is built into the channel said as a policy.
+std::unique_ptr<DramScheduling> policy_of(const DramChannelConfig& config) {
+  if (config.scheduling == kFrFcfs) return std::make_unique<FrFcfs>(config.age_cap);
+  if (config.scheduling == kFrFcfsCap) return std::make_unique<FrFcfsCap>(config);
+  return make_dram_scheduling(config);
 }
 
 // --- Alone.
@@ -64,7 +71,7 @@ TEST(DramScheduling, WhatEachChooses) {
                           {"fr_fcfs", 0, {hit(1, 5, false), hit(2, 6, true)}, 1, kNone},   // but here it does
                           {"fr_fcfs", 1025, {hit(1, 5, false), hit(2, 6, true)}, kNone, kNone}};  // until 5 has aged
   for (const Choice& c : cases) {
-    const DramChoice choice = make_dram_scheduling(with_scheduling(c.policy))->choose(c.now, c.queues);
+    const DramChoice choice = policy_of(with_scheduling(c.policy))->choose(c.now, c.queues);
     EXPECT_EQ(choice.column, c.column) << c.policy << " at " << c.now;
     EXPECT_EQ(choice.row, c.row) << c.policy << " at " << c.now;
   }
@@ -73,7 +80,7 @@ TEST(DramScheduling, WhatEachChooses) {
 TEST(DramScheduling, TheCapIsForEachBankAndForgottenWithTheRow) {
   DramChannelConfig config = with_scheduling("fr_fcfs_cap");
   config.hit_cap = 2;
-  const auto policy = make_dram_scheduling(config);
+  const auto policy = policy_of(config);
   const std::vector<DramBankQueue> one = {conflict(0, 1, true, 8, true)};
   EXPECT_EQ(policy->choose(0, one).column, 0U);
   EXPECT_EQ(policy->choose(1, one).column, 0U);
@@ -82,7 +89,7 @@ TEST(DramScheduling, TheCapIsForEachBankAndForgottenWithTheRow) {
   EXPECT_EQ(third.row, 0U) << "two have overtaken";
   EXPECT_EQ(policy->choose(3, one).column, 0U) << "another request, since the oldest got its row command";
   EXPECT_EQ(policy->choose(4, {conflict(1, 2, true, 9, true)}).column, 0U) << "another bank";
-  EXPECT_EQ(policy->bits_per_bank(), 2U);
+  EXPECT_EQ(DramChannel(config).scheduling_bits_per_bank(), 2U);
 }
 
 // --- In a channel.
@@ -103,6 +110,19 @@ TEST_P(DramScheduled, TheChannelsOwnDecisionsAreThoseOfFrFcfs) {
   EXPECT_EQ(own.counters().aged, told.counters().aged);
   EXPECT_EQ(own.counters().activates, told.counters().activates);
   EXPECT_EQ(own.counters().queue_clocks, told.counters().queue_clocks);
+}
+
+TEST_P(DramScheduled, TheChannelsOwnDecisionsAreThoseOfFrFcfsCap) {
+  for (const unsigned cap : {1U, 2U, 4U, 9U}) {
+    DramChannelConfig config = with_scheduling("fr_fcfs_cap");
+    config.age_cap = GetParam().age_cap;
+    config.hit_cap = cap;
+    DramChannel own(config), told(config, std::make_unique<FrFcfsCap>(config));
+    EXPECT_EQ(run_load(own, config, GetParam()), run_load(told, config, GetParam())) << cap;
+    EXPECT_EQ(own.counters().activates, told.counters().activates) << cap;
+    EXPECT_EQ(own.counters().queue_clocks, told.counters().queue_clocks) << cap;
+    EXPECT_EQ(own.counters().aged, told.counters().aged) << cap;
+  }
 }
 
 TEST_P(DramScheduled, FcfsGivesDataInOrderOfArrival) {

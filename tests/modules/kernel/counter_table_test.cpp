@@ -22,7 +22,8 @@
 namespace grtx::modules {
 namespace {
 
-constexpr std::array<std::string_view, 3> kReasons = {"a", "b", "c"};
+enum class Reason : std::uint8_t { a, b, c };
+constexpr auto enum_names(Reason) { return names_in_order<Reason>({"a", "b", "c"}); }
 
 struct Inner {
   std::uint64_t hits = 0;
@@ -44,17 +45,16 @@ struct Outer {
   static const CounterTable<Outer>& table() {
     using C = Outer;
     using Column = CounterColumn<decltype(&C::stalls)>;
-    static const CounterTable<C> table =
-        CounterTable<C>()
-            .sum(&C::calls, "calls", "calls", "calls made")
-            .sum(&C::hidden)
-            .largest(&C::longest, "longest", "entries", "longest queue")
-            .by_name(
-                kReasons, [](std::size_t i) { return i != 1; }, Column{&C::stalls, "stall", "cycles", "by {}."},
-                Column{&C::waits, "wait", "cycles", "for {}"})
-            .value(&C::share, "share", "ratio", "calls / hidden")
-            .distribution(&C::latency, "latency", "cycles", "mean", "longest")
-            .part(&C::inner, ".inner");
+    static const CounterTable<C> table = CounterTable<C>()
+                                             .sum(&C::calls, "calls", "calls", "calls made")
+                                             .sum(&C::hidden)
+                                             .largest(&C::longest, "longest", "entries", "longest queue")
+                                             .by_name<Reason>([](Reason reason) { return reason != Reason::b; },
+                                                              Column{&C::stalls, "stall", "cycles", "by {}."},
+                                                              Column{&C::waits, "wait", "cycles", "for {}"})
+                                             .value(&C::share, "share", "ratio", "calls / hidden")
+                                             .distribution(&C::latency, "latency", "cycles", "mean", "longest")
+                                             .part(&C::inner, ".inner");
     return table;
   }
 };

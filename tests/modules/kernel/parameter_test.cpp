@@ -8,10 +8,7 @@ namespace grtx::modules {
 namespace {
 
 enum class Colour : std::uint8_t { red, green };
-constexpr auto enum_names(Colour) {
-  using enum Colour;
-  return std::to_array<EnumName<Colour>>({{red, "red"}, {green, "green"}});
-}
+constexpr auto enum_names(Colour) { return names_in_order<Colour>({"red", "green"}); }
 
 struct Part {
   unsigned count = 4;
@@ -24,7 +21,9 @@ struct Part {
     list.add("share", share, {0, 1}, "", "how much", assumed("a guess"));
     list.add("on", on, "a switch", kOurs);
     list.add("colour", colour, "an enumeration", kOurs);
-    list.add("policy", policy, {"first", "last"}, "a registered name", kOurs);
+    list.add("policy", policy, {"first", "last"}, "a registered name", kOurs).came_later();
+    list.rule(
+        "count", [this] { return 64 % count == 0; }, "must divide 64");
   }
 };
 
@@ -107,6 +106,56 @@ TEST(RequireAllowed, NamesTheKeyOfAUnitThatWasBuiltWithoutAFile) {
     EXPECT_EQ(error.file(), "configuration");
     EXPECT_EQ(error.place(), "rt.part.count");
     EXPECT_EQ(error.rule(), "must be 1 to 64, not 65");
+  }
+}
+
+TEST(RequireAllowed, AsksRulesOfValuesThatAreInRange) {
+  Part part;
+  const auto fault = [&part] {
+    try {
+      require_allowed("rt.part", part);
+    } catch (const Error& error) {
+      return error.place() + ": " + error.rule();
+    }
+    return std::string();
+  };
+  part.count = 0;  // which the rule would divide by
+  EXPECT_EQ(fault(), "rt.part.count: must be 1 to 64, not 0");
+  part.count = 3;
+  EXPECT_EQ(fault(), "rt.part.count: must divide 64");
+  part.count = 4;
+  EXPECT_EQ(fault(), "");
+}
+
+TEST_F(Parameters, RulesOfPartsNameTheWholeKeyAndTheCallersOrigin) {
+  EXPECT_NO_THROW(require_rules(list, "machine.toml"));
+  whole.b.count = 5;
+  try {
+    require_rules(list, "machine.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.file() + ": " + error.place(), "machine.toml: b.inner.count");
+  }
+}
+
+TEST_F(Parameters, AKeySaysWhetherItCameLater) {
+  EXPECT_TRUE(key("a.policy").later);
+  EXPECT_FALSE(key("a.colour").later);
+}
+
+TEST(RegistryTest, KeepsTheProjectsNamesFirstAndTakesEachOnce) {
+  Registry<int> numbers("number", "a.number", {{"one", 1}, {"two", 2}});
+  numbers.add("three", 3);
+  EXPECT_EQ(numbers.names(), (std::vector<std::string>{"one", "two", "three"}));
+  EXPECT_EQ(numbers.at("three"), 3);
+  EXPECT_THROW(numbers.add("one", 4), std::logic_error);
+  EXPECT_EQ(numbers.at("one"), 1);
+  try {
+    numbers.at("tow");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.place(), "a.number");
+    EXPECT_EQ(error.rule(), "must be one of one, two, three, not 'tow'; the nearest is 'two'");
   }
 }
 

@@ -64,6 +64,11 @@ TEST(ConfigHash, DependsOnValuesOnly) {
   EXPECT_EQ(config_hash(GpuConfig{}).size(), 16U);
 }
 
+TEST(ConfigHash, OfTheDefaultsIsTheOneOnRecordWhateverKeysCameLater) {
+  EXPECT_EQ(config_hash(GpuConfig{}), "f212f32ec23a6874");
+  EXPECT_EQ(config_hash(load_config("", {"l1.replacement=lru", "dram.timing.faw=0"})), "f212f32ec23a6874");
+}
+
 TEST(ConfigKeys, AreUniqueDescribedAndHaveASource) {
   GpuConfig config;
   std::set<std::string> names;

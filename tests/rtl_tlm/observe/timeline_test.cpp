@@ -101,7 +101,7 @@ TEST_F(TimelineTest, SlicesLastAsLongAsTheStatisticsSay) {
   }
   EXPECT_EQ(warps, 12U);
   EXPECT_GE(rounds, warps);
-  for (const auto name : modules::kWarpActivityNames) {
+  for (const std::string& name : names_of<modules::WarpActivity>()) {
     const std::string key(name);
     EXPECT_EQ(activity[key], static_cast<double>(statistic(stats_, "gpu.simt.warp_cycles." + key))) << key;
   }

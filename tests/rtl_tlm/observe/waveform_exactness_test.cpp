@@ -103,7 +103,7 @@ TEST_P(WaveformExactness, WarpActivitiesAddUp) {
     });
   }
   for (std::size_t a = 0; a < modules::kWarpActivities; ++a) {
-    const std::string name(modules::kWarpActivityNames[a]);
+    const std::string name(name_at<modules::WarpActivity>(a));
     EXPECT_EQ(cycles[a + 1], statistic(stats_, "gpu.simt.warp_cycles." + name)) << name;
     EXPECT_EQ(sum(file, "simt.warps_" + name, file.end), statistic(stats_, "gpu.simt.warp_cycles." + name)) << name;
   }

@@ -23,7 +23,7 @@ struct CacheCounts {
       report(s, prefix + ".all", regions[r]);
       if (modules::is_node(region)) report(s, prefix + ".node", regions[r]);
       if (modules::is_shader_data(region)) report(s, prefix + ".shader_data", regions[r]);
-      report(s, prefix + "." + std::string(modules::kRegionNames[r]), regions[r]);
+      report(s, prefix + "." + std::string(name_at<modules::Region>(r)), regions[r]);
     }
   }
   /// Rates, once the counts of all caches are summed.
@@ -32,7 +32,7 @@ struct CacheCounts {
       s.values[name + ".hit_rate"] = Statistics::ratio(s[name + ".hits"], s[name + ".reads"]);
     };
     for (const char* group : {".all", ".node", ".shader_data"}) rate(prefix + group);
-    for (const auto name : modules::kRegionNames) rate(prefix + "." + std::string(name));
+    for (const std::string& name : names_of<modules::Region>()) rate(prefix + "." + std::string(name));
   }
 
  private:

@@ -51,7 +51,7 @@ class L2Slice {
     s.add("gpu.l2.stall.dram_queue", stalls_.dram_queue);
     s.add("gpu.l2.stall.fill", stalls_.fill);
     for (std::size_t r = 0; r < modules::kRegionCount; ++r) {
-      for (const std::string& name : {std::string(), "." + std::string(modules::kRegionNames[r])}) {
+      for (const std::string& name : {std::string(), "." + std::string(name_at<modules::Region>(r))}) {
         s.add("gpu.l2.dram_reads" + name, dram_reads_[r]);
         s.add("gpu.l2.dram_writes" + name, dram_writes_[r]);
       }

@@ -96,7 +96,7 @@ class SimtCore {
     s.add(p + "lsu.sectors", sectors_);
     for (std::size_t r = 0; r < modules::kRegionCount; ++r) {
       if (modules::is_node(static_cast<Region>(r))) continue;  // the RT unit counts them as shader_fetch.sectors
-      const std::string name(modules::kRegionNames[r]);
+      const std::string name(name_at<modules::Region>(r));
       s.add(p + "lsu.loads." + name, loads_[r]);
       s.add(p + "lsu.stores." + name, stores_[r]);
     }

@@ -143,7 +143,7 @@ TEST(MemorySystem, DramModelTakesRegisteredNamesAndListsThem) {
   const test::ObservedRun run;
   ChildProcess child("simulation", [&] {
     register_memory_system("hostile", hostile({}));
-    EXPECT_THROW(register_memory_system("hostile", hostile({})), Error);
+    EXPECT_THROW(register_memory_system("hostile", hostile({})), std::logic_error);
     EXPECT_EQ(memory_system_names(), (std::vector<std::string>{"built_in", "hostile"}));
     const std::string small = grtx::paths::source_dir() + "/configs/small.toml";
     const GpuConfig config = load_config(small, {"dram.model=hostile"});

@@ -1,9 +1,11 @@
-// DRAM scheduling fr_fcfs: first ready, first come (Rixner et al., ISCA 2000), with an age cap.
+// fr_fcfs and fr_fcfs_cap said in the way of a policy, from what a policy is shown: the channel's own decisions must be
+// these, and the interface must be able to say them.
 #pragma once
 
 #include <limits>
 #include <vector>
 
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 
 namespace grtx::modules {
@@ -43,6 +45,31 @@ class FrFcfs : public DramScheduling {
   bool aged(Cycle now, Cycle since) const { return now - since > age_cap_; }
 
   Cycle age_cap_;
+};
+
+/// Counts a bank's column commands that overtake its oldest request; what is counted is forgotten when that request
+/// gets a command.
+class FrFcfsCap final : public FrFcfs {
+ public:
+  explicit FrFcfsCap(const DramChannelConfig& channel)
+      : FrFcfs(channel.age_cap), cap_(channel.hit_cap), overtaken_(channel.banks) {}
+
+  DramChoice choose(Cycle now, const std::vector<DramBankQueue>& queues) override {
+    const DramChoice choice = FrFcfs::choose(now, queues);
+    if (choice.row != DramChoice::kNone) overtaken_[queues[choice.row].bank] = 0;
+    if (choice.column != DramChoice::kNone) {
+      const DramBankQueue& queue = queues[choice.column];
+      unsigned& overtaken = overtaken_[queue.bank];
+      overtaken = queue.hit == queue.oldest ? 0 : overtaken + 1;
+    }
+    return choice;
+  }
+
+ private:
+  bool capped(const DramBankQueue& queue) const override { return overtaken_[queue.bank] >= cap_; }
+
+  unsigned cap_;
+  std::vector<unsigned> overtaken_;
 };
 
 }  // namespace grtx::modules

@@ -1,0 +1,55 @@
+// Things that a configuration chooses by a name: the project's own first, those that a program registers after them.
+// What is registered is there for the program's whole life.
+#pragma once
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "grtx/base/declare/named_enum.h"
+#include "grtx/base/error.h"
+
+namespace grtx::declare {
+
+template <typename Thing>
+class Registry {
+ public:
+  struct Entry {
+    std::string name;
+    Thing thing;
+  };
+  /// what, key: of the things, in messages.
+  Registry(std::string what, std::string key, std::vector<Entry> own)
+      : what_(std::move(what)), key_(std::move(key)), entries_(std::move(own)) {}
+
+  /// Throws std::logic_error for a name that is taken.
+  void add(const std::string& name, Thing thing) {
+    if (find(name) != entries_.end()) throw std::logic_error("the " + what_ + " " + name + " exists already");
+    entries_.push_back({name, std::move(thing)});
+  }
+  const std::vector<Entry>& entries() const { return entries_; }
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const Entry& entry : entries_) names.push_back(entry.name);
+    return names;
+  }
+  /// Throws Error that lists the names for an unknown one.
+  const Thing& at(std::string_view name) const {
+    const auto found = find(name);
+    if (found == entries_.end()) throw Error("configuration", key_, unknown_name(name, names()));
+    return found->thing;
+  }
+
+ private:
+  auto find(std::string_view name) const {
+    return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.name == name; });
+  }
+
+  std::string what_, key_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace grtx::declare
