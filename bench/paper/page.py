@@ -1,8 +1,12 @@
 """Pages in Markdown. The same results give the same bytes: no date, host or time."""
 import os
+import sys
 
 from . import figures
 from .study import geometric_mean
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
+import docs_prose  # noqa: E402
 
 
 def shown(value):
@@ -86,9 +90,11 @@ class Page:
         lines = [f"# {self.title}", "", f"The {self.which} set. `{command}`", ""]
         if self.rows:
             lines += ["## Claims", ""] + self.claim_table()
+            places = Page(self.item, "", self.claims, self.which)
             sources = {self.claims[n].what: self.claims[n].source for n in self.rows}
-            lines += ["Places in the paper: " + "; ".join(f"{what}: {source}" for what, source in sources.items()) + ".", ""]
-        return "\n".join(lines + self.body).rstrip("\n") + "\n"
+            places.table(["figure", "place in the paper"], [[what, source] for what, source in sources.items()])
+            lines += places.body
+        return docs_prose.wrap("\n".join(lines + self.body).rstrip("\n") + "\n")
 
     def write(self, folder, command):
         for file, svg in self.pictures.items():
@@ -142,7 +148,7 @@ def write_index(folder, study, pages, claims, machines, command):
     lines += ["## Not reproduced", "",
               "Rasterisation against ray tracing, OptiX against Vulkan and the measurements on an RTX 5090 and an RX 9070 XT are of real GPUs: no model here. "
               "The paper's own copies of its six scenes, trained by ray tracing, are not public ([ARTIFACT.md](../../../ARTIFACT.md#scenes)).", ""]
-    write(os.path.join(folder, "README.md"), "\n".join(lines))
+    write(os.path.join(folder, "README.md"), docs_prose.wrap("\n".join(lines)))
     rows = ["claim,machine,scene,value"]
     for one in pages:
         rows += [f"{name},{machine},{scene},{value:.6g}" for name, machines_of in one.rows.items()
