@@ -376,7 +376,7 @@
     const look = round.look[i], node = round.node[i];
     const known = round.gaussian[i] !== 0 ? `G ${round.gaussian[i] - 1}` : '';
     const at = look > 8 && round.values && !Number.isNaN(round.time[i]) ? ` at ${time(round.time[i])}` : '';
-    const text = look >= 8 ? `${node_name(node)} <span class="m">${kOutcomes[look - 8]}</span> ${known}${at}`
+    const text = look > 8 ? `${kOutcomes[look - 8]} ${known}${at} <span class="m">${node_name(node)}</span>` : look === 8 ? `${node_name(node)} <span class="m">miss</span>`
       : look === CULL ? `${node_name(node)} <span class="m">not read: beyond t_max</span>`
         : look === TAKE ? `take ${node_name(node)}` : look === FORWARD ? `forward ${node_name(node)}`
           : look === INSTANCE && transforms(round, i) ? `${node_name(node)} <span class="m">transform ${known}</span>` : `${node_name(node)} <span class="m">${known}</span>`;
@@ -616,6 +616,7 @@
         if (position >= total() - 1) toggle_play();
       }, 1000 / frames);
     }
+    event_box.setAttribute('aria-live', playing === null ? 'polite' : 'off');
     play_button.textContent = playing === null ? 'play' : 'pause';
     play_button.title = playing === null ? 'Play (space)' : 'Pause (space)';
     play_button.setAttribute('aria-label', play_button.title);
@@ -725,18 +726,18 @@
     tilt = 0.25;
     zoom = 1;
     if (!page.rays[ray].values) return;
-    // Ends at the farthest hit that a round kept.
-    let nearest = Infinity, last = 0;
+    // Ends where most of the hits that a round kept lie.
+    const times = [];
     const rounds_looked_at = Math.min(page.rays[ray].rounds.length, 8);
     for (let r = 0; r < rounds_looked_at; r += 1) {
       const round = round_of(ray, r);
       for (const hit of [...round.evictions, ...state_at(round, round.events - 1).k]) {
-        if (!Number.isFinite(hit.t)) continue;
-        last = Math.max(last, hit.t);
-        nearest = Math.min(nearest, hit.t);
+        if (Number.isFinite(hit.t)) times.push(hit.t);
       }
     }
-    if (last === 0) { last = 1; nearest = 0; }
+    times.sort((a, b) => a - b);
+    const nearest = times.length > 0 ? times[0] : 0;
+    const last = times.length > 0 ? times[Math.floor((times.length > 10 ? 0.9 : 1) * (times.length - 1))] : 1;
     const margin = Math.max(0.12 * (last - nearest), 1e-3 * last);
     centre = (nearest + last) / 2;
     reach = (last - nearest) / 2 + 2 * margin;
@@ -885,6 +886,7 @@
     actions[event.key]();
   });
   search.addEventListener('keydown', (event) => { if (event.key === 'Enter') find(); else if (event.key === 'Escape') search.blur(); });
+  speed.addEventListener('change', () => { if (playing !== null) { toggle_play(); toggle_play(); } });
   slider.addEventListener('input', () => go_to(Number(slider.value)));
   fold.addEventListener('change', () => {
     for (const round of rounds.values()) { round.rows = null; round.open.clear(); }
