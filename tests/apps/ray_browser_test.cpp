@@ -66,7 +66,7 @@ class RayInBrowser : public InBrowser {
 TEST_F(RayInBrowser, TheWalkthroughIsSteppedThrough) {
   const std::string data = grtx::paths::source_dir() + "/data/walkthrough/";
   const std::string scene = "--scene " + data + "scene.ply --cameras " + data + "cameras.json ";
-  make("walkthrough.html", scene + "--accel tlas-sphere --checkpoint on --k 4", "--pixel 0,0");
+  make("walkthrough.html", scene + "--accel tlas-sphere --checkpoint on --k 4 --child-order near_first", "--pixel 0,0");
   ASSERT_EQ(folder.run("sim t.grtx --machine paper --timeline t.json --quiet").code, 0);
   ASSERT_EQ(folder.run("ray t.grtx --pixel 0,0 --timeline t.json --quiet -o walkthrough.html " + scene).code, 0);
   const json found = look("walkthrough.html");
