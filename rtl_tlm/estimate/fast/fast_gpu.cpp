@@ -22,7 +22,7 @@ const GpuConfig& checked(const GpuConfig& config) {
 }  // namespace
 
 unsigned fast_stride(const GpuConfig& config, std::uint64_t visits) {
-  constexpr std::uint64_t kTimedVisits = 250000, kLargest = 4;
+  constexpr std::uint64_t kTimedVisits = 500000, kLargest = 4;
   if (config.fast.stride != 0) return config.fast.stride;
   return static_cast<unsigned>(std::bit_floor(std::clamp<std::uint64_t>(visits / kTimedVisits, 1, kLargest)));
 }

@@ -14,7 +14,7 @@
 
 namespace grtx::sim {
 
-/// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 250,000 that take time: then
+/// fast.stride, or if that is 0 the largest, up to 4, with which so many visits leave 500,000 that take time: then
 /// cycles change by some 1 % (docs/model/fast-mode.md).
 unsigned fast_stride(const GpuConfig& config, std::uint64_t visits);
 

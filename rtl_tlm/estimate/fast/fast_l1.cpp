@@ -118,7 +118,8 @@ void L1::serve(Cycle now) {
   shared_.agenda.add(due, {What::l1_turn, sm_, 0});
 }
 
-// Node requests are served ahead of time, so half of the time the others go first.
+// Node requests are served ahead of time, so half of the time the others go first. A wide port of nodes has requests in
+// nearly every cycle: who comes now and then goes before the port that had the last one.
 Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   const std::uint64_t first = r.line / kSectorBytes;
   const auto lowest = static_cast<unsigned>(std::countr_zero(r.sectors));
@@ -143,20 +144,39 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
     return at + count - 1;
   }
   std::uint64_t conflicts = 0;
-  unsigned sent = 0;
+  Port& port = ports_[client];
+  if (at != port.next) {
+    port.used = 0;
+    port.banks = 0;
+  }
+  const auto next_cycle = [&](Cycle cycle) {
+    at = cycle;
+    port.used = 0;
+    port.banks = 0;
+  };
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
-    const std::uint64_t sector = first + static_cast<unsigned>(std::countr_zero(rest));
-    if (sent != 0 && sent % width == 0) ++at;
-    ++sent;
-    const Cycle taken = banks_.reserve(banks_.bank(sector), at);
-    if (taken == at) continue;
-    if (std::exchange(between_, !between_)) {
-      ++conflicts;  // of the other
-      if (client != kNode) ++ports_[kNode].next;
-    } else {
-      conflicts += taken - at;
-      at = taken;
+    const unsigned bank = banks_.bank(first + static_cast<unsigned>(std::countr_zero(rest)));
+    const std::uint64_t bit = std::uint64_t{1} << bank;
+    if (port.used == width) {
+      next_cycle(at + 1);
+    } else if ((port.banks & bit) != 0) {  // the port's own sector has the bank
+      ++conflicts;
+      next_cycle(at + 1);
     }
+    const Cycle taken = banks_.reserve(bank, at);
+    if (taken != at) {
+      const bool other = ports_[kNode].width > 1 ? (client == kNode) == (++conflict_ % kNodesWin == 0)
+                                                 : std::exchange(between_, !between_);
+      if (other) {
+        ++conflicts;  // of the other
+        if (client != kNode) ++ports_[kNode].next;
+      } else {
+        conflicts += taken - at;
+        next_cycle(taken);
+      }
+    }
+    ++port.used;
+    port.banks |= bit;
   }
   counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)] += conflicts;
   return at;
@@ -224,12 +244,19 @@ L1::Taken L1::try_head(Cycle now) {
     missing &= r.sectors;
   }
   const unsigned count = count_of(r.sectors);
-  Cycle taken = take_banks(kClient, r, at);
+  const Cycle banks = take_banks(kClient, r, at);
+  Cycle taken = banks;
   if (missing != 0) taken = std::max(taken, crossed_.room(count_of(missing)));
   const Cycle through = taken + config_.latency;
   Cycle seen = present != 0 && (!write || config_.perfect) ? through : 0;
   if (effect.dirty) seen = through;
-  port.next = taken + 1 + (one_by_one_ ? count : 0);
+  if (port.width > 1 && port.used < port.width && taken == banks && !one_by_one_) {
+    port.next = taken;  // the next request may share the cycle
+  } else {
+    port.next = taken + 1 + (one_by_one_ ? count : 0);
+    port.used = 0;
+    port.banks = 0;
+  }
   if (later != 0) {
     port.queue.front().sectors = later;
   } else {

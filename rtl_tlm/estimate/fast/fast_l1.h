@@ -128,7 +128,8 @@ class L1 {
   modules::L1Counters counters() const;
 
  private:
-  static constexpr Cycle kAhead = 24;  ///< requests are served so many cycles ahead of time: many in one event
+  static constexpr unsigned kNodesWin = 8;  ///< of so many conflicts with their wide port they win one; measured
+  static constexpr Cycle kAhead = 24;       ///< requests are served so many cycles ahead of time: many in one event
 
   /// A client's port: `width` sectors a cycle.
   struct Port {
@@ -136,8 +137,10 @@ class L1 {
     std::size_t timeless = 0;  ///< requests of kNobody in it
     std::size_t timed() const { return queue.size() - timeless; }
     unsigned width = 1;
-    Cycle next = 0;   ///< free from
-    Cycle until = 0;  ///< refused until
+    Cycle next = 0;           ///< free from
+    unsigned used = 0;        ///< sectors taken in that cycle, of a wide port
+    std::uint64_t banks = 0;  ///< where they lie
+    Cycle until = 0;          ///< refused until
   };
   /// Sectors of a line on their way into the L1. They take the line's place in the tags when all are there.
   struct Fill {
@@ -206,6 +209,7 @@ class L1 {
   PlaceRing hits_;  ///< pipeline
   BankCalendar banks_;
   bool between_ = false;        ///< the next bank conflict is the node request's
+  unsigned conflict_ = 0;       ///< number of the last one with a wide port of nodes
   ResponseCalendar responses_;  ///< to node requests; a cycle has as many places as their port is wide
   std::array<Port, kClients> ports_;
   unsigned waiting_ = 0;     ///< bits of the ports with requests

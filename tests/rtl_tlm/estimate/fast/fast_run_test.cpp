@@ -59,22 +59,33 @@ TEST_P(FastRunTest, IsCloseToCycleMode) {
   EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
 }
 
+/// Cycles that a node waits for the L1, of the archived grtx trace on one SM.
+double node_latency(SimulationMode mode, const std::vector<std::string>& changes) {
+  std::vector<std::string> sets{"gpu.sms=1", "gpu.resident_warps=8", "rt.warp_buffer.entries=8"};
+  sets.insert(sets.end(), changes.begin(), changes.end());
+  const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", sets);
+  ChildProcess child("latency", [&] {
+    const std::string trace = grtx::paths::source_dir() + "/data/traces/grtx.grtx";
+    return test::simulate_priced(trace, config, {}, mode).document.at("stats").dump();
+  });
+  return ordered_json::parse(child.result()).at("gpu.rt.node_fetch_latency").at("value").get<double>();
+}
+
 // Nodes took places in the miss queue for all sectors of a line in one turn: before a narrow way to the L2 they were
 // there 14 % early.
 TEST(FastRunTurns, SectorsOfANodeHaveATurnEachWherePlacesAreShort) {
-  const GpuConfig config =
-      load_config(grtx::paths::source_dir() + "/configs/small.toml",
-                  {"gpu.sms=1", "gpu.resident_warps=8", "rt.warp_buffer.entries=8", "l1.miss_queue=32",
-                   "l1.mshr_entries=1024", "crossbar.link_capacity=1", "l2.perfect=true"});
-  const auto latency = [&](SimulationMode mode) {
-    ChildProcess child("turns", [&] {
-      const std::string trace = grtx::paths::source_dir() + "/data/traces/grtx.grtx";
-      return test::simulate_priced(trace, config, {}, mode).document.at("stats").dump();
-    });
-    return ordered_json::parse(child.result()).at("gpu.rt.node_fetch_latency").at("value").get<double>();
-  };
-  const double expected = latency(SimulationMode::cycle);
-  EXPECT_NEAR(latency(SimulationMode::fast), expected, 0.05 * expected);
+  const std::vector<std::string> narrow{"l1.miss_queue=32", "l1.mshr_entries=1024", "crossbar.link_capacity=1",
+                                        "l2.perfect=true"};
+  const double expected = node_latency(SimulationMode::cycle, narrow);
+  EXPECT_NEAR(node_latency(SimulationMode::fast, narrow), expected, 0.05 * expected);
+}
+
+// A port of four sectors took those of one line a cycle, so a node of six sectors had two cycles: it waited 64 % too
+// long.
+TEST(FastRunTurns, AWidePortTakesSectorsOfSeveralLinesACycle) {
+  const std::vector<std::string> wide{"rt.memory.sectors_per_cycle=4", "l1.perfect=true", "l1.banks=64"};
+  const double expected = node_latency(SimulationMode::cycle, wide);
+  EXPECT_NEAR(node_latency(SimulationMode::fast, wide), expected, 0.05 * expected);
 }
 
 TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {

@@ -197,10 +197,10 @@ INSTANTIATE_TEST_SUITE_P(Checkpoints, FastStrideTrace, ::testing::Bool(),
 TEST(FastStrideChoice, LeavesEnoughEventsThatTakeTime) {
   GpuConfig config;
   EXPECT_EQ(fast_stride(config, 0), 1U);
-  EXPECT_EQ(fast_stride(config, 499999), 1U);
-  EXPECT_EQ(fast_stride(config, 500000), 2U);
-  EXPECT_EQ(fast_stride(config, 999999), 2U);
-  EXPECT_EQ(fast_stride(config, 1000000), 4U);
+  EXPECT_EQ(fast_stride(config, 999999), 1U);
+  EXPECT_EQ(fast_stride(config, 1000000), 2U);
+  EXPECT_EQ(fast_stride(config, 1999999), 2U);
+  EXPECT_EQ(fast_stride(config, 2000000), 4U);
   EXPECT_EQ(fast_stride(config, 1000000000), 4U);
   config.fast.stride = 16;
   EXPECT_EQ(fast_stride(config, 0), 16U);
