@@ -7,21 +7,25 @@
 namespace grtx {
 namespace {
 
-/// `limit`, when it is no less than that: known as soon as a whole row is.
+/// Insertions, deletions, substitutions and swaps of neighbours; `limit`, when it is no less than that: known as soon
+/// as two whole rows are.
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
   if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= limit) return limit;
-  std::vector<std::size_t> row(b.size() + 1);
+  std::vector<std::size_t> before(b.size() + 1), row(b.size() + 1), next(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
+  std::size_t least_before = 0;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    std::size_t least = row[0] = i;
+    std::size_t least = next[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substitute = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min(std::min(row[j], row[j - 1]) + 1, substitute);
-      least = std::min(least, row[j]);
+      next[j] = std::min({row[j] + 1, next[j - 1] + 1, row[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        next[j] = std::min(next[j], before[j - 2] + 1);
+      least = std::min(least, next[j]);
     }
-    if (least >= limit) return limit;
+    if (std::min(least, least_before) >= limit) return limit;
+    least_before = least;
+    before.swap(row);
+    row.swap(next);
   }
   return row[b.size()];
 }

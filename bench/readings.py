@@ -1,122 +1,154 @@
 #!/usr/bin/env python3
-"""Readings of the paper against its six ratios, from the databases of configs/sweeps/readings*.toml.
+"""What the paper leaves open, judged on its printed figures; from databases of configs/sweeps/readings.toml and rounds.toml.
 
-    python3 bench/readings.py readings.sqlite readings_write_back.sqlite [--csv F.csv]
+    python3 bench/readings.py readings.sqlite [--csv F.csv]
+    python3 bench/readings.py --rounds rounds.sqlite rounds_single.sqlite
 
-Prints a table of all readings in the order of their distance to the paper (mean squared log ratio over the six ratios
-and all scenes), then the best reading scene by scene, the steps from the first reading to it, and what one more change would do.
+A reading is the machine of the plan with what a point changes. For each class of scene (public whole scenes, generated
+ones, objects) a table: geometric means over its views of the paper's six ratios, of node fetches of grtx on top of sw, the
+lowest hit rate of nodes in the L1, and the distance (mean squared log ratio to the paper over the six and all views). Then
+each view of the first reading. --rounds: speed-ups over the baseline with k = 8, by k, with a single round, and each design at its best.
 """
 import argparse
 import csv
 import json
 import math
+import re
 import sqlite3
 import sys
+from collections import defaultdict
 
-PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "L2 accesses": 4.75, "latency": 1.77, "node fetches": 3.03}
-AXES = ("order", "pop test", "private writes", "ports")
-FIRST = ("near_first", "on", "write_through", 1)
+PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "L2 accesses": 4.75, "latency": 1.77, "node fetches": 3.03, "fetches on sw": 2.37}
+SIX = list(PAPER)[:6]
 DESIGNS = ("baseline", "sw", "hw", "grtx")
 NAMES = {"cycles": "gpu.cycles", "l2": "gpu.l2.accesses", "latency": "gpu.rt.node_fetch_latency",
-         "fetches": "gpu.rt.node_fetches"}
+         "fetches": "gpu.rt.node_fetches", "hits": "gpu.l1.node.hit_rate"}
+OBJECTS = {"playbot", "pizza", "logo", "st-peter"}
+
+
+def class_of(scene):
+    if re.search(r"-\d+-\d+$", scene):
+        return "generated"
+    return "objects" if scene in OBJECTS else "public"
 
 
 def read(path):
-    """{(reading, scene): {design: {name: value}}} of the points that are done."""
-    database = sqlite3.connect(path)
-    found = {}
-    for number, scene, design, coordinates, config in database.execute(
-            "SELECT id, scene, design, coordinates, config FROM point WHERE status = 'done'"):
-        at, machine = json.loads(coordinates), json.loads(config)
-        reading = (at["tracer.child_order"], at["tracer.pop_test"], machine["l1.private_writes"],
-                   machine["rt.memory.sectors_per_cycle"])
+    """[(coordinates without view, scene, view, design, {name: value})] of the points that are done."""
+    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    rows = []
+    for number, scene, design, coordinates in database.execute("SELECT id, scene, design, coordinates FROM point WHERE status = 'done'"):
+        at = json.loads(coordinates)
         values = dict(database.execute(
-            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",
-            (number, *NAMES.values())))
-        found.setdefault((reading, scene), {})[design] = {k: values[n] for k, n in NAMES.items()}
-    return found
+            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})", (number, *NAMES.values())))
+        rows.append((at, scene, at.pop("view", 0), design, {short: values.get(name, 0) for short, name in NAMES.items()}))
+    return rows
 
 
-def ratios(designs):
-    base, grtx = designs["baseline"], designs["grtx"]
-    speed = {d: base["cycles"] / designs[d]["cycles"] for d in DESIGNS[1:]}
+def ratios(of):
+    base, grtx = of["baseline"], of["grtx"]
+    speed = {d: base["cycles"] / of[d]["cycles"] for d in DESIGNS[1:]}
     return {**speed, "L2 accesses": base["l2"] / grtx["l2"], "latency": base["latency"] / grtx["latency"],
-            "node fetches": base["fetches"] / grtx["fetches"]}
+            "node fetches": base["fetches"] / grtx["fetches"], "fetches on sw": of["sw"]["fetches"] / grtx["fetches"],
+            "hits": min(of["sw"]["hits"], grtx["hits"])}
 
 
-def distance(rows):
-    """Mean squared log ratio to the paper."""
-    logs = [math.log(row[name] / PAPER[name]) ** 2 for row in rows for name in PAPER]
-    return sum(logs) / len(logs)
-
-
-def geometric_mean(rows, name):
+def mean(rows, name):
     return math.exp(sum(math.log(row[name]) for row in rows) / len(rows))
 
 
-def steps_to(best, table):
-    """From FIRST to `best`, each time the axis whose change brings most."""
-    reading, path = FIRST, [("first reading", FIRST)]
-    while reading != best:
-        options = [tuple(best[j] if j == i else reading[j] for j in range(len(AXES)))
-                   for i in range(len(AXES)) if reading[i] != best[i]]
-        following = min(options, key=lambda r: distance(table[r]))
-        changed = next(i for i in range(len(AXES)) if following[i] != reading[i])
-        path.append((f"{AXES[changed]}: {following[changed]}", following))
-        reading = following
-    return path
+def distance(rows):
+    return sum(math.log(row[name] / PAPER[name]) ** 2 for row in rows for name in SIX) / (len(rows) * len(SIX))
 
 
-def other_steps(best, table):
-    """The best reading with one axis at another value, each: (label, reading)."""
-    steps = []
-    for i, axis in enumerate(AXES):
-        for value in sorted({r[i] for r in table} - {best[i]}, key=str):
-            reading = best[:i] + (value,) + best[i + 1:]
-            if reading in table:
-                steps.append((f"{axis}: {value}", reading))
-    return steps
+def table(header, rows):
+    return "\n".join(["| " + " | ".join(header) + " |", "|" + "---|" * len(header)] + ["| " + " | ".join(map(str, row)) + " |" for row in rows])
+
+
+def label(at):
+    return ", ".join(f"`{key}` = {value}" for key, value in at)
+
+
+def readings(paths, out):
+    found, order = defaultdict(dict), []
+    for path in paths:
+        for at, scene, view, design, values in read(path):
+            key = tuple(sorted(at.items()))
+            if key not in order:
+                order.append(key)
+            found[key, scene, view][design] = values
+    whole = {key: ratios(of) for key, of in found.items() if all(d in of for d in DESIGNS)}
+    if not whole:
+        sys.exit("readings.py: no reading is there in all four designs")
+    for kind in ("public", "generated", "objects"):
+        views = sorted({key[1:] for key in whole if class_of(key[1]) == kind})
+        rows = []
+        for reading in order:
+            of = [whole[reading, *view] for view in views if (reading, *view) in whole]
+            if of:
+                note = "" if len(of) == len(views) else f" ({len(of)} views)"
+                rows.append([label(reading) + note] + [f"{mean(of, n):.2f}" for n in PAPER] +
+                            [f"{100 * min(r['hits'] for r in of):.0f} %", f"{distance(of):.3f}"])
+        if rows:
+            paper = ["*the paper*"] + [f"*{v:.2f}*" for v in PAPER.values()] + ["*70 %*", ""]
+            print(f"{kind}, {len(views)} views:\n\n" + table(["reading", *PAPER, "least L1 hits", "distance"], [paper] + rows) + "\n")
+    first = order[0]
+    print(f"Each view, {label(first)}:\n")
+    print(table(["view", *PAPER, "least L1 hits"], [[f"{scene} {view}"] + [f"{row[n]:.2f}" for n in PAPER] + [f"{100 * row['hits']:.0f} %"]
+                                                    for (reading, scene, view), row in sorted(whole.items()) if reading == first]))
+    if out:
+        with open(out, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["reading", "scene", "view", *PAPER, "least L1 hits"])
+            for (reading, scene, view), row in sorted(whole.items(), key=str):
+                writer.writerow([label(reading), scene, view] + [f"{row[n]:.4f}" for n in (*PAPER, "hits")])
+
+
+def rounds(paths):
+    """{(scene, view): {(design, traffic): {k: cycles}}}; k of a single round is "single"; designs without checkpoints have no traffic."""
+    found = defaultdict(lambda: defaultdict(dict))
+    for path in paths:
+        for at, scene, view, design, values in read(path):
+            traffic = at.get("rt.checkpoint.traffic", "") if design in ("hw", "grtx") else ""
+            found[scene, view][design, traffic][at.get("tracer.k", "single")] = values["cycles"]
+    for kind in ("public", "generated"):
+        views = {view: of for view, of in sorted(found.items()) if class_of(view[0]) == kind and 8 in of["baseline", ""]}
+        if not views:
+            continue
+        columns = sorted({k for of in views.values() for ks in of.values() for k in ks}, key=lambda k: (k == "single", k))
+        rows = []
+        for (scene, view), of in views.items():
+            base = of["baseline", ""][8]
+            for (design, traffic), ks in sorted(of.items(), key=lambda item: (DESIGNS.index(item[0][0]), item[0][1] == "charged")):
+                best = min(ks, key=ks.get)
+                rows.append([f"{scene} {view}", f"{design}, {traffic}" if traffic else design] +
+                            [(f"**{base / ks[k]:.2f}**" if k == best else f"{base / ks[k]:.2f}") if k in ks else "" for k in columns])
+            software = max(base / min(of[d, ""].values()) for d in ("baseline", "sw"))
+            for traffic in ("uncharged", "charged"):
+                hardware = base / min(of["grtx", traffic].values()) if of.get(("grtx", traffic)) else 0
+                if 0 < hardware < software:
+                    rows.append([f"{scene} {view}", f"software alone ({software:.2f}) beats grtx with {traffic} traffic ({hardware:.2f}), each at its best"] + [""] * len(columns))
+        print(f"{kind}:\n\n" + table(["view", "design", *[f"k = {k}" if k != "single" else "single round" for k in columns]], rows) + "\n")
+        print("Geometric means:\n")
+        means = []
+        for key in sorted({key for of in views.values() for key in of}, key=lambda i: (DESIGNS.index(i[0]), i[1] == "charged")):
+            row = []
+            for k in columns:
+                of = [v["baseline", ""][8] / v[key][k] for v in views.values() if k in v.get(key, {})]
+                row.append(f"{math.exp(sum(map(math.log, of)) / len(of)):.2f}" if len(of) == len(views) else "")
+            means.append([", ".join(filter(None, key))] + row)
+        print(table(["design", *[f"k = {k}" if k != "single" else "single round" for k in columns]], means) + "\n")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("databases", nargs="+")
-    parser.add_argument("--csv", help="all ratios of all scenes")
+    parser.add_argument("--rounds", action="store_true")
+    parser.add_argument("--csv", help="all ratios of all views")
     options = parser.parse_args()
-    by_scene = {}
-    for path in options.databases:
-        by_scene.update(read(path))
-    whole = {key: ratios(d) for key, d in by_scene.items() if all(n in d for n in DESIGNS)}
-    if not whole:
-        sys.exit("readings: no reading is complete")
-    scenes = sorted({scene for _, scene in whole})
-    table = {}
-    for (reading, scene), row in whole.items():
-        table.setdefault(reading, {})[scene] = row
-    table = {r: [rows[s] for s in scenes] for r, rows in table.items() if set(rows) == set(scenes)}
-
-    head = list(AXES) + list(PAPER) + ["distance"]
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    print("| *paper* | | | | " + " | ".join(f"*{v:.2f}*" for v in PAPER.values()) + " | |")
-    ranked = sorted(table, key=lambda r: distance(table[r]))
-    for reading in ranked:
-        cells = [str(v) for v in reading] + [f"{geometric_mean(table[reading], n):.2f}" for n in PAPER]
-        print("| " + " | ".join(cells) + f" | {distance(table[reading]):.4f} |")
-    best = ranked[0]
-    print(f"\nBest reading: {', '.join(map(str, best))}\n\n| scene | " + " | ".join(PAPER) + " |\n|" +
-          "---|" * (len(PAPER) + 1))
-    for scene, row in zip(scenes, table[best]):
-        print(f"| {scene} | " + " | ".join(f"{row[n]:.2f}" for n in PAPER) + " |")
-    if FIRST in table:
-        path = steps_to(best, table)
-        print("\nSteps: " + "; ".join(f"{label} {distance(table[r]):.4f}" for label, r in path))
-        print("One more: " + "; ".join(f"{label} {distance(table[r]):.4f}" for label, r in other_steps(best, table)))
-    if options.csv:
-        with open(options.csv, "w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(list(AXES) + ["scene"] + list(PAPER))
-            for (reading, scene), row in sorted(whole.items(), key=str):
-                writer.writerow(list(reading) + [scene] + [f"{row[n]:.4f}" for n in PAPER])
+    if options.rounds:
+        rounds(options.databases)
+    else:
+        readings(options.databases, options.csv)
 
 
 if __name__ == "__main__":

@@ -20,11 +20,11 @@ def main(program, files):
     def speedup(run, design):
         return value(run, "baseline", "gpu.cycles") / value(run, design, "gpu.cycles")
 
-    print(f"{'machine':<8}{'design':<9}{'speed-up':>8}" + "".join(f"{title:>10}" for title, *_ in COLUMNS))
+    print(f"{'machine':<14}{'design':<8}{'speed-up':>8}" + "".join(f"{title:>10}" for title, *_ in COLUMNS))
     for run in runs:
         for design in DESIGNS:
             cells = (form.format(value(run, design, statistic) * scale) for _, statistic, scale, form in COLUMNS)
-            print(f"{run['machine']:<8}{design:<9}{speedup(run, design):>8.2f}" + "".join(f"{cell:>10}" for cell in cells))
+            print(f"{run['machine']:<14}{design:<8}{speedup(run, design):>8.2f}" + "".join(f"{cell:>10}" for cell in cells))
     identical = all(run["images_identical"] for run in runs)
     print("images of the four designs:", "bit-identical" if identical else "DIFFERENT")
 

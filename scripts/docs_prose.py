@@ -22,8 +22,6 @@ UNREVISED = {
     "docs/notes/fast-mode.md",
     "docs/notes/redesign.md",
     "docs/results/beyond.md",
-    "docs/results/fast-mode.md",
-    "docs/results/readings.md",
     "docs/results/scene-classes.md",
     "docs/results/silicon.md",
 }

@@ -15,6 +15,11 @@ TEST(NearestName, OfEquallyNearOnesIsTheFirst) {
   EXPECT_EQ(grtx::nearest_name("l1.latncy", {"l2.latency", "l1.ways", "l1.latency", "l1.lat"}), "l1.latency");
 }
 
+TEST(NearestName, OfNeighboursSwappedIsTheOneThatWasMeant) {
+  EXPECT_EQ(grtx::nearest_name("rnu", {"ray", "run"}), "run");
+  EXPECT_EQ(grtx::nearest_name("sacle", {"scene", "scale"}), "scale");
+}
+
 TEST(NearestName, OfAVeryLongNameIsThatOfItsBeginning) {
   const std::vector<std::string> known = {"scene", "l1.latency", "set"};
   EXPECT_EQ(grtx::nearest_name("l1.latency" + std::string(1000000, 'x'), known), "l1.latency");

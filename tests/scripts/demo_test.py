@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""scripts/demo.sh with a small scene: a picture with something in it, a table of both machines whose speed-ups are those of the results, and the
+"""scripts/demo.sh with a small scene: a picture with something in it, a table of three machines whose speed-ups are those of the results, and the
 report's path on the last line; scripts/install_dependencies.sh refuses what it does not know.
 
     demo_test.py GRTX
@@ -28,13 +28,13 @@ class Demo(unittest.TestCase):
             self.assertEqual(lines[-1].split(": ")[-1], os.path.join(os.path.realpath(folder), "report.html"))
             self.assertIn("<html", open(os.path.join(folder, "report.html"), encoding="utf-8").read())
             self.assertGreater(os.path.getsize(os.path.join(folder, "hall.png")), 10000)  # an empty one has 800 bytes
-            for machine in ("paper", "modern"):
+            for machine in ("paper", "paper-charged", "modern"):
                 with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:
                     speedup = json.load(file)["speedup"]
                 rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
                 self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
-            table = [line for line in lines if line.startswith(("machine ", "paper ", "modern "))]
-            self.assertEqual(len(table), 9)
+            table = [line for line in lines if line.startswith(("machine ", "paper ", "paper-charged ", "modern "))]
+            self.assertEqual(len(table), 13)
             self.assertLessEqual(max(map(len, table)), 80)
             self.assertIn("bit-identical", done.stdout)
             self.assertEqual([line[:2] for line in lines if line[:1].isdigit()], ["1.", "2.", "3."])

@@ -106,7 +106,7 @@ TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
       test::write_view(file.path(), scene, camera, 32, 16, kind, checkpoint);
       // One design is enough for machines that differ in what all designs share.
       const bool all = checkpoint && kind == frontend::AccelKind::tlas_tri20;
-      for (const char* machine : {"paper", "deep_stack", "intersection_only"}) {
+      for (const char* machine : {"table1", "deep_stack", "intersection_only"}) {
         const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/" + machine + ".toml", {});
         EXPECT_EQ(differences(file.path(), config), "")
             << frontend::accel_name(kind) << (checkpoint ? " with checkpoints, " : ", ") << machine;
