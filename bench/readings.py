@@ -104,12 +104,12 @@ def readings(paths, out):
 
 
 def rounds(paths):
-    """{(scene, view): {(design, traffic): {k: cycles}}}; k of a single round is "single"; designs without checkpoints have no traffic."""
+    """Speed-ups by k; that of a single round is "single". Designs without checkpoints have no traffic to charge."""
     found = defaultdict(lambda: defaultdict(dict))
     for path in paths:
         for at, scene, view, design, values in read(path):
             traffic = at.get("rt.checkpoint.traffic", "") if design in ("hw", "grtx") else ""
-            found[scene, view][design, traffic][at.get("tracer.k", "single")] = values["cycles"]
+            found[scene, view][design, traffic]["single" if at.get("tracer.tracing") == "single" else at["tracer.k"]] = values["cycles"]
     for kind in ("public", "generated"):
         views = {view: of for view, of in sorted(found.items()) if class_of(view[0]) == kind and 8 in of["baseline", ""]}
         if not views:
