@@ -101,13 +101,13 @@ class ParameterList {
                   std::move(description), origin);
   }
   template <NamedEnum Enum>
-  Parameter& add(const char* key, Enum& value, std::string description, Origin origin) {
+  Parameter& add(const char* key, Enum& value, const std::string& description, Origin origin) {
     return choice(key,
                   {names_of<Enum>(),
                    [&value] { return std::string(name_of(value)); },
                    [&value](const std::string& name) { value = *from_name<Enum>(name); },
                    {}},
-                  std::move(description), origin);
+                  description, origin);
   }
   /// What must hold of values that are each in their range: looked at by require_rules().
   void rule(const char* key, std::function<bool()> holds, std::string rule) {
