@@ -40,7 +40,10 @@ def read(path):
         at = json.loads(coordinates)
         values = dict(database.execute(
             f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})", (number, *NAMES.values())))
-        rows.append((at, scene, at.pop("view", 0), design, {short: values.get(name, 0) for short, name in NAMES.items()}))
+        lacking = [name for name in NAMES.values() if name not in values]
+        if lacking:
+            sys.exit(f"readings.py: {path}: point {number} has no {lacking[0]}")
+        rows.append((at, scene, at.pop("view", 0), design, {short: values[name] for short, name in NAMES.items()}))
     return rows
 
 

@@ -145,24 +145,17 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   }
   std::uint64_t conflicts = 0;
   Port& port = ports_[client];
-  if (at != port.next) {
-    port.used = 0;
-    port.banks = 0;
-  }
   const auto next_cycle = [&](Cycle cycle) {
     at = cycle;
-    port.used = 0;
-    port.banks = 0;
+    port.begin_cycle();
   };
+  if (at != port.next) port.begin_cycle();
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
     const unsigned bank = banks_.bank(first + static_cast<unsigned>(std::countr_zero(rest)));
     const std::uint64_t bit = std::uint64_t{1} << bank;
-    if (port.used == width) {
-      next_cycle(at + 1);
-    } else if ((port.banks & bit) != 0) {  // the port's own sector has the bank
-      ++conflicts;
-      next_cycle(at + 1);
-    }
+    const bool own = port.used < width && (port.banks & bit) != 0;  // another of its sectors has the bank
+    conflicts += own ? 1 : 0;
+    if (own || port.used == width) next_cycle(at + 1);
     const Cycle taken = banks_.reserve(bank, at);
     if (taken != at) {
       const bool other = ports_[kNode].width > 1 ? (client == kNode) == (++conflict_ % kNodesWin == 0)
@@ -254,8 +247,7 @@ L1::Taken L1::try_head(Cycle now) {
     port.next = taken;  // the next request may share the cycle
   } else {
     port.next = taken + 1 + (one_by_one_ ? count : 0);
-    port.used = 0;
-    port.banks = 0;
+    port.begin_cycle();
   }
   if (later != 0) {
     port.queue.front().sectors = later;

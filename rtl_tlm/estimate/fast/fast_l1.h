@@ -140,7 +140,8 @@ class L1 {
     Cycle next = 0;           ///< free from
     unsigned used = 0;        ///< sectors taken in that cycle, of a wide port
     std::uint64_t banks = 0;  ///< where they lie
-    Cycle until = 0;          ///< refused until
+    void begin_cycle() { used = 0, banks = 0; }
+    Cycle until = 0;  ///< refused until
   };
   /// Sectors of a line on their way into the L1. They take the line's place in the tags when all are there.
   struct Fill {

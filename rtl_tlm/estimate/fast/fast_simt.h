@@ -72,10 +72,10 @@ class Simt {
     std::uint32_t loads_pending = 0, stores_pending = 0;  ///< requests
     Cycle loads_seen = 0, stores_seen = 0;
     Cycle store_read = 0;           ///< when the last read of the private store is back
-    std::uint32_t first_timed = 0;  ///< drawn: which of its phases take time
+    std::uint32_t first_timed = 0;  ///< drawn: in which rounds its phases take time
   };
 
-  /// Of each kind of phase that a warp has once a round, the one of one in so many rounds takes time.
+  /// Begins a phase that a warp has once a round. In one of `fast.stride` rounds it takes time, in the others none.
   void start(Cycle now, unsigned slot, Step step);
   /// The phase happens at once: caches and counts of the trace see it.
   void warm_phase(unsigned slot);
