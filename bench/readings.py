@@ -1,13 +1,20 @@
 #!/usr/bin/env python3
-"""What the paper leaves open, judged on its printed figures; from databases of configs/sweeps/readings.toml and rounds.toml.
+"""What the paper leaves open, judged on its printed figures; from databases of configs/sweeps/readings.toml and those beside it.
 
-    python3 bench/readings.py readings.sqlite [--csv F.csv]
-    python3 bench/readings.py --rounds rounds.sqlite rounds_single.sqlite
+    python3 bench/readings.py readings.sqlite readings_more.sqlite [--csv F.csv]
+    python3 bench/readings.py --rounds rounds.sqlite rounds_grtx.sqlite
+    python3 bench/readings.py --latency readings.sqlite
+    python3 bench/readings.py --trends readings.sqlite
+    python3 bench/readings.py --parts secondary.sqlite proxies.sqlite
 
 A reading is the machine of the plan with what a point changes. For each class of scene (public whole scenes, generated
 ones, objects) a table: geometric means over its views of the paper's six ratios, of node fetches of grtx on top of sw, the
 lowest hit rate of nodes in the L1, and the distance (mean squared log ratio to the paper over the six and all views). Then
-each view of the first reading. --rounds: speed-ups over the baseline with k = 8, by k, with a single round, and each design at its best.
+each view of the first reading.
+--rounds: speed-ups over the baseline with k = 8, by k, with a single round, and each design at its best.
+--latency: where the time of a node fetch goes, and the paper's ratio under other definitions of it.
+--trends: by which statistic of a view the gains of sw and hw differ, as rank correlations.
+--parts: speed-ups by structure, and of primary and secondary rays.
 """
 import argparse
 import csv
@@ -21,30 +28,48 @@ from collections import defaultdict
 PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "L2 accesses": 4.75, "latency": 1.77, "node fetches": 3.03, "fetches on sw": 2.37}
 SIX = list(PAPER)[:6]
 DESIGNS = ("baseline", "sw", "hw", "grtx")
+L1_LATENCY = 20  # cycles, of all machines of the plans
 NAMES = {"cycles": "gpu.cycles", "l2": "gpu.l2.accesses", "latency": "gpu.rt.node_fetch_latency",
          "fetches": "gpu.rt.node_fetches", "hits": "gpu.l1.node.hit_rate"}
+REGIONS = {"tlas": "internal", "leaf": "triangle leaf", "instance": "instance leaf", "blas": "BLAS"}
 OBJECTS = {"playbot", "pizza", "logo", "st-peter"}
 
 
 def class_of(scene):
     if re.search(r"-\d+-\d+$", scene):
         return "generated"
-    return "objects" if scene in OBJECTS else "public"
+    if scene in OBJECTS:
+        return "objects"
+    near = re.search(r"-(full|small|256)$", scene)
+    return f"public, {near[1]}" if near else "public"
 
 
-def read(path):
-    """[(coordinates without view, scene, view, design, {name: value})] of the points that are done."""
+def read(path, mode):
+    """[(coordinates without view, scene, view, design, {name: value})] of the points of that mode that are done."""
     database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
     rows = []
-    for number, scene, design, coordinates in database.execute("SELECT id, scene, design, coordinates FROM point WHERE status = 'done'"):
+    for number, scene, design, coordinates in database.execute(
+            "SELECT id, scene, design, coordinates FROM point WHERE status = 'done' AND mode = ?", (mode,)):
         at = json.loads(coordinates)
-        values = dict(database.execute(
-            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})", (number, *NAMES.values())))
-        lacking = [name for name in NAMES.values() if name not in values]
-        if lacking:
-            sys.exit(f"readings.py: {path}: point {number} has no {lacking[0]}")
-        rows.append((at, scene, at.pop("view", 0), design, {short: values[name] for short, name in NAMES.items()}))
+        values = defaultdict(float, database.execute("SELECT name, value FROM value WHERE point_id = ? AND name LIKE 'gpu.%'", (number,)))
+        for short, name in NAMES.items():
+            if name not in values:
+                sys.exit(f"readings.py: {path}: point {number} has no {name}")
+            values[short] = values[name]
+        rows.append((at, scene, at.pop("view", 0), design, values))
     return rows
+
+
+def by_reading(paths, mode):
+    """{(coordinates, scene, view): {design: values}}, and the coordinates in the order of the plan."""
+    found, order = defaultdict(dict), []
+    for path in paths:
+        for at, scene, view, design, values in read(path, mode):
+            key = tuple(sorted(at.items()))
+            if key not in order:
+                order.append(key)
+            found[key, scene, view][design] = values
+    return found, order
 
 
 def ratios(of):
@@ -68,21 +93,15 @@ def table(header, rows):
 
 
 def label(at):
-    return ", ".join(f"`{key}` = {value}" for key, value in at)
+    return ", ".join(f"`{key}` = {value}" for key, value in at) or "as the machine is"
 
 
-def readings(paths, out):
-    found, order = defaultdict(dict), []
-    for path in paths:
-        for at, scene, view, design, values in read(path):
-            key = tuple(sorted(at.items()))
-            if key not in order:
-                order.append(key)
-            found[key, scene, view][design] = values
+def readings(paths, mode, out):
+    found, order = by_reading(paths, mode)
     whole = {key: ratios(of) for key, of in found.items() if all(d in of for d in DESIGNS)}
     if not whole:
         sys.exit("readings.py: no reading is there in all four designs")
-    for kind in ("public", "generated", "objects"):
+    for kind in sorted({class_of(key[1]) for key in whole}, key=lambda k: (k.startswith("objects"), k.startswith("generated"), k)):
         views = sorted({key[1:] for key in whole if class_of(key[1]) == kind})
         rows = []
         for reading in order:
@@ -106,52 +125,155 @@ def readings(paths, out):
                 writer.writerow([label(reading), scene, view] + [f"{row[n]:.4f}" for n in (*PAPER, "hits")])
 
 
-def rounds(paths):
+def parts_of(v):
+    """Of a run: what a node fetch takes, where, and by other definitions of its latency; cycles."""
+    if "gpu.rt.node_wait_cycles" not in v:
+        sys.exit("readings.py: a run without gpu.rt.node_wait_cycles; its program is too old")
+    fetches = {r: v[f"gpu.rt.node_fetches.{r}"] for r in REGIONS}
+    took = {r: v[f"gpu.rt.node_fetch_cycles.{r}"] for r in REGIONS}
+    queue = sum(v[f"gpu.rt.node_queue_cycles.{r}"] for r in REGIONS)
+    reads, hits, latency = v["gpu.l1.node.reads"], v["gpu.l1.node.hits"], L1_LATENCY
+    return {"share": {r: fetches[r] / v["fetches"] for r in REGIONS}, "mean": {r: took[r] / fetches[r] if fetches[r] else 0 for r in REGIONS},
+            "a fetch, from its visit": v["latency"],
+            "of it before the port": queue / v["fetches"],
+            "a fetch, from its last sector sent": v["latency"] - queue / v["fetches"],
+            "a visit": v["gpu.rt.node_wait_cycles"] / v["gpu.rt.node_visits"],
+            "a sector, hits and misses": latency + (1 - hits / reads) * v["gpu.l1.miss_latency"],
+            "a miss of the L1": latency + v["gpu.l1.miss_latency"],
+            "a fetch outside of the BLAS": sum(took[r] for r in REGIONS if r != "blas") / sum(fetches[r] for r in REGIONS if r != "blas"),
+            "sectors a fetch": v["gpu.rt.node_sectors"] / v["fetches"]}
+
+
+def latency(paths, mode):
+    """Of the first reading: the parts of a node fetch's time in baseline, sw and grtx, and ratios by definition."""
+    found, order = by_reading(paths, mode)
+    definitions = ("a fetch, from its visit", "of it before the port", "a fetch, from its last sector sent", "a visit", "a sector, hits and misses",
+                   "a miss of the L1", "a fetch outside of the BLAS")
+    for reading in order:
+        print(f"{label(reading)}\n")
+        ratio, where, regions = defaultdict(lambda: defaultdict(list)), [], []
+        for (at, scene, view), of in sorted(found.items(), key=str):
+            if at != reading or not {"baseline", "grtx"} <= set(of):
+                continue
+            parts = {d: parts_of(of[d]) for d in DESIGNS if d in of}
+            for name in definitions:
+                ratio[class_of(scene)][name].append(parts["baseline"][name] / parts["grtx"][name])
+            for d, part in parts.items():
+                where.append([f"{scene} {view}", d] + [f"{part[name]:.0f}" for name in definitions] +
+                             [f"{part['sectors a fetch']:.2f}", f"{100 * of[d]['hits']:.0f} %"])
+                regions.append([f"{scene} {view}", d] + [f"{100 * part['share'][r]:.0f} %, {part['mean'][r]:.0f}" if part["share"][r] else "" for r in REGIONS])
+        print(table(["view", "design", *definitions, "sectors a fetch", "L1 hits"], where) + "\n")
+        print("Share of the fetches, and mean cycles from the visit:\n\n" + table(["view", "design", *REGIONS.values()], regions) + "\n")
+        print("Baseline over grtx, geometric means (least, largest); the paper has 1.77:\n")
+        print(table(["views", *definitions], [[f"{kind}, {len(of[definitions[0]])}"] + [f"{geometric(of[n]):.2f} ({min(of[n]):.2f} to {max(of[n]):.2f})" for n in definitions]
+                                             for kind, of in sorted(ratio.items())]) + "\n")
+
+
+def geometric(values):
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+def rank_correlation(x, y):
+    """Spearman's, of values without ties."""
+    rank = lambda values: [sorted(values).index(v) for v in values]
+    n = len(x)
+    return 1 - 6 * sum((a - b) ** 2 for a, b in zip(rank(x), rank(y))) / (n * (n * n - 1))
+
+
+def trends(paths, mode):
+    """Of the first reading: statistics of the baseline beside the gains of sw and hw, view by view."""
+    found, order = by_reading(paths, mode)
+    of_baseline = {"leaves of the fetches": lambda v: v["gpu.rt.node_fetches.leaf"] / v["fetches"],
+                   "visits a hit": lambda v: v["gpu.rt.node_visits"] / v["gpu.rt.any_hit_calls"],
+                   "L1 hits": lambda v: v["hits"]}
+    rows = [(scene, view, [f(of["baseline"]) for f in of_baseline.values()], ratios(of))
+            for (at, scene, view), of in sorted(found.items(), key=str) if at == order[0] and all(d in of for d in DESIGNS)]
+    print(table(["view", *of_baseline, "sw", "hw", "fetches ÷, sw"],
+                [[f"{scene} {view}"] + [f"{x:.3f}" for x in at] + [f"{r['sw']:.2f}", f"{r['hw']:.2f}", f"{r['node fetches'] / r['fetches on sw']:.2f}"]
+                 for scene, view, at, r in rows]) + "\n")
+    for kind in sorted({class_of(row[0]) for row in rows} | {"all but objects"}):
+        some = [row for row in rows if class_of(row[0]) == kind or (kind == "all but objects" and class_of(row[0]) != "objects")]
+        for i, name in enumerate(of_baseline):
+            if len(some) >= 5:
+                print(f"{kind}, {len(some)} views, rank correlation of {name}: " +
+                      ", ".join(f"{rank_correlation([r[2][i] for r in some], [r[3][d] for r in some]):+.2f} with {d}" for d in ("sw", "hw")))
+
+
+def parts(paths, mode):
+    """Speed-ups over the baseline of the same coordinates, whole, primary and secondary; structures over tri20."""
+    found, order = by_reading(paths, mode)
+    accels = defaultdict(dict)
+    for (at, scene, view), of in found.items():
+        if "tracer.accel" in dict(at):
+            accels[scene, view][dict(at)["tracer.accel"]] = next(iter(of.values()))
+    if accels:
+        names = sorted({a for of in accels.values() for a in of})
+        print(table(["view", *names], [[f"{s} {v}"] + [f"{of['tri20']['cycles'] / of[a]['cycles']:.2f}" for a in names] for (s, v), of in sorted(accels.items())]) + "\n")
+    for reading in order:
+        rows, means = [], defaultdict(list)
+        for (at, scene, view), of in sorted(found.items(), key=str):
+            if at != reading or not all(d in of for d in DESIGNS):
+                continue
+            for rays, name in (("all", "gpu.cycles"), ("primary", "gpu.rays.primary_cycles"), ("secondary", "gpu.rays.secondary_cycles")):
+                if of["baseline"][name]:
+                    speed = [of["baseline"][name] / of[d][name] for d in DESIGNS[1:]]
+                    rows.append([f"{scene} {view}", rays] + [f"{x:.2f}" for x in speed])
+                    means[class_of(scene), rays].append(speed)
+        if rows:
+            rows += [[f"*mean, {kind}*", rays] + [f"*{geometric(x):.2f}*" for x in zip(*of)] for (kind, rays), of in means.items()]
+            print(f"{label(reading)}\n\n" + table(["view", "rays", *DESIGNS[1:]], rows) + "\n")
+
+
+def rounds(paths, mode):
     """Speed-ups by k; that of a single round is "single". Designs without checkpoints have no traffic to charge."""
     found = defaultdict(lambda: defaultdict(dict))
     for path in paths:
-        for at, scene, view, design, values in read(path):
+        for at, scene, view, design, values in read(path, mode):
             traffic = at.get("rt.checkpoint.traffic", "") if design in ("hw", "grtx") else ""
             found[scene, view][design, traffic]["single" if at.get("tracer.tracing") == "single" else at["tracer.k"]] = values["cycles"]
-    for kind in ("public", "generated"):
+    column = lambda k: f"k = {k}" if k != "single" else "single round"
+    order = lambda key: (DESIGNS.index(key[0]), key[1] == "charged")
+    for kind in sorted({class_of(scene) for scene, _ in found}, reverse=True):
         views = {view: of for view, of in sorted(found.items()) if class_of(view[0]) == kind and 8 in of["baseline", ""]}
         if not views:
             continue
         columns = sorted({k for of in views.values() for ks in of.values() for k in ks}, key=lambda k: (k == "single", k))
-        rows = []
-        for (scene, view), of in views.items():
-            base = of["baseline", ""][8]
-            for (design, traffic), ks in sorted(of.items(), key=lambda item: (DESIGNS.index(item[0][0]), item[0][1] == "charged")):
-                best = min(ks, key=ks.get)
-                rows.append([f"{scene} {view}", f"{design}, {traffic}" if traffic else design] +
-                            [(f"**{base / ks[k]:.2f}**" if k == best else f"{base / ks[k]:.2f}") if k in ks else "" for k in columns])
-            software = max(base / min(of[d, ""].values()) for d in ("baseline", "sw"))
-            for traffic in ("uncharged", "charged"):
-                hardware = base / min(of["grtx", traffic].values()) if of.get(("grtx", traffic)) else 0
-                if 0 < hardware < software:
-                    rows.append([f"{scene} {view}", f"software alone ({software:.2f}) beats grtx with {traffic} traffic ({hardware:.2f}), each at its best"] + [""] * len(columns))
-        print(f"{kind}:\n\n" + table(["view", "design", *[f"k = {k}" if k != "single" else "single round" for k in columns]], rows) + "\n")
-        print("Geometric means:\n")
-        means = []
-        for key in sorted({key for of in views.values() for key in of}, key=lambda i: (DESIGNS.index(i[0]), i[1] == "charged")):
-            row = []
-            for k in columns:
-                of = [v["baseline", ""][8] / v[key][k] for v in views.values() if k in v.get(key, {})]
-                row.append(f"{math.exp(sum(map(math.log, of)) / len(of)):.2f}" if len(of) == len(views) else "")
-            means.append([", ".join(filter(None, key))] + row)
-        print(table(["design", *[f"k = {k}" if k != "single" else "single round" for k in columns]], means) + "\n")
+        speed = {view: {key: {k: of["baseline", ""][8] / cycles for k, cycles in ks.items()} for key, ks in of.items()} for view, of in views.items()}
+        rows = [[f"{scene} {view}", ", ".join(filter(None, key))] +
+                [(f"**{ks[k]:.2f}**" if ks[k] == max(ks.values()) else f"{ks[k]:.2f}") if k in ks else "" for k in columns]
+                for (scene, view), of in speed.items() for key, ks in sorted(of.items(), key=lambda item: order(item[0]))]
+        for key in sorted({key for of in speed.values() for key in of}, key=order):
+            of = [[ks[key][k] for ks in speed.values() if k in ks.get(key, {})] for k in columns]
+            rows.append(["*mean*", ", ".join(filter(None, key))] + [f"*{geometric(one):.2f}*" if len(one) == len(views) else "" for one in of])
+        print(f"{kind}, {len(views)} views, speed-up over the baseline with k = 8:\n\n" + table(["view", "design", *map(column, columns)], rows) + "\n")
+        best = {view: {key: max((x, str(k)) for k, x in ks.items()) for key, ks in of.items()} for view, of in speed.items()}
+        keys = [("baseline", ""), ("sw", ""), ("grtx", "uncharged"), ("grtx", "charged")]
+        rows, shares = [], defaultdict(list)
+        for (scene, view), of in best.items():
+            software = max(of[key] for key in keys[:2] if key in of)
+            for key in keys[2:]:
+                if key in of:
+                    shares[key].append(software[0] / of[key][0])
+            rows.append([f"{scene} {view}"] + [f"{of[key][0]:.2f} ({of[key][1]})" if key in of else "" for key in keys] +
+                        [f"{software[0] / of[key][0]:.2f}" if key in of else "" for key in keys[2:]])
+        if len(shares) == 2:
+            rows.append(["*mean*"] + [f"*{geometric([of[key][0] for of in best.values()]):.2f}*" if all(key in of for of in best.values()) else "" for key in keys] +
+                        [f"*{geometric(shares[key]):.2f}*" for key in keys[2:]])
+        print("Each at its best (k):\n\n" + table(["view", *[", ".join(filter(None, key)) for key in keys], "software alone ÷ grtx, uncharged", "÷ grtx, charged"], rows) + "\n")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("databases", nargs="+")
-    parser.add_argument("--rounds", action="store_true")
+    for what in (rounds, latency, trends, parts):
+        parser.add_argument(f"--{what.__name__}", dest="what", action="store_const", const=what)
+    parser.add_argument("--mode", default="fast", help="of the points (default: %(default)s)")
     parser.add_argument("--csv", help="all ratios of all views")
     options = parser.parse_args()
-    if options.rounds:
-        rounds(options.databases)
+    if options.what:
+        options.what(options.databases, options.mode)
     else:
-        readings(options.databases, options.csv)
+        readings(options.databases, options.mode, options.csv)
 
 
 if __name__ == "__main__":

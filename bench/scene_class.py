@@ -6,15 +6,20 @@
 Cameras are those beside the scene, SCENE.cameras.json; without views, all of them. Rays are traced as the machine `paper` asks,
 and sw and grtx are simulated in fast mode, grtx with checkpoint traffic that costs nothing. --csv adds the rows to a file; --range
 prints what lies outside the range of such a file's rows in bold and then exits with 1; --speedups simulates all designs.
+--scaled G.csv --range F.csv: the range of the trained views F at the counts of the generated views G (PRESET_COUNT_SEED VIEW), by how
+footprints (a power) and L1 hits (points a doubling) go with the count within G's presets; and which of G lie outside.
 """
 import argparse
 import csv
 import json
+import math
 import os
 import re
+import statistics as mathematics
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 
 FREE = ("--set", "rt.private_store.checkpoint_entries=1024")
 TRACES = {"baseline": ("tri20", "off"), "hw": ("tri20", "on"), "sw": ("tlas-tri20", "off"), "grtx": ("tlas-tri20", "on")}
@@ -112,6 +117,32 @@ def views_of(scene):
         return range(len(json.load(file)))
 
 
+TRAINED = {"wang_sha": 1250000, "lacadiere": 1495636, "headquarter_garden": 842951, "hon_sui_sen": 1250000, "taebak": 764871}
+
+
+def rows_of(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def scaled(generated, trained):
+    for column in ("footprint tri20", "footprint tlas", "L1 sw %", "L1 free %"):
+        power = column.startswith("footprint")
+        y, back = (math.log, math.exp) if power else (float, float)
+        by_preset, found = defaultdict(list), []
+        for row in generated:
+            preset, count, _ = row["view"].split()[0].rsplit("_", 2)
+            by_preset[preset].append((math.log2(int(count)), y(float(row[column]))))
+            found.append((int(count), row["view"], float(row[column])))
+        apart = [(x - mathematics.mean(a for a, _ in points), z - mathematics.mean(b for _, b in points)) for points in by_preset.values() for x, z in points]
+        slope = sum(x * z for x, z in apart) / sum(x * x for x, _ in apart)
+        print(f"{column}: " + (f"power {slope / math.log(2):.2f} of the count" if power else f"{slope:+.1f} points a doubling"))
+        for count in sorted({c for c, _, _ in found}):
+            values = [back(y(float(row[column])) + slope * math.log2(count / TRAINED[row["view"].split()[0]])) for row in trained]
+            outside = [f"{view} ({value:.1f})" for c, view, value in found if c == count and not min(values) <= value <= max(values)]
+            print(f"  {count}: {min(values):.1f} to {max(values):.1f}; outside: {', '.join(outside) or 'none'}")
+
+
 def write(value):
     return f"{value:.2f}" if value < 10 else f"{value:.0f}"
 
@@ -123,12 +154,16 @@ def main():
     parser.add_argument("--csv", help="rows are added to this file")
     parser.add_argument("--range", help="rows of the class: what lies outside is bold")
     parser.add_argument("--speedups", action="store_true", help="all designs, over the baseline")
-    parser.add_argument("scenes", nargs="+", metavar="SCENE.ply[:VIEWS]")
+    parser.add_argument("--scaled", metavar="G.csv", help="no scene is measured: the range at the counts of these rows")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE.ply[:VIEWS]")
     options = parser.parse_args()
+    if not options.scenes and not (options.scaled and options.range):
+        parser.error("SCENE.ply, or --scaled with --range, is missing")
+    if options.scaled:
+        return scaled(rows_of(options.scaled), rows_of(options.range))
     allowed = {}
     if options.range:
-        with open(options.range, encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = rows_of(options.range)
         allowed = {name: (min(float(r[name]) for r in rows), max(float(r[name]) for r in rows))
                    for name in rows[0] if name not in ("view", "sw", "hw", "grtx", "free")}  # speed-ups are no property
     outside = False
