@@ -6,6 +6,8 @@
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
 * Pages of docs/ that share a name.
 * Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
+* Figures of an older model that do not say so, and golden records that are not those of the model's version
+  (model_version.py); tables of README.md that are not those of their data (readme_tables.py).
 * With --program: commands and options of `grtx` in Markdown.
 
 Usage: check_docs.py [--program GRTX] [FOLDER]   (default: the folder above this script)
@@ -19,6 +21,8 @@ import subprocess
 import sys
 
 import docs_prose
+import model_version
+import readme_tables
 
 SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
@@ -187,6 +191,7 @@ class Checker:
                     self.prose(file)
             elif not re.search(r"check_(docs|arrows)(_test)?\.py$", file):  # their own faults
                 self.source(file)
+        self.faults += [*model_version.faults(self.top), *readme_tables.faults(self.top)]
         return self.faults
 
 

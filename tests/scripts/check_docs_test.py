@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """scripts/check_docs.py finds each kind of fault, and nothing in a tree without one."""
+import hashlib
 import os
 import subprocess
 import sys
@@ -9,6 +10,14 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_docs.py")
 sys.path.insert(0, os.path.dirname(SCRIPT))
 import docs_prose  # noqa: E402
+TABLE = """
+| machine | sw | hw | grtx | L2 accesses ÷ | node latency ÷ | node fetches ÷ |
+|---|---|---|---|---|---|---|
+| the paper's text (mean of its six scenes) | 2.00 | 1.94 | 4.36 | 4.75 | 1.77 | 3.03 |
+| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.00 | 5.00 | 2.00 | 3.00 |
+| `paper-charged`: every byte of it is charged | 1.50 | 2.00 | 4.00 | 5.00 | 2.00 | 3.00 |
+
+"""
 TREE = {
     "modules/cache/l1_cache.h": "// Timing: docs/model/l1_cache.md.\n",
     "docs/model/l1_cache.md": "# L1 cache\n\n## What it costs\n",
@@ -32,6 +41,70 @@ class CheckDocs(unittest.TestCase):
             run = subprocess.run([sys.executable, SCRIPT, top, *arguments], capture_output=True, text=True)
             self.assertEqual(run.returncode, 1 if run.stdout else 0, run.stderr)
             return run.stdout.splitlines()
+
+    # One page of results that README quotes, measured with the present model.
+    def results(self, **changes):
+        cell = changes.get("cell", "2")
+        cycles = changes.get("cycles", "100")
+        tree = {
+            "docs/start.md": "",
+            "rtl_tlm/run/model_version.h": "inline constexpr int kModelVersion = 2;\n",
+            "tests/rtl_tlm/run/golden.tsv": f"statistic\tsw\ngpu.cycles\t{cycles}\ngpu.queue\t{changes.get('queue', '3')}\n",
+            "data/traces/records.tsv": "statistic\tsw.fast\ngpu.cycles\t7\n",
+            "docs/results/data/model_versions.csv": "version,date,records,what changed\n1,2026-11-21,,first\n2,2026-11-22,HASH,second\n",
+            "docs/results/readings.md": f"# R\n\n| | |\n|---|---|\n| command | x |\n| date | y |\n| model version | {cell} |\n| machine | any |\n"
+                                        f"{changes.get('assumes', '| assumes | z |')}\n",
+            "docs/results/data/readings.csv": "reading,scene,view,sw,hw,grtx,L2 accesses,latency,node fetches\n" + "".join(
+                f"`rt.checkpoint.traffic` = {t},hall,0,1.5,2,{changes.get('grtx', '4')},5,2,3\n" for t in ("charged", "uncharged")),
+            "README.md": "<!-- generated: scripts/readme_tables.py headline -->\n" + changes.get("table", TABLE) +
+                         f"<!-- end of generated -->\n\n* A room gains 3.4 ([r](docs/results/readings.md)){changes.get('said', '')}.\n",
+        }
+        hashed = "data/traces/records.tsv sw.fast gpu.cycles 7\ntests/rtl_tlm/run/golden.tsv sw gpu.cycles 100"
+        tree["docs/results/data/model_versions.csv"] = tree["docs/results/data/model_versions.csv"].replace(
+            "HASH", hashlib.sha256(hashed.encode()).hexdigest()[:16])
+        return tree
+
+    def test_figures_of_the_present_model(self):
+        self.assertEqual(self.faults(self.results()), [])
+        self.assertEqual(self.faults(self.results(queue="4")), [])  # pages do not quote it
+
+    def test_golden_records_that_changed_without_a_version(self):
+        self.assertEqual(self.faults(self.results(cycles="101")),
+                         ['docs/results/data/model_versions.csv:1: golden records are not those of version 2: scripts/model_version.py raise "what changed"'])
+
+    def test_a_page_of_an_older_model_that_does_not_say_so(self):
+        fault = "docs/results/readings.md:1: model version 1: must be 2, 'measured with version N', or 'none' and why"
+        said = dict(table=TABLE + "(Measured with version 1 of the model.)\n\n", said=", measured with version 1")
+        self.assertEqual(self.faults(self.results(cell="1", **said)), [fault])
+        self.assertEqual(self.faults(self.results(cell="measured with version 1", **said)), [])
+        self.assertEqual(self.faults(self.results(cell="none: images alone")), [])
+        self.assertEqual(self.faults(self.results(assumes="")), ["docs/results/readings.md:1: its stamp lacks assumes (scripts/model_version.py)"])
+
+    def test_readme_quotes_an_older_page(self):
+        table = TABLE + "(Measured with version 1 of the model.)\n\n"
+        self.assertEqual(self.faults(self.results(cell="measured with version 1", table=table)),
+                         ["README.md:13: quotes docs/results/readings.md: must say 'measured with version 1'"])
+        [fault] = self.faults(self.results(cell="measured with version 1", said=", measured with version 1"))
+        self.assertIn("is not what scripts/readme_tables.py makes of docs/results/data", fault)
+
+    def test_a_figure_of_readme_that_is_not_the_datas(self):
+        [fault] = self.faults(self.results(grtx="4.5"))
+        self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data: "
+                                "| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.50 | 5.00 | 2.00 | 3.00 |")
+
+    def test_the_next_version_marks_what_is_older(self):
+        import model_version
+        with tempfile.TemporaryDirectory() as top:
+            for name, text in self.results(cycles="101").items():
+                os.makedirs(os.path.dirname(os.path.join(top, name)), exist_ok=True)
+                with open(os.path.join(top, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            self.assertEqual(len(list(model_version.faults(top))), 1)
+            model_version.rise(top, "third")
+            self.assertEqual(model_version.current(top), 3)
+            self.assertEqual(list(model_version.faults(top)), [])
+            self.assertIn("| model version | measured with version 2 |", model_version.read(top, "docs/results/readings.md"))
+            self.assertIn("measured with version 2", model_version.read(top, "README.md").lower())
 
     def test_a_sound_tree_has_none(self):
         self.assertEqual(self.faults({"docs/start.md": TREE["docs/start.md"].replace(".{h,md}", ".{h,h}")}), [])

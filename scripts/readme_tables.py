@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Writes the tables of README.md from recorded data: readme_tables.py [--check].
+
+Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
+docs/results/data. A table whose data are of an older model says `measured with version N` (model_version.py).
+"""
+import csv
+import math
+import os
+import re
+import sys
+
+import model_version
+
+PART = re.compile(r"(<!-- generated: scripts/readme_tables\.py (\S+) -->\n)(.*?)(<!-- end of generated -->\n)", re.S)
+DESIGNS = ("sw", "hw", "grtx")
+PAPER = (2.00, 1.94, 4.36, 4.75, 1.77, 3.03)
+RATIOS = ("sw", "hw", "grtx", "L2 accesses", "latency", "node fetches")
+GENERATED = re.compile(r"-\d+-\d+$")  # scenes of grtx synth
+OBJECTS = {"playbot", "pizza", "logo", "st-peter"}
+
+
+def data(top, name):
+    with open(os.path.join(top, "docs", "results", "data", name), encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def table(head, rows):
+    return "".join("| " + " | ".join(row) + " |\n" for row in [head, ["---"] * len(head), *rows]).replace(" --- ", "---")
+
+
+def said(top, of):
+    return "" if of == model_version.current(top) else f"\n(Measured with version {of} of the model.)\n"
+
+
+def headline(top):
+    """Geometric means over the public whole scenes of docs/results/readings.md."""
+    rows = [row for row in data(top, "readings.csv") if not GENERATED.search(row["scene"]) and row["scene"] not in OBJECTS]
+    lines = [["the paper's text (mean of its six scenes)"] + [f"{value:.2f}" for value in PAPER]]
+    for label, traffic in (("`paper`: checkpoint traffic costs nothing", "uncharged"), ("`paper-charged`: every byte of it is charged", "charged")):
+        of = [row for row in rows if row["reading"] == f"`rt.checkpoint.traffic` = {traffic}"]
+        lines.append([label] + [f"{math.exp(sum(math.log(float(row[name])) for row in of) / len(of)):.2f}" for name in RATIOS])
+    version = model_version.version_of(model_version.read(top, "docs/results/readings.md"), model_version.current(top))
+    return table(["machine", *DESIGNS, "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines) + said(top, version)
+
+
+def demo(top):
+    """What scripts/demo.sh prints, recorded by demo_table.py --csv."""
+    rows = data(top, "demo.csv")
+    value = {(row["machine"], row["design"]): row for row in rows}
+
+    def ratio(machine, design, name):
+        return float(value[machine, "baseline"][name]) / float(value[machine, design][name])
+
+    notes = {"paper": "`paper`, checkpoint traffic free", "paper-charged": "`paper-charged`, every byte charged", "modern": "`modern`, charged"}
+    lines = [[notes[machine], *(f"{ratio(machine, design, 'gpu.cycles'):.2f}" for design in DESIGNS),
+              f"{ratio(machine, 'grtx', 'gpu.rt.node_fetches'):.1f}", f"{ratio(machine, 'grtx', 'gpu.dram.bytes'):.1f}"]
+             for machine in dict.fromkeys(row["machine"] for row in rows)]
+    head = ["machine", "speed-up sw", "hw", "grtx", "node fetches of grtx ÷", "DRAM bytes of grtx ÷"]
+    return table(head, lines) + said(top, min(int(row["model_version"]) for row in rows))
+
+
+def versions(top):
+    """What changed with each version of the model: docs/results/README.md."""
+    return table(["version", "since", "what changed"],
+                 [[row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top))])
+
+
+MADE = {"headline": headline, "demo": demo, "versions": versions}
+PAGES = ("README.md", "docs/results/README.md")
+
+
+def renewed(top, page):
+    return PART.sub(lambda part: part.group(1) + "\n" + MADE[part.group(2)](top) + "\n" + part.group(4), model_version.read(top, page))
+
+
+def renew(top):
+    for page in PAGES:
+        model_version.write(top, page, renewed(top, page))
+
+
+def faults(top):
+    for page in PAGES:
+        if os.path.exists(os.path.join(top, page)) and PART.search(text := model_version.read(top, page)):
+            fresh = renewed(top, page)
+            for line, (now, then) in enumerate(zip(text.splitlines(), fresh.splitlines()), 1):
+                if now != then:
+                    yield f"{page}:{line}: is not what scripts/readme_tables.py makes of docs/results/data: {then}"
+                    break
+            else:
+                if text != fresh:
+                    yield f"{page}:1: is not what scripts/readme_tables.py makes of docs/results/data"
+
+
+def main():
+    if sys.argv[1:] == ["--check"]:
+        found = list(faults(model_version.TOP))
+        print("\n".join(found))
+        return 1 if found else 0
+    if len(sys.argv) > 1:
+        sys.exit(__doc__.strip())
+    renew(model_version.TOP)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
