@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""One table of runs on several machines, and what its numbers mean: demo_table.py [--csv F.csv] GRTX RESULTS.json..."""
-import csv
+"""One table of runs on several machines, and what its numbers mean: demo_table.py GRTX RESULTS.json..."""
 import json
 import sys
 
@@ -9,7 +8,7 @@ COLUMNS = (("cycles M", "gpu.cycles", 1e-6, "{:.2f}"), ("fetches M", "gpu.rt.nod
 DESIGNS = ("baseline", "sw", "hw", "grtx")
 
 
-def main(program, files, record=None):
+def main(program, files):
     runs = []
     for name in files:
         with open(name, encoding="utf-8") as file:
@@ -29,13 +28,6 @@ def main(program, files, record=None):
     identical = all(run["images_identical"] for run in runs)
     print("images of the four designs:", "bit-identical" if identical else "DIFFERENT")
 
-    if record:  # demo.csv among the results' data, for README.md
-        quoted = ("gpu.cycles", "gpu.rt.node_fetches", "gpu.dram.bytes")
-        with open(record, "w", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerows(
-                [["model_version", "machine", "design", *quoted]] +
-                [[run["model_version"], run["machine"], design, *(value(run, design, name) for name in quoted)] for run in runs for design in DESIGNS])
-
     first, last = runs[0], runs[-1]
     fewer = value(first, "baseline", "gpu.rt.node_fetches") / value(first, "hw", "gpu.rt.node_fetches")
     hits = [100 * value(first, design, "gpu.l1.node.hit_rate") for design in ("baseline", "sw")]
@@ -52,6 +44,4 @@ def main(program, files, record=None):
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "--csv":
-        sys.exit(main(sys.argv[3], sys.argv[4:], sys.argv[2]))
     sys.exit(main(sys.argv[1], sys.argv[2:]))

@@ -68,8 +68,9 @@ def stamp(text):
 
 
 def version_of(text, now):
-    """The oldest version that a page's stamp names; the present one where no model is in it."""
-    return min((int(n) for n in re.findall(r"(?<![\w.-])(\d+)(?![\w.-])", stamp(text).get("model version", ""))), default=now)
+    """The version that a page's stamp names first; the present one where no model is in it."""
+    named = re.search(r"(?<![\w.-])(\d+)(?![\w.-])", stamp(text).get("model version", ""))
+    return int(named.group(1)) if named else now
 
 
 def blocks(text):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of README.md from recorded data: readme_tables.py [--check].
+"""Writes the tables of README.md and docs/results/README.md from recorded data: readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
 docs/results/data. A table whose data are of an older model says `measured with version N` (model_version.py).
@@ -44,29 +44,13 @@ def headline(top):
     return table(["machine", *DESIGNS, "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines) + said(top, version)
 
 
-def demo(top):
-    """What scripts/demo.sh prints, recorded by demo_table.py --csv."""
-    rows = data(top, "demo.csv")
-    value = {(row["machine"], row["design"]): row for row in rows}
-
-    def ratio(machine, design, name):
-        return float(value[machine, "baseline"][name]) / float(value[machine, design][name])
-
-    notes = {"paper": "`paper`, checkpoint traffic free", "paper-charged": "`paper-charged`, every byte charged", "modern": "`modern`, charged"}
-    lines = [[notes[machine], *(f"{ratio(machine, design, 'gpu.cycles'):.2f}" for design in DESIGNS),
-              f"{ratio(machine, 'grtx', 'gpu.rt.node_fetches'):.1f}", f"{ratio(machine, 'grtx', 'gpu.dram.bytes'):.1f}"]
-             for machine in dict.fromkeys(row["machine"] for row in rows)]
-    head = ["machine", "speed-up sw", "hw", "grtx", "node fetches of grtx ÷", "DRAM bytes of grtx ÷"]
-    return table(head, lines) + said(top, min(int(row["model_version"]) for row in rows))
-
-
 def versions(top):
     """What changed with each version of the model: docs/results/README.md."""
     return table(["version", "since", "what changed"],
                  [[row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top))])
 
 
-MADE = {"headline": headline, "demo": demo, "versions": versions}
+MADE = {"headline": headline, "versions": versions}
 PAGES = ("README.md", "docs/results/README.md")
 
 

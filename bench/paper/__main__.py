@@ -99,9 +99,9 @@ def main():
     os.makedirs(options.output, exist_ok=True)
     command = "scripts/reproduce.sh" + (" --quick" if options.quick else "")
     for one in pages:
-        one.write(options.output, f"{command} --only {one.item}")
+        one.write(options.output, f"{command} --only {one.item}", results.model)
     if not options.only:
-        page.write_index(options.output, study, pages, claims, study.values["machines"], command)
+        page.write_index(options.output, study, pages, claims, study.values["machines"], command, results.model)
     faults = list(expected.faults(study.name, found, claims))
     for line in faults:
         say(line)

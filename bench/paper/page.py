@@ -71,35 +71,37 @@ class Page:
         for name, machines in self.rows.items():
             claim = self.claims[name]
             paper = "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper)
-            for machine in machines:
+            for place, machine in enumerate(machines):
                 apart = self.cells(name, machine, self.apart) if self.public else []
                 yield [f"`{name}`", claim.what, paper, f"`{machine}`", *self.cells(name, machine, self.found), *apart,
-                       *self.verdict(name, machine)]
+                       *self.verdict(name, machine), claim.source if place == 0 else ""]
 
     def claim_head(self):
         means = ["mean (range)", "ours ÷ paper", "within 20 %"]
         return ["claim", "figure", "paper", "machine", *means, *[f"public scenes: {m}" for m in means if self.public],
-                "direction", "as recorded", "why they differ"]
+                "direction", "as recorded", "why they differ", "place in the paper"]
 
     def claim_table(self):
         block = Page(self.item, "", self.claims, self.which)
         block.table(self.claim_head(), list(self.claim_rows()))
         return block.body
 
-    def markdown(self, command):
-        lines = [f"# {self.title}", "", f"The {self.which} set. `{command}`", ""]
+    def markdown(self, command, model):
+        lines = [f"# {self.title}", "", *stamp(command, model, f"the {self.which} set ([README.md](README.md))", "../"), ""]
         if self.rows:
             lines += ["## Claims", ""] + self.claim_table()
-            places = Page(self.item, "", self.claims, self.which)
-            sources = {self.claims[n].what: self.claims[n].source for n in self.rows}
-            places.table(["figure", "place in the paper"], [[what, source] for what, source in sources.items()])
-            lines += places.body
         return docs_prose.wrap("\n".join(lines + self.body).rstrip("\n") + "\n")
 
-    def write(self, folder, command):
+    def write(self, folder, command, model):
         for file, svg in self.pictures.items():
             write(os.path.join(folder, file), svg)
-        write(os.path.join(folder, f"paper-{self.item}.md"), self.markdown(command))
+        write(os.path.join(folder, f"paper-{self.item}.md"), self.markdown(command, model))
+
+
+def stamp(command, model, assumes, up):
+    """Where the page's figures are from (scripts/model_version.py). Without a date: the same results give the same bytes."""
+    return ["| | |", "|---|---|", f"| command | `{command}` |", f"| model version | {model} |",
+            f"| machine | [any]({up}README.md#machine-classes): counts, the same on every host |", f"| assumes | {assumes} |"]
 
 
 def write(path, text):
@@ -121,11 +123,19 @@ def tally(pages):
     return counts
 
 
-def write_index(folder, study, pages, claims, machines, command):
-    """README.md: what was run, and every claim; values.csv: every value behind a mean."""
+def page_row(one, machines):
+    """Printed figures that hold, by machine, and claims whose direction is not the paper's."""
+    counts = {machine: tally([one]).get(machine) for machine in machines}
+    against = {f"`{name}`" for name, machine in one.found if "against" in one.verdict(name, machine)[0]}
+    return [f"[{one.title}](paper-{one.item}.md)", *["{1} of {0}".format(*c) if c else "–" for c in counts.values()], ", ".join(sorted(against)) or "–"]
+
+
+def write_index(folder, study, pages, claims, machines, command, model):
+    """README.md: what was run, and how many claims of each page hold; values.csv: every value behind a mean."""
     lines = ["# The paper, figure by figure", "",
-             f"Made by `{command}`: the {study.name} set, fast mode unless a page says otherwise, machines "
-             + ", ".join(f"`{m}`" for m in machines) + ". A mean is geometric over the scenes of the evaluation. "
+             *stamp(command, model, f"the {study.name} set: scenes and frames below; fast mode unless a page says otherwise; machines "
+                    + ", ".join(f"`{m}`" for m in machines), "../"), "",
+             "A mean is geometric over the scenes of the evaluation. "
              "Claims, tolerances and commands: [ARTIFACT.md](../../../ARTIFACT.md).", "",
              "*Within 20 %* compares with the paper: `holds` where the paper prints a number and ours is within 20 % of it (of a bound: beyond it). *Direction* is "
              "what the paper says without a number. *As recorded* compares with our own record of this set and says nothing of the paper.", "",
@@ -143,8 +153,10 @@ def write_index(folder, study, pages, claims, machines, command):
                "traffic as free, `paper-charged` charges every byte of it; they have nothing else apart. That `paper` takes it as free is a choice by the paper's "
                "figures on trained scenes that are in no mean here; none of these scenes had a part in it.")
     lines += table.body
-    for one in pages:
-        lines += [f"## [{one.title}](paper-{one.item}.md)", ""] + (one.claim_table() if one.rows else [])
+    lines += ["## Pages", ""]
+    table = Page("", "", claims, study.name)
+    table.table(["page", *[f"hold on `{m}`" for m in machines], "against the paper's direction"], [page_row(one, machines) for one in pages])
+    lines += table.body
     lines += ["## Not reproduced", "",
               "Rasterisation against ray tracing, OptiX against Vulkan and the measurements on an RTX 5090 and an RX 9070 XT are of real GPUs: no model here. "
               "The paper's own copies of its six scenes, trained by ray tracing, are not public ([ARTIFACT.md](../../../ARTIFACT.md#scenes)).", ""]

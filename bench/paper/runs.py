@@ -69,6 +69,8 @@ class Results:
         self.database = os.path.join(folder, "runs.sqlite")
         self.keys = {}      # Point -> its key in the database
         self.documents = {}
+        # Of "grtx 0.1.0, model version 7": which model the figures are of.
+        self.model = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split()[-1]
         for name in ("scenes", "plans", "measures", "runs"):
             os.makedirs(os.path.join(folder, name), exist_ok=True)
 

@@ -205,6 +205,7 @@ class Claims(unittest.TestCase):
                                  ("`small-fov-grtx`", "`paper`"): ("–", "–", "as the paper's", "yes")})
         for key, row in rows.items():  # whoever does not hold says why, and nobody else does
             self.assertEqual(bool(row["why they differ"]), "no" in holds[key][:2], key)
+        self.assertEqual(page.page_row(one, ["paper", "paper-charged"])[1:], ["1 of 2", "1 of 1", "`speedup-hw`"])
         self.assertEqual(page.tally([one]), {"paper": (2, 1), "paper-charged": (1, 1)})
 
     def test_what_has_no_checkpoints_is_simulated_once_for_both_machines(self):

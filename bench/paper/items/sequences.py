@@ -8,7 +8,7 @@ PANS = [("still", 0.0), ("slow", 0.25), ("fast", 4.0)]  # degrees a frame
 
 
 def build(study, page):
-    page.text(f"{FRAMES} frames from the first view on, the camera turning by 0, 0.25 and 4 degrees a frame (a 60th of a second: still, 15 and 240 degrees a second; "
+    page.text(f"{FRAMES} frames from the first view on, the camera turning by 0, 0.25 and 4 degrees a frame. A frame is a 60th of a second: still, 15 and 240 degrees a second ("
               f"[sequences.md](../../model/sequences.md)). *Warm* is the mean of frames 1 to {FRAMES - 1}, *cold* is frame 0, which every other page simulates. A pan "
               "changes what is seen, so *fast* compares different work; *still* has the same work in each frame.")
     for machine in study.values["side_machines"][:1]:
