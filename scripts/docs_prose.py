@@ -45,7 +45,8 @@ def blocks(text):
             lines = []
         if not ends:
             first = first if lines else number
-            lines.append(ITEM.sub("", line).strip() if not lines else plain)
+            mark = ITEM.match(line)
+            lines.append(line[mark.end():].strip() if mark and not lines else plain)
 
 
 def sentences(text):
