@@ -7,6 +7,7 @@
 #   mutations  seeded mutations of all inputs, an hour
 #   faults     each call fails once; a hundred kills a command; power loss at each moment
 #   model      two hundred changes of the model
+#   pages      a quarter of the artifact's quick pages, another each night: figures within tolerance of those on record
 #   compilers  g++ -O3, g++ -O0 and clang++ give the same bytes
 # Each job's output is in build/nightly/JOB.log. Exit code 1: one of them found something.
 set -uo pipefail
@@ -44,10 +45,20 @@ coverage() {
 mutations() { scripts/build.sh release reader_tests explore_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
 faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }
 model() { scripts/mutate_model.py --jobs "$jobs"; }
+pages() {
+  scripts/build.sh release grtx || return 1
+  local item number=0 failed=0
+  for item in $(PYTHONPATH=bench python3 -B -c 'from paper import items; print(*items.ITEMS)'); do
+    if [ $((number++ % 4)) -eq $((10#$(date +%j) % 4)) ]; then
+      scripts/reproduce.sh --quick --only "$item" --jobs "$jobs" -o build/nightly/pages || failed=1
+    fi
+  done
+  return $failed
+}
 compilers() { scripts/compare_builds.sh; }
 
 code=0
-for job in "${@:-asan tsan readers coverage mutations faults model compilers}"; do
+for job in "${@:-asan tsan readers coverage mutations faults model pages compilers}"; do
   for one in $job; do
     start=$(date +%s)
     if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi
