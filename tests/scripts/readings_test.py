@@ -72,16 +72,24 @@ class Readings(unittest.TestCase):
         self.assertIn("| lacadiere 0 | sw |  | 1.67 | 2.00 | **4.00** |", out)
         self.assertIn("| lacadiere 0 | 1.11 (16) | 4.00 (single) | 5.00 (8) | 2.50 (8) | 0.80 | 1.60 |", out)
 
-    def test_latency_is_taken_apart_by_place_and_by_definition(self):
-        regions = {"rt.node_fetches.tlas": 10, "l1.node.reads": 20, "l1.miss_latency": 200, "rt.node_visits": 20, "rt.node_sectors": 20}
-        slow = {"rt.node_fetch_latency": 100, "rt.node_fetch_cycles.tlas": 1000, "rt.node_queue_cycles.tlas": 400, "rt.node_wait_cycles": 1600, "l1.node.hits": 10}
-        quick = {"rt.node_fetch_latency": 50, "rt.node_fetch_cycles.tlas": 500, "rt.node_queue_cycles.tlas": 300, "rt.node_wait_cycles": 800, "l1.node.hits": 15}
-        self.point("baseline", 100, **regions, **slow)
-        self.point("grtx", 50, **regions, **quick)
+    def test_without_a_baseline_speed_ups_are_over_sw(self):
+        for k, cycles in ((8, 600), (16, 500)):
+            self.point("sw", cycles, {"tracer.k": k})
+        for traffic, cycles in (("uncharged", 200), ("charged", 400)):
+            self.point("grtx", cycles, {"tracer.k": 8, "rt.checkpoint.traffic": traffic})
+        out = self.run_script("--rounds")
+        self.assertIn("speed-up over sw with k = 8:", out)
+        self.assertIn("| lacadiere 0 |  | 1.20 (16) | 3.00 (8) | 1.50 (8) | 0.40 | 0.80 |", out)
+
+    def test_latency_is_what_is_under_way_over_what_comes_a_cycle(self):
+        usual = {"rt.occupancy": 8, "rt.node_fetches": 100, "rt.node_sectors": 200, "l1.node.reads": 20, "rt.warp_cycles.ready": 1, "rt.warp_cycles.memory": 3}
+        self.point("baseline", 1000, **{**usual, "rt.occupancy_integral": 16000, "rt.node_fetch_latency": 400, "l1.node.hits": 10, "l1.miss_latency": 380,
+                                        "rt.stall.queue_full": 500})
+        self.point("grtx", 200, **{**usual, "rt.occupancy_integral": 3200, "rt.node_fetches": 40, "rt.node_fetch_latency": 100, "l1.node.hits": 15, "l1.miss_latency": 180})
         out = self.run_script("--latency")
-        self.assertIn("| lacadiere 0 | baseline | 100 | 40 | 60 | 80 | 120 | 220 | 100 | 2.00 | 90 % |", out)
-        self.assertIn("| lacadiere 0 | grtx | 50 | 30 | 20 | 40 | 70 | 220 | 50 | 2.00 | 90 % |", out)
-        self.assertIn("| public, 1 | 2.00 (2.00 to 2.00) | 1.33 (1.33 to 1.33) | 3.00 (3.00 to 3.00) |", out)
+        self.assertIn("| lacadiere 0 | baseline | 400 | 20 | 50 | 10% | 25% | 25% | 210 | 400 | 90 % |", out)  # two units
+        self.assertIn("| lacadiere 0 | grtx | 100 | 10 | 100 | 50% | 0% | 25% | 65 | 200 | 90 % |", out)
+        self.assertIn("| public, 1 | 4.00 | 2.00 | 2.00 | 3.23 | 2.00 |", out)
 
     def test_primary_and_secondary_rays_are_each_compared_with_their_own(self):
         for design, primary, secondary in (("baseline", 60, 40), ("sw", 30, 40), ("hw", 20, 10), ("grtx", 10, 10)):
