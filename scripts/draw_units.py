@@ -365,14 +365,13 @@ def stack_unit():
 
 
 def prefetcher():
-    f = Figure("Prefetcher of the RT unit: three sources, one queue", 210)
+    f = Figure("Prefetcher of the RT unit: two sources, one queue", 150)
     f.box("sibling", 10, 10, 230, 50, "siblings of a leaf", "rt.prefetch.enabled", kind="unit")
     f.box("entry", 10, 75, 230, 50, "nodes of source entries", "rt.checkpoint.prefetch_nodes", kind="unit")
-    f.box("stack", 10, 140, 230, 50, "entries on the stack", "rt.stack_prefetch.depth", kind="unit")
-    f.box("queue", 330, 65, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
-    for name in ["sibling", "entry", "stack"]:
+    f.box("queue", 330, 32, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
+    for name in ["sibling", "entry"]:
         f.arrow(f"{name}:r", "queue:l", bend=0.5)
-    f.box("l1", 600, 65, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
+    f.box("l1", 600, 32, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
     f.arrow("queue:r", "l1:l", "sector a cycle")
     return f
 
@@ -406,31 +405,11 @@ def private_store():
     return f
 
 
-def cooperation():
-    f = Figure("Cooperative lanes: an idle lane tests a node ahead of time", 200)
-    f.box("busy", 10, 20, 150, 60, "busy lane", "its round goes on", kind="unit")
-    for cell in range(4):
-        f.box(f"c{cell}", 230 + 60 * cell, 30, 60, 40, "", ["event", "next", "next", "…"][cell],
-              kind=["box", "mark", "mark", "none"][cell])
-    f.places["stack"] = (230, 30, 240, 40)
-    f.text(350, 20, "its stack; the first `ahead` entries can be taken".replace("`", ""))
-    f.arrow("busy:r", "stack:l")
-    f.box("idle", 560, 20, 190, 60, "idle lane", "takes the topmost entry", kind="unit")
-    f.arrow("stack:r", "idle:l")
-    f.box("test", 560, 125, 190, 50, "fetch and test", "with the busy lane's ray", kind="unit")
-    f.arrow("idle:b", "test:t")
-    f.box("result", 230, 125, 240, 50, "result, kept", "used when the ray comes there", kind="mem")
-    f.arrow("test:l", "result:r")
-    f.arrow("result:l", "busy:b", "in the ray's order")
-    return f
-
-
 FIGURES = {
     "checkpoint-lists": checkpoint_lists, "checkpoint-entries": checkpoint_entries, "k-buffer": k_buffer,
     "node-formats": node_formats, "l1-cache": l1_cache, "l2-slice": l2_slice, "dram-channel": dram_channel, "crossbar": crossbar,
     "memory-scheduler": memory_scheduler, "intersection-units": intersection_units, "lane-states": lane_states,
-    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "private-store": private_store,
-    "cooperative-lanes": cooperation}
+    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "private-store": private_store}
 
 
 def main():

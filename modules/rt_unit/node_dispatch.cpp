@@ -29,15 +29,13 @@ void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind k
   intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
   if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
   const Warp& warp = warps_->warp(entry);
-  warps_->move(entry, lanes & ~warp.helping, LaneState::waiting_memory, LaneState::in_unit);
+  warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
   for_each_bit(lanes, [&](unsigned i) {
     const Lane& lane = warp.lane[i];
-    if ((warp.helping & bit(i)) == 0) prefetch_for_read(lane.next + 2);  // needed after the test
+    prefetch_for_read(lane.next + 2);  // needed after the test
     unsigned tests = 1;
     if (kind == NodeKind::triangle || kind == NodeKind::procedural) {
       tests = config_.leaf_tests;
-    } else if (kind == NodeKind::internal && (warp.helping & bit(i)) != 0) {
-      if (config_.box_op_per_child) tests = std::max(1u, unsigned{warp.helped_children[i]});
     } else if (kind == NodeKind::internal) {
       const traces::NodeDefinition& node = warp.group->nodes[lane.event.node];
       prefetch_for_read(&node);

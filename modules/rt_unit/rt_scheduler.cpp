@@ -45,8 +45,6 @@ void RtScheduler::end_of_elaboration() {
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
   if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
-  if (cooperation.size() > 0) cooperation_ = cooperation.operator->();
-  prefetches_stacks_ = prefetcher_ != nullptr && prefetcher_->reads_stacks();
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
@@ -70,12 +68,9 @@ void RtScheduler::begin(unsigned entry) {
       }
       checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries);
     }
-    if (prefetcher_ != nullptr) {
-      prefetcher_->begin_lane(id, warp.slot, replays, *warp.group, {warp.lane[i].next, warp.lane[i].left});
-    }
+    if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
     if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes({warp.lane[i].next, warp.lane[i].left});
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
-    if (cooperation_ != nullptr) cooperation_->begin_lane(id, *warp.group, {warp.lane[i].next, warp.lane[i].left});
   });
 }
 
@@ -120,11 +115,11 @@ void RtScheduler::schedule(Cycle now) {
       case EventKind::visit_internal:
       case EventKind::visit_instance:
       case EventKind::visit_leaf:
-        if (come_to_visit(now, id, warp, event)) fetching |= bit(i);
+        visit(id, warp, event);
+        fetching |= bit(i);
         break;
       case EventKind::cull:
         ++counters_.culls;
-        if (cooperation_ != nullptr) cooperation_->drop(id);
         move_stack(id);
         complete(id, EventEffect(event).checkpoints(), LaneState::ready);
         break;
@@ -142,11 +137,9 @@ void RtScheduler::schedule(Cycle now) {
     }
   });
   if (fetching != 0) buffer_->move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
-  if (cooperation_ != nullptr) cooperate(entry);
 }
 
-// Whether the lane waits for its node: for its own fetch, or for a helper that has taken it.
-bool RtScheduler::come_to_visit(Cycle now, LaneId id, const Warp& warp, const Event& event) {
+void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
   switch (event.kind()) {
     case EventKind::visit_internal:
       ++counters_.visits_internal;
@@ -157,24 +150,6 @@ bool RtScheduler::come_to_visit(Cycle now, LaneId id, const Warp& warp, const Ev
     default:
       ++counters_.visits_leaf;
   }
-  const HelpState help = cooperation_ != nullptr ? cooperation_->claim(id) : HelpState::none;
-  if (help == HelpState::none) visit(id, warp, event);
-  if (help != HelpState::tested) return true;
-  visited(now, id, LaneState::ready);
-  return false;
-}
-
-// Idle lanes of the warp take nodes of its busy ones.
-void RtScheduler::cooperate(unsigned entry) {
-  while (const std::optional<Help> help = cooperation_->next(entry)) {
-    const NodeVisit& node = help->node;
-    memory_->visit(help->helper, node.kind, node.address, node.header);
-    if (prefetcher_ == nullptr || node.kind == traces::NodeKind::internal) continue;
-    prefetcher_->note_leaf(help->busy, *buffer_->warp(entry).group, traffic_->units(node.address));
-  }
-}
-
-void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
   const std::optional<NodeVisit> node = node_visit(event, *warp.group, *traffic_);
   if (!node) refuse(id, rule_of_missing_node(event));
   memory_->visit(id, node->kind, node->address, node->header);
@@ -187,19 +162,9 @@ void RtScheduler::move_stack(LaneId id) {
   const EventEffect effect(lane.event);
   if (!effect.move_stack(lane.stack_depth)) refuse(id, kRuleNodeOnStack);
   if (effect.pushed() != 0) buffer_->note_stack_depth(lane.stack_depth);
-  if (prefetches_stacks_) {
-    prefetcher_->note_stack(id, lane.left, lane.stack_depth - (stack_ != nullptr ? stack_->in_memory(id) : 0));
-  }
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
-  if (cooperation_ == nullptr || !cooperation_->helps(id)) return visited(now, id, LaneState::in_unit);
-  if (const std::optional<LaneId> waits = cooperation_->tested(id)) visited(now, *waits, LaneState::waiting_memory);
-}
-
-// The lane's node has been tested, by itself or for it.
-void RtScheduler::visited(Cycle now, LaneId id, LaneState from) {
-  if (from != LaneState::in_unit) buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::in_unit);
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);

@@ -90,10 +90,7 @@ class RtScheduler final : public RtSchedulerModule {
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.
   void hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from);
-  bool come_to_visit(Cycle now, LaneId id, const Warp& warp, const traces::Event& event);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
-  void visited(Cycle now, LaneId id, LaneState from);
-  void cooperate(unsigned entry);
   void replay(LaneId id, LaneState from);
   /// What the lane's event does to its stack.
   void move_stack(LaneId id);
@@ -110,8 +107,6 @@ class RtScheduler final : public RtSchedulerModule {
   checkpoint_if* checkpoint_ = nullptr;
   prefetch_if* prefetcher_ = nullptr;
   stack_if* stack_ = nullptr;
-  bool prefetches_stacks_ = false;
-  cooperation_if* cooperation_ = nullptr;
   Counters counters_;
 };
 

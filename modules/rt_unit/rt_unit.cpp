@@ -34,8 +34,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);
   });
-  list.part("stack_prefetch", prefetcher.stack);
-  list.part("cooperation", cooperation);
   const Origin as_triangle = assumed("this project: as the ray-triangle unit");
   list.under("box", [&](ParameterList& box) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
@@ -102,11 +100,6 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                                          context_.sm);
     });
   }
-  if (config_.cooperation.ahead > 0) {
-    cooperation_ = made(parts.lane_cooperation, "lane_cooperation", context_, [&](const char* name) {
-      return std::make_unique<LaneCooperation>(name, config_.cooperation, header, traffic_, entries);
-    });
-  }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_,
                     [&](const char* name) { return std::make_unique<RtScheduler>(name, config_.scheduler, entries); });
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
@@ -135,7 +128,6 @@ void RtUnit::bind_parts() {
   if (checkpoint_) parts_.push_back(checkpoint_.get());
   if (prefetcher_) parts_.push_back(prefetcher_.get());
   if (stack_) parts_.push_back(stack_.get());
-  if (cooperation_) parts_.push_back(cooperation_.get());
 
   warp_buffer_->trace_call.bind(trace_call);
   warp_buffer_->trace_done.bind(trace_done);
@@ -189,11 +181,6 @@ void RtUnit::bind_parts() {
     stack_->client.bind(*scheduler_);
     stack_->request.bind(stack_request);
     stack_->response.bind(stack_response);
-  }
-  if (cooperation_) {
-    scheduler_->cooperation.bind(*cooperation_);
-    cooperation_->warp_buffer.bind(*warp_buffer_);
-    if (stack_) cooperation_->stack.bind(*stack_);
   }
 }
 

@@ -20,8 +20,7 @@ const CounterTable<RtUnitCounters>& RtUnitCounters::table() {
           .part(&C::any_hit, ".any_hit")
           .part(&C::checkpoint, ".checkpoint")
           .part(&C::prefetch, ".prefetch")
-          .part(&C::stack, ".stack")
-          .part(&C::cooperation, ".cooperation");
+          .part(&C::stack, ".stack");
   return table;
 }
 

@@ -1,6 +1,5 @@
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
 
-#include <bit>
 #include <ostream>
 #include <string>
 
@@ -67,18 +66,6 @@ Inventory SiblingPrefetcher::inventory() const {
   if (decisions_.triggers().replayed) {
     const std::uint64_t lanes = decisions_.records().size() / config_.records;
     inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});
-  }
-  if (const StackPrefetch& stacks = decisions_.stacks(); stacks.enabled()) {
-    // A copy of the addresses that are looked at, the top one included, with a bit that says which have been asked for:
-    // the stack's own port serves the lanes. And pops in succession.
-    const std::uint64_t bits = (stacks.config().depth + std::uint64_t{1}) * (48 + 3 + 1);
-    const std::uint64_t lanes = decisions_.records().size() / config_.records;
-    inventory.storage.push_back(
-        {"stack_tops", StorageKind::ram, lanes * bits, 1, 1, false, static_cast<unsigned>(bits)});
-    if (stacks.config().trigger == StackTrigger::pop) {
-      const auto count = static_cast<unsigned>(std::bit_width(stacks.config().pops));
-      inventory.storage.push_back({"pops", StorageKind::flip_flop, lanes * count});
-    }
   }
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (48 + 3 + 3)});
   return inventory;

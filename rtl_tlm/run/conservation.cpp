@@ -65,9 +65,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("internal node visits", events.visits_internal, totals.visits_internal);
   equal("instance leaf visits", events.visits_instance, totals.visits_instance);
   equal("primitive leaf visits", events.visits_leaf, totals.visits_leaf);
-  const modules::LaneCooperation::Counters& help = c.rt.cooperation;
-  equal("node visits fetched", c.rt.memory.node_visits(), totals.visits() + help.wasted);
-  equal("nodes that idle lanes took", help.taken, help.helped + help.waited + help.wasted);
+  equal("node visits fetched", c.rt.memory.node_visits(), totals.visits());
   equal("culls", events.culls, totals.culls);
   equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
   equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);

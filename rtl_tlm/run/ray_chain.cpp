@@ -17,7 +17,6 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   internal = fetch + 1 + rt.ray_box_of(header).latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
-  if (rt.cooperation.ahead > 0) internal = instance = leaf = stack;  // other lanes may have visited the node before
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
   const modules::PrivateStore::Config& store = config.simt.private_store;

@@ -99,7 +99,7 @@ void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& messa
     lane.owed = 0;
     lane.touched = lane.touch_end = events.data();
     lane.started = kNever;
-    if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay, *call.group, events);
+    if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay);
     if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes(events);
     if (stacks_) stacks_->begin(id, message.slot);
     if (shared_.header.checkpoint) checkpoints_.begin(now, id, message.slot, message.round, replay, events);
@@ -300,20 +300,13 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
   }
   if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);
   move_stack(id, lane, effect);
-  note_stack(now, id, lane);
   lane.shaded = true;
   any_hit_arrives(now, id, call);
 }
 
 void RtUnit::complete(Cycle now, LaneId id, Lane& lane, const EventEffect& effect, Call& call) {
   move_stack(id, lane, effect);
-  note_stack(now, id, lane);
   end_event(now, id, lane, effect.checkpoints(), call);
-}
-
-void RtUnit::note_stack(Cycle now, LaneId id, const Lane& lane) {
-  if (!prefetcher_ || !prefetcher_->reads_stacks()) return;
-  prefetcher_->note_stack(now, id, static_cast<std::size_t>(lane.end - lane.next), on_chip(id, lane));
 }
 
 void RtUnit::end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {

@@ -119,11 +119,6 @@ class RtUnit {
     std::uint64_t& deepest = counters_.warp_buffer.max_stack_depth;
     if (effect.pushed() != 0) deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
-  /// What of it the prefetcher sees.
-  std::uint32_t on_chip(LaneId id, const Lane& lane) const {
-    return lane.depth - (stacks_ ? stacks_->in_memory(id) : 0);
-  }
-  void note_stack(Cycle now, LaneId id, const Lane& lane);
   void complete(Cycle now, LaneId id, Lane& lane, const modules::EventEffect& effect, Call& call);
   /// The lane's event has done all but move stack entries and write its checkpoint entries.
   void end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call);

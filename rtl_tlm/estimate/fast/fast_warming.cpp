@@ -40,9 +40,6 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
     }
-    if (prefetcher_ && prefetcher_->reads_stacks()) {
-      prefetcher_->warm_stack(id, static_cast<std::size_t>(lane.end - lane.next) + 1, on_chip(id, lane));
-    }
     if (stacks_) stacks_->warm(id, lane.depth, takes_top(lane));
     const unsigned checkpoints = effect.checkpoints();
     if (shared_.header.checkpoint) {

@@ -148,7 +148,6 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
   expect_complete<StackUnit::Counters>("stack unit");
   expect_complete<RtUnitCounters>("RT unit");
-  expect_complete<LaneCooperation::Counters>("cooperative lanes");
   expect_complete<PrivateStore::Counters>("private store");
   expect_complete<SimtCounters>("SIMT core");
   expect_complete<L1Counters>("L1");

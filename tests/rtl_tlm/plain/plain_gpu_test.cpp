@@ -80,7 +80,7 @@ TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
     test::Random random(seed);
     const RandomOptions options = test::random_options(random, seed);
     GpuConfig config = test::random_machine(random);
-    test::make_insertion_possible(config, options);
+    test::make_possible(config, options);
     auto trace = random_trace(options);
     // Secondary groups follow the primary ones.
     std::stable_sort(trace.groups.begin(), trace.groups.end(),
