@@ -14,7 +14,7 @@ namespace grtx::traces {
 
 /// Versions that a reader knows. A writer takes the oldest that can say what the header says.
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 7;
+inline constexpr std::uint32_t kFormatVersion = 8;
 
 /// An instance leaf of a scene TLAS: an object's place.
 struct SceneLeaf {
@@ -76,8 +76,9 @@ struct Header {
 };
 
 /// Version of a file with this header. 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
-/// TLAS, version 6 no sequence of frames.
+/// TLAS, version 6 no sequence of frames, version 7 no structures of boxes.
 inline std::uint32_t format_version(const Header& header) {
+  if (has_box_leaves(header.accel)) return 8;
   if (!header.frame_groups.empty()) return 7;
   if (header.three_level()) return 6;
   return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;

@@ -43,7 +43,7 @@ MachineUse machine_of(const std::string& statistics) {
   MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.objects = inputs.value("levels", "") == "3";
-  use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+  use.leaves = leaf_test_of(accel);
   // Left out where they have their default (tracer_cli.h).
   const std::string pop_test = inputs.value("pop_test", std::string(name_of(use.pop_test)));
   use.pop_test = value_of<traces::PopTest>(pop_test, statistics, "inputs.pop_test");
@@ -118,7 +118,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--pop-test", options->use.pop_test, "Whether stack entries hold their t");
   command->add_flag("--objects", options->use.objects,
                     "Designs sw and grtx for scenes of several objects (default: off)");
-  command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
+  add_choice(command, "--leaves", options->use.leaves, "What the primitive leaves are: of boxes, a shader tests them");
   add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")

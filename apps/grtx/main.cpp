@@ -113,6 +113,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   grtx::sim::add_run(app, common);
   grtx::sim::add_stalls(app, common);
   grtx::sim::add_report(app, common);
+  grtx::sim::add_correlate(app, common);
   grtx::sim::add_sweep(app, common);
   grtx::sim::add_search(app, common);
   grtx::sim::add_regress(app, common);

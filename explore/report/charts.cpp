@@ -238,6 +238,51 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
   return spec;
 }
 
+ordered_json correlation_chart(const ordered_json& rows) {
+  double low = 0.0, high = 0.0;
+  for (const ordered_json& row : rows) {
+    for (const char* side : {"measured", "simulated"}) {
+      const double a = row.at(std::string(side) + "_low").get<double>();
+      low = low == 0.0 ? a : std::min(low, a);
+      high = std::max(high, row.at(std::string(side) + "_high").get<double>());
+    }
+  }
+  const auto axis = [](const char* field) {
+    ordered_json q = quantity(field, field);
+    q["scale"] = {{"type", "log"}, {"nice", true}, {"padding", 12}};
+    return q;
+  };
+  const auto rule = [&](const char* field, const char* across) {
+    ordered_json layer;
+    const std::string channel = std::string(field) == "measured" ? "x" : "y";
+    layer["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
+    layer["encoding"][channel] = axis((std::string(field) + "_low").c_str());
+    layer["encoding"][channel]["title"] = field;
+    layer["encoding"][channel + "2"] = {{"field", std::string(field) + "_high"}};
+    layer["encoding"][channel == "x" ? "y" : "x"] = axis(across);
+    return layer;
+  };
+  ordered_json same;
+  same["data"] = {{"values", {{{"measured", low}, {"simulated", low}}, {{"measured", high}, {"simulated", high}}}}};
+  same["mark"] = {{"type", "line"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
+  same["encoding"] = {{"x", axis("measured")}, {"y", axis("simulated")}};
+  ordered_json points;
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"size", 80}};
+  points["encoding"] = {
+      {"x", axis("measured")},
+      {"y", axis("simulated")},
+      {"color",
+       {{"field", "kind"},
+        {"type", "nominal"},
+        {"scale", {{"domain", {"figure", "outlier"}}, {"range", palette()}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"tooltip", tooltips({{"label", "figure"}, {"measured", "measured", true}, {"simulated", "simulated", true}})}};
+  ordered_json spec = base(rows);
+  spec["height"] = 360;
+  spec["layer"] = ordered_json::array({same, rule("measured", "simulated"), rule("simulated", "measured"), points});
+  return spec;
+}
+
 ordered_json series_lines(const ordered_json& rows, const std::string& value_title) {
   ordered_json spec = base(rows);
   spec["height"] = 160;

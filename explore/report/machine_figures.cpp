@@ -48,7 +48,7 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
     MachineUse use;
     if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
     use.objects = levels == "3";
-    use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+    use.leaves = leaf_test_of(accel);
     if (!pop_test.empty()) use.pop_test = value_of<traces::PopTest>(pop_test, "inputs", "pop_test");
     if (!layout.empty()) use.layout = value_of<traces::NodeLayout>(layout, "inputs", "layout");
     ChildProcess child("cost of " + design, [&] {

@@ -9,8 +9,8 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/explore/report/assets.h"
 #include "grtx/explore/report/html.h"
+#include "grtx/explore/report/page.h"
 #include "grtx/explore/report/sections.h"
 
 namespace grtx::sim {
@@ -173,19 +173,6 @@ std::string pictures_section(const std::vector<std::string>& images) {
   return out + "</div></section>\n";
 }
 
-std::string navigation(const std::string& body) {
-  // Every section with an id has a heading right behind it.
-  std::string links;
-  const std::string begin = "<section id=\"";
-  for (std::size_t at = body.find(begin); at != std::string::npos; at = body.find(begin, at + 1)) {
-    const std::size_t id = at + begin.size();
-    const std::size_t heading = body.find("<h2>", id) + 4;
-    links += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", body.substr(id, body.find('"', id) - id),
-                         body.substr(heading, body.find("</h2>", heading) - heading));
-  }
-  return "<nav aria-label=\"Contents\"><ul>\n" + links + "</ul></nav>\n";
-}
-
 }  // namespace
 
 std::string report_page(const ReportOptions& options) {
@@ -200,26 +187,7 @@ std::string report_page(const ReportOptions& options) {
   if (!inputs.runs.empty()) body += bars_section(inputs.runs);
   body += pictures_section(options.images) + machines_section(inputs) +
           configuration_section(inputs.runs, inputs.sweeps) + inputs_section(inputs, options.images);
-
-  std::string page = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"grtx {}\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n<style>\n",
-      GRTX_VERSION, escape(options.title));
-  page += page_style();
-  page += "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#content\">To the content</a>\n<header><h1>" +
-          escape(options.title) + "</h1>\n" + navigation(body) + "</header>\n<main id=\"content\">\n" + body +
-          "</main>\n<footer><p>Written by grtx " GRTX_VERSION
-          " report. This file holds everything it shows and loads nothing.</p></footer>\n";
-  if (!chart_library().empty()) {
-    page += "<script>\n";
-    page += chart_library();
-    page += "</script>\n";
-  }
-  page += "<script>\n";
-  page += page_script();
-  return page + "</script>\n</body>\n</html>\n";
+  return html_page(options.title, "report", body);
 }
 
 }  // namespace grtx::sim

@@ -11,7 +11,7 @@ namespace grtx::sim {
 
 const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
   const MachineUse& use = point.use;
-  const std::string machine = fmt::format("{} {} {} {} {} {}", use.design, use.spheres, name_of(use.pop_test),
+  const std::string machine = fmt::format("{} {} {} {} {} {}", use.design, name_of(use.leaves), name_of(use.pop_test),
                                           name_of(use.layout), use.objects, point.config.dump());
   if (const auto found = known_.find(machine); found != known_.end()) return found->second;
   ChildProcess child("cost of " + point.design, [&] {

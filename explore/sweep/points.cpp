@@ -45,7 +45,7 @@ MachineUse machine_use(const Structure& s, const ordered_json& tracer) {
   const bool two_level = s.accel.starts_with("tlas-");
   MachineUse use;
   use.design = s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
-  use.spheres = s.accel == "ellipsoid" || s.accel == "tlas-sphere";
+  use.leaves = leaf_test_of(s.accel);
   if (tracer.contains("pop_test")) {
     use.pop_test = value_of<traces::PopTest>(tracer.at("pop_test").get<std::string>(), "tracer", "pop_test");
   }

@@ -202,8 +202,8 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
 std::vector<std::string> cost_arguments(const MachineUse& use) {
   std::vector<std::string> arguments = {"--design",   use.design,
                                         "--pop-test", std::string(name_of(use.pop_test)),
-                                        "--layout",   std::string(name_of(use.layout))};
-  if (use.spheres) arguments.push_back("--spheres");
+                                        "--layout",   std::string(name_of(use.layout)),
+                                        "--leaves",   std::string(name_of(use.leaves))};
   return arguments;
 }
 

@@ -59,6 +59,9 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   };
   place("node_image", header.node_image_bytes);
   gaussian_ = place("gaussian", header.gaussians * gaussian_bytes_);
+  if (!header.two_level && traces::has_box_leaves(header.accel)) {
+    shape_ = place("shape", header.node_image_bytes / header.node_sizes().unit() * kShapeBytes);
+  }
   sh_ = place("sh", header.gaussians * sh_bytes_);
   k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
   if (header.checkpoint) {

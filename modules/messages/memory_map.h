@@ -42,6 +42,9 @@ class MemoryMap {
 
   std::uint64_t node(std::uint64_t image_address) const { return image_address; }  ///< the node image lies at 0
   std::uint64_t gaussian_record(std::uint32_t gaussian) const { return gaussian_ + gaussian * gaussian_bytes_; }
+  /// Matrix to the unit sphere, of the Gaussian in the box at `leaf` (units). The array that an intersection shader
+  /// reads lies in the order of the leaves.
+  std::uint64_t shape_record(std::uint32_t leaf) const { return shape_ + leaf * kShapeBytes; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
   /// Value `field` (0 = t, 1 = id, 4 B each) of entry `index`. by_lane: k-buffers are structures of arrays over a warp.
   /// Single-round tracing sorts there and back: its buffers have 2 k entries.
@@ -99,13 +102,14 @@ class MemoryMap {
   const std::vector<Extent>& extents() const { return extents_; }
 
   static constexpr std::uint64_t kPixelBytes = 16;  ///< colour and transmittance, 4 floats
+  static constexpr std::uint64_t kShapeBytes = 48;  ///< three rows of four floats
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
   unsigned k_;                               ///< entries of a k-buffer
   RayArrayLayout k_buffers_, evictions_;
   unsigned warp_size_, resident_warps_;
-  std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
+  std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
   std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
   std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer, or log, to the next
   std::uint64_t checkpoint_entry_bytes_;

@@ -13,6 +13,7 @@ NodeDispatch::NodeDispatch(const sc_core::sc_module_name& name, const Config& co
 
 void NodeDispatch::end_of_elaboration() {
   warps_ = &warp_buffer->warps();
+  client_ = client.operator->();
   const auto attach = [this](NodeKind kind, Optional<intersection_if>& unit) {
     if (unit.size() > 0) by_kind_[static_cast<std::size_t>(kind)] = unit.operator->();
   };
@@ -26,6 +27,11 @@ void NodeDispatch::end_of_elaboration() {
 void NodeDispatch::unit_result(Cycle now, LaneId id) { ray_sphere->enqueue(now, id, 1); }
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
+  if (config_.box_leaves && kind == NodeKind::procedural) {
+    const LaneMask own = lanes & ~warps_->warp(entry).helping;
+    warps_->move(entry, own, LaneState::waiting_memory, LaneState::in_unit);
+    return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });
+  }
   intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
   if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
   const Warp& warp = warps_->warp(entry);

@@ -29,12 +29,14 @@ const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
           .sum(&C::culls, "culls", "events", "stack entries found beyond t_max")
           .sum(&C::replay_takes, "replay_takes", "events", "source entries traversed")
           .sum(&C::replay_forwards, "replay_forwards", "events", "source entries beyond t_max")
-          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes");
+          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes")
+          .when([](const C& c) { return c.intersection_calls != 0; })
+          .sum(&C::intersection_calls, "intersection_calls", "calls", "intersection shader calls of lanes");
   return table;
 }
 
-RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
-    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries) {}
+RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes)
+    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries), boxes_(boxes) {}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -171,8 +173,9 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
   if (event.kind() == EventKind::visit_internal && prefetcher_ != nullptr) {
     prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
   }
-  if (effect.calls_any_hit()) {
-    ++counters_.any_hit_calls;
+  if (effect.calls_shader(boxes_)) {
+    counters_.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
+    counters_.intersection_calls += boxes_ ? 1 : 0;
     any_hit_->arrive(now, id);
   } else {
     complete(id, effect.checkpoints(), LaneState::in_unit);
@@ -242,7 +245,10 @@ void RtScheduler::any_hit_done(const AnyHitDone& done) {
   if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
     throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
   }
-  for_each_bit(done.lanes, [&](unsigned i) { complete(lane_id(entry, i), 0, LaneState::in_any_hit); });
+  for_each_bit(done.lanes, [&](unsigned i) {
+    const LaneId id = lane_id(entry, i);
+    complete(id, EventEffect(buffer_->lane(id).event).checkpoints(), LaneState::in_any_hit);
+  });
   if (buffer_->warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_->finished(entry);
 }
 

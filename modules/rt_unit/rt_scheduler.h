@@ -49,7 +49,7 @@ class RtScheduler final : public RtSchedulerModule {
     std::array<std::uint64_t, kStalls> stall{};
     // Events of the trace that were executed.
     std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
-    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0;
+    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
     std::uint64_t events() const {
       return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
     }
@@ -61,8 +61,8 @@ class RtScheduler final : public RtSchedulerModule {
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// entries: warps of the warp buffer.
-  RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries);
+  /// entries: warps of the warp buffer. boxes: primitive leaves are boxes.
+  RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes);
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
@@ -98,6 +98,7 @@ class RtScheduler final : public RtSchedulerModule {
 
   std::unique_ptr<WarpSelection> selection_;
   unsigned entries_;
+  bool boxes_;
   std::vector<SourceNodes> source_nodes_;  ///< by lane; none without checkpoint unit or prefetcher
   // The neighbours, looked up once; the last three are null where the configuration has none.
   WarpTable* buffer_ = nullptr;

@@ -64,7 +64,8 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests()}) {
+      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests(),
+                                  traces::has_box_leaves(header.accel)}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
   bind_parts();
@@ -100,8 +101,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                                          context_.sm);
     });
   }
-  scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_,
-                    [&](const char* name) { return std::make_unique<RtScheduler>(name, config_.scheduler, entries); });
+  scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
+    return std::make_unique<RtScheduler>(name, config_.scheduler, entries, traces::has_box_leaves(header.accel));
+  });
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
                         const IntersectionUnit::Config& config, const DataPath& path) {
     return made(factory, of, context_,
@@ -110,7 +112,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header), config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
-  } else {
+  } else if (!traces::has_box_leaves(header.accel)) {
     ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.sphere_unit(header),
                        config_.tests_quadrics(header) ? ray_quadric_path() : ray_sphere_path());
   }
@@ -148,6 +150,7 @@ void RtUnit::bind_parts() {
   }
 
   dispatch_.warp_buffer.bind(*warp_buffer_);
+  dispatch_.client.bind(*scheduler_);
   dispatch_.ray_box.bind(*ray_box_);
   if (ray_triangle_) dispatch_.ray_triangle.bind(*ray_triangle_);
   if (ray_sphere_) dispatch_.ray_sphere.bind(*ray_sphere_);

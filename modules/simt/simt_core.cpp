@@ -197,7 +197,11 @@ bool SimtCore::service_waits(unsigned slot) const {
 void SimtCore::finish_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
   store(slot, now);
-  if (warp.service == Service::any_hit) {
+  if (warp.service == Service::intersection && warp.hits.lanes != 0) {
+    starting_service_ |= bit(slot);
+    return;
+  }
+  if (warp.service != Service::node_fetch) {
     AnyHitDone done;
     done.slot = static_cast<std::uint16_t>(slot);
     done.lanes = warp.any_hit_lanes;
@@ -249,17 +253,24 @@ void SimtCore::next_round(unsigned slot) {
 }
 
 // A warp has one program counter: it serves one request at a time, any-hit shaders before node fetches, each kind in
-// order of arrival.
+// order of arrival. An intersection shader goes on as the any-hit shader of its hits.
 void SimtCore::start_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
+  if (warp.service == Service::intersection) {
+    const AnyHitBatch hits = warp.hits;
+    warp.hits.lanes = 0;
+    return start_any_hit(slot, hits, now);
+  }
   assert(warp.service == Service::none);
   const auto same_warp = [&](const auto& waiting) { return waiting.slot == slot; };
   if (const auto batch = std::find_if(batches_.begin(), batches_.end(), same_warp); batch != batches_.end()) {
-    warp.service = Service::any_hit;
-    warp.any_hit_lanes = batch->lanes;
-    program_.any_hit(*batch, phase_);
+    const AnyHitBatch called = *batch;
     batches_.erase(batch);
-    if (program_.inserts_at_store()) return insert_at_store(slot, now);
+    warp.any_hit_lanes = called.lanes;
+    if (!program_.intersects()) return start_any_hit(slot, called, now);
+    warp.service = Service::intersection;
+    warp.hits = ShaderProgram::hits_of(called);
+    program_.intersection(called, phase_);
   } else {
     const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
     assert(fetch != fetches_.end());
@@ -271,7 +282,13 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
   load(slot, now);
 }
 
-void SimtCore::insert_at_store(unsigned slot, Cycle now) {
+void SimtCore::start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now) {
+  slots_[slot].service = Service::any_hit;
+  program_.any_hit(batch, phase_);
+  program_.inserts_at_store() ? insert_at_store(slot, batch.lanes, now) : load(slot, now);
+}
+
+void SimtCore::insert_at_store(unsigned slot, LaneMask lanes, Cycle now) {
   Slot& warp = slots_[slot];
   warp.kind = phase_.kind;
   warp.instructions = 0;
@@ -279,7 +296,7 @@ void SimtCore::insert_at_store(unsigned slot, Cycle now) {
   warp.store_writes = phase_.store_writes;
   warp.steps.clear();
   warp.next_step = 0;
-  warp.ready = store_.insert(warp.any_hit_lanes, phase_.insertion_accesses, now);
+  warp.ready = store_.insert(lanes, phase_.insertion_accesses, now);
   next_ready_ = std::min(next_ready_, warp.ready);
   enter(slot, WarpActivity::any_hit, now);
 }
@@ -478,9 +495,10 @@ void SimtCore::dump_state(std::ostream& out) const {
     if (warp.step == Step::free) continue;
     out << "  slot " << slot << ": group " << program_.group(slot)->index << " round " << program_.round(slot) << " "
         << name_of(warp.step)
-        << (warp.service == Service::any_hit      ? " in any-hit"
-            : warp.service == Service::node_fetch ? " fetching nodes"
-                                                  : "")
+        << (warp.service == Service::any_hit        ? " in any-hit"
+            : warp.service == Service::node_fetch   ? " fetching nodes"
+            : warp.service == Service::intersection ? " in intersection"
+                                                    : "")
         << " since cycle " << warp.since << ", loads pending " << lsu_.loads_pending(slot) << ", stores pending "
         << lsu_.stores_pending(slot) << "\n";
   }

@@ -69,7 +69,11 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("culls", events.culls, totals.culls);
   equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
   equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);
-  equal("any-hit batches at the SIMT cores", c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
+  const bool boxes = events.intersection_calls != 0;
+  equal("batches of calls at the SIMT cores",
+        boxes ? c.simt.shader.intersection_batches : c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
+  equal("intersection calls of the RT units", events.intersection_calls, boxes ? totals.visits_leaf : 0);
+  equal("intersection calls of the SIMT cores", c.simt.shader.intersection_calls, events.intersection_calls);
   equal("evictions", c.simt.shader.evictions, totals.evictions);
   const modules::CheckpointUnit::Counters& entries = c.rt.checkpoint;
   equal("checkpoints written or named by a run", entries.entries_written + entries.log.entries_referenced,

@@ -19,9 +19,14 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
+  const bool boxes = traces::has_box_leaves(header.accel);
+  if (boxes) {
+    leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
+           config.simt.instruction_latency;
+  }
   const modules::PrivateStore::Config& store = config.simt.private_store;
-  any_hit =
-      messages + (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
+  any_hit = (boxes ? 0 : messages) +
+            (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

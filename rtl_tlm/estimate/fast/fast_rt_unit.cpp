@@ -35,6 +35,7 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
                                                              : config_.sphere_unit(shared.header)),
       transform_(config_.ray_transform),
       transforms_leaves_(config_.transforms_leaves(shared.header)),
+      boxes_(traces::has_box_leaves(shared.header.accel)),
       spreads_(shared.stride > 1 && shared.config.fast.spread) {
   counters_.units = 1;
   if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
@@ -291,14 +292,14 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
   if (lane.shaded) {
     lane.shaded = false;
     call.in_any_hit &= ~lane_bit(id);
-    end_event(now, id, lane, 0, call);
+    end_event(now, id, lane, effect.checkpoints(), call);
     if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, entry_of(id));
     return;
   }
   if (event.kind() == EventKind::visit_internal && prefetcher_ && !spreads_) {
     prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
   }
-  if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);
+  if (!effect.calls_shader(boxes_)) return complete(now, id, lane, effect, call);
   move_stack(id, lane, effect);
   lane.shaded = true;
   any_hit_arrives(now, id, call);
@@ -357,7 +358,8 @@ void RtUnit::settled(Cycle now, LaneId id, Lane& lane, Call& call) {
 }
 
 void RtUnit::any_hit_arrives(Cycle now, LaneId id, Call& call) {
-  ++counters_.scheduler.any_hit_calls;
+  counters_.scheduler.any_hit_calls += EventEffect(*lanes_[id].next).calls_any_hit() ? 1 : 0;
+  counters_.scheduler.intersection_calls += boxes_ ? 1 : 0;
   if (call.waiting_any_hit == 0) call.any_hit_since = now;
   call.waiting_any_hit |= lane_bit(id);
   if (call.wait == WarpWait::memory) count_wait(now, call);

@@ -174,6 +174,7 @@ class RtUnit {
   modules::RingQueue<Cycle> leaving_;  ///< when those that have been, ahead of time, leave the memory scheduler's queue
   IntersectionPipelines box_, leaf_, transform_;
   bool transforms_leaves_;
+  bool boxes_;            ///< primitive leaves are boxes: the shader tests what lies in them
   bool spreads_;          ///< events that take no time are touched one after the other
   Cycle usual_step_ = 0;  ///< from one of a lane's events that take time to the next, a running mean, in 16ths
   Cycle accounted_ = 0;   ///< cycles before it are counted as selections or stalls

@@ -55,8 +55,9 @@ void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
   ++counters_.memory.visits[static_cast<std::size_t>(sectors.region())];
   const EventEffect effect(event);
   move_stack(id, lane, effect);
-  if (!effect.calls_any_hit()) return;
-  ++counters_.scheduler.any_hit_calls;
+  if (!effect.calls_shader(boxes_)) return;
+  counters_.scheduler.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
+  counters_.scheduler.intersection_calls += boxes_ ? 1 : 0;
   AnyHitBatch batch;
   batch.slot = call.slot;
   batch.round = call.round;

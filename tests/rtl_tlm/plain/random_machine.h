@@ -57,9 +57,11 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   return trace;
 }
 
-/// Ellipsoids in place of triangles, or spheres as the BLAS.
-inline void make_procedural(traces::testing::RandomTrace& trace) {
-  trace.header.accel = trace.header.two_level ? traces::AccelKind::tlas_sphere : traces::AccelKind::ellipsoid;
+/// Ellipsoids or spheres in place of triangles, or boxes.
+inline void make_procedural(traces::testing::RandomTrace& trace, bool boxes = false) {
+  using traces::AccelKind;
+  trace.header.accel = trace.header.two_level ? (boxes ? AccelKind::tlas_box : AccelKind::tlas_sphere)
+                                              : (boxes ? AccelKind::box : AccelKind::ellipsoid);
   for (traces::RayGroup& group : trace.groups) {
     for (traces::NodeDefinition& node : group.nodes) {
       for (traces::NodeKind& kind : node.child_kinds) {
@@ -216,6 +218,10 @@ inline GpuConfig random_machine(Random& random) {
     t.faw = buffer.one_of({0U, 101U});
     t.rfc = buffer.one_of({0U, 60U});
     t.refi = buffer.one_of({0U, 400U, 3333U});
+  }
+  Random boxes = buffer;  // likewise
+  for (unsigned* cost : {&costs.intersection_fixed, &costs.intersection_transform}) {
+    if (boxes.upto(2) == 0) *cost = boxes.one_of({0U, 1U, 60U});
   }
   check_config(c, "a random machine");
   return c;

@@ -50,6 +50,7 @@ class RtUnit {
               pipelines(config.ray_transform)};
     leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
+    boxes_ = header.accel == traces::AccelKind::box || header.accel == traces::AccelKind::tlas_box;
     if (ellipsoid_ && config.quadric) {  // one pass as long as both
       ellipsoid_ = false;
       units_[2].latency += config.ray_transform.latency;
@@ -104,7 +105,8 @@ class RtUnit {
     static constexpr const char* kEvents[] = {"visits_internal", "visits_instance", "visits_leaf",
                                               "culls",           "replay_takes",    "replay_forwards"};
     for (std::size_t e = 0; e < 6; ++e) s.add(p + kEvents[e], events_[e]);
-    s.add(p + "any_hit_calls", any_hit_lanes_);
+    s.add(p + "any_hit_calls", any_hit_calls_);
+    if (boxes_) s.add(p + "intersection_calls", any_hit_lanes_);
     s.add(p + "calls", calls_);
     s.most(p + "max_stack_depth", max_depth_);
     s.add(p + "warp_latency", warp_latency_);
@@ -309,7 +311,7 @@ class RtUnit {
       lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
       max_depth_ = std::max(max_depth_, lane.depth);
     }
-    if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
+    if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
       return;
@@ -422,6 +424,10 @@ class RtUnit {
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
+      if (boxes_ && fetch.kind == traces::NodeKind::procedural) {  // no unit: a shader tests
+        result({fetch.entry, l});
+        continue;
+      }
       unsigned tests = 1;
       lane.state = State::unit;
       if (internal && config_.box_op_per_child) tests = definition(warp, event(lane)).child_count;
@@ -619,7 +625,8 @@ class RtUnit {
       if (lane.state != State::any_hit_wait) continue;
       lane.state = State::any_hit_run;
       since = std::min(since, lane.waiting_since);
-      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts()});
+      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts(), event(lane).node * std::uint64_t{64}});
+      any_hit_calls_ += traces::calls_any_hit(event(lane).outcome()) ? 1 : 0;
     }
     ++any_hit_batches_;
     any_hit_lanes_ += batch.calls.size();
@@ -941,7 +948,8 @@ class RtUnit {
   Distribution fetch_latency_, warp_latency_;
   std::uint64_t selections_ = 0, lanes_handled_ = 0, lanes_active_ = 0, stall_empty_ = 0, stall_queue_full_ = 0;
   std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
-  std::uint64_t any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
+  bool boxes_ = false;  ///< a shader tests what lies in a leaf
+  std::uint64_t any_hit_calls_ = 0, any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
   std::uint64_t store_written_ = 0, store_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
