@@ -56,6 +56,7 @@ class LaneCooperation final : public CooperationModule {
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override { counters_ = {}; }
 
  private:
   /// A node of a lane's stack that another lane has taken.

@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
@@ -34,7 +35,7 @@ const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
 }
 
 RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
-    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries) {}
+    : RtSchedulerModule(name), config_(config), selection_(make_warp_selection(config.policy)), entries_(entries) {}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -47,6 +48,11 @@ void RtScheduler::end_of_elaboration() {
   if (stack.size() > 0) stack_ = stack.operator->();
   if (cooperation.size() > 0) cooperation_ = cooperation.operator->();
   prefetches_stacks_ = prefetcher_ != nullptr && prefetcher_->reads_stacks();
+}
+
+void RtScheduler::restart() {
+  selection_ = make_warp_selection(config_.policy);
+  counters_ = {};
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
@@ -193,7 +199,10 @@ void RtScheduler::move_stack(LaneId id) {
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
-  if (cooperation_ == nullptr || !cooperation_->helps(id)) return visited(now, id, LaneState::in_unit);
+  if (cooperation_ == nullptr || !cooperation_->helps(id)) {
+    if (!buffer_->in_unit(id)) throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
+    return visited(now, id, LaneState::in_unit);
+  }
   if (const std::optional<LaneId> waits = cooperation_->tested(id)) visited(now, *waits, LaneState::waiting_memory);
 }
 

@@ -33,6 +33,7 @@ struct RtUnitCounters {
   SiblingPrefetcher::Counters prefetch;
   StackUnit::Counters stack;
   LaneCooperation::Counters cooperation;
+  OwnCounts own;  ///< of parts that are not the project's
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }

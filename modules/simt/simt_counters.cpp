@@ -71,7 +71,8 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
                      "entries that lanes read from the private store");
             list.add(store + ".entries_written", c.shader.store_entries_written, "entries",
                      "entries that lanes wrote to the private store");
-          });
+          })
+          .own_counts(&C::own);
   return table;
 }
 

@@ -31,7 +31,7 @@ Observation::Observation(const sc_core::sc_module_name& name, modules::ClockDoma
   SC_METHOD(look);
   sensitive << settled_;
   dont_initialize();
-  alarm_.request(window.first == 0 ? 0 : window.first - 1);
+  begin();
 }
 
 Cycle Observation::tick(Cycle now) {

@@ -42,6 +42,8 @@ class Observation final : public modules::ClockedModule {
 
  private:
   Cycle tick(Cycle now) override;
+  void restart(modules::Caches) override { begin(); }
+  void begin() { alarm_.request(window_.first == 0 ? 0 : window_.first - 1); }
   void look();
 
   CycleWindow window_;
