@@ -4,12 +4,12 @@
 #include <deque>
 #include <memory>
 #include <ostream>
-#include <utility>
 
 #include "grtx/apps/grtx/program.h"
 #include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
+using namespace grtx;
 using namespace grtx::modules;
 
 namespace {

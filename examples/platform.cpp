@@ -134,6 +134,7 @@ class Processor final : public sc_core::sc_module {
     transfer(tlm::TLM_WRITE_COMMAND, gpu_register(gpu, to), &word, sizeof word);
   }
   void program() {
+    wait(sc_core::sc_time(1, sc_core::SC_US));  // the list is loaded
     for (std::size_t round = 0; round < kLaunches; ++round) {
       std::array<Entry, kGpus> list{};
       transfer(tlm::TLM_READ_COMMAND, address_of(round, 0), list.data(), sizeof list);

@@ -200,7 +200,8 @@ void RtScheduler::move_stack(LaneId id) {
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
   if (cooperation_ == nullptr || !cooperation_->helps(id)) {
-    if (!buffer_->in_unit(id)) throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
+    if (!buffer_->in_unit(id))
+      throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
     return visited(now, id, LaneState::in_unit);
   }
   if (const std::optional<LaneId> waits = cooperation_->tested(id)) visited(now, *waits, LaneState::waiting_memory);

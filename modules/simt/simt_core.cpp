@@ -129,8 +129,8 @@ void SimtCore::accept_response(Cycle now) {
     const MemoryResponse* response = memory_response_.front(now);
     if (response == nullptr) return;
     if (!lsu_.expects(*response)) {
-      unit_fault(name(), "the L1 has answered a request of warp slot " + std::to_string(response->tag) +
-                             ", which made none");
+      unit_fault(name(),
+                 "the L1 has answered a request of warp slot " + std::to_string(response->tag) + ", which made none");
     }
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);

@@ -30,7 +30,8 @@ namespace grtx::modules {
 class TlmToLink final : public ClockedModule {
  public:
   struct Config {
-    /// Transactions inside; further ones wait in their request phase. More than an L1's round trip, so that hits stream.
+    /// Transactions inside; further ones wait in their request phase. More than an L1's round trip, so that hits
+    /// stream.
     unsigned outstanding = 64;
     Region region = Region::tlas;  ///< what caches count the sectors as
     std::uint8_t client = 0;       ///< as in MemoryRequest; an L1 sets it by itself
@@ -68,7 +69,9 @@ class TlmToLink final : public ClockedModule {
                                        sc_core::sc_time& delay);
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned transport_dbg(::tlm::tlm_generic_payload& payload) { return data_(payload); }
-  bool get_direct_mem_ptr(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) { return config_.dmi(payload, dmi); }
+  bool get_direct_mem_ptr(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
+    return config_.dmi(payload, dmi);
+  }
   bool room() const { return inside_ < config_.outstanding; }
   static ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload);
   bool refuse(::tlm::tlm_generic_payload& payload);

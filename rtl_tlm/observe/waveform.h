@@ -35,6 +35,8 @@ class Waveform final : private CycleObserver {
   Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem& memory, const traces::Header& header,
            const std::string& comment);
 
+  /// Between launches there is nothing to see: the kernel then has nothing to do for it.
+  void rest_while_idle() { rests_while_idle_ = true; }
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
   void finish();
   /// What writing threw during the run, if anything.
@@ -43,6 +45,7 @@ class Waveform final : private CycleObserver {
 
  private:
   void sample(Cycle now) override;
+  bool rests() const override { return rests_while_idle_ && gpu_.finished() && gpu_.idle() && memory_.idle(); }
   void add_own_probes(const sc_core::sc_object& object);
 
   WaveformOptions options_;
@@ -68,6 +71,7 @@ class Waveform final : private CycleObserver {
       links_;
   std::uint64_t first_fs_ = 0;  ///< time of the first sample that was written
   std::uint64_t last_fs_ = 0;   ///< time of the last sample
+  bool rests_while_idle_ = false;
   Observation observation_;
 };
 

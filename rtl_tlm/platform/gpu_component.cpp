@@ -59,6 +59,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   if (!options_.waveform.path.empty()) {
     waveform_ = std::make_unique<Waveform>(options_.waveform, *gpu_, *memory_, first.header(),
                                            "config " + config_hash(options_.machine));
+    waveform_->rest_while_idle();
   }
   registers.register_b_transport(this, &GpuComponent::b_transport);
   registers.register_transport_dbg(this, &GpuComponent::transport_dbg);
@@ -120,7 +121,7 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
 }
 
 std::uint32_t GpuComponent::read(std::uint64_t offset) const {
-  const Cycle cycles = results_.empty() ? 0 : results_.back().cycles;
+  const Cycle last = results_.empty() ? 0 : results_.back().cycles;
   switch (static_cast<GpuRegister>(offset)) {
     case GpuRegister::status: {
       const bool busy = starting_ || launch_ != nullptr;
@@ -130,9 +131,9 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
     case GpuRegister::trace:
       return trace_;
     case GpuRegister::cycles:
-      return static_cast<std::uint32_t>(cycles);
+      return static_cast<std::uint32_t>(last);
     case GpuRegister::cycles_high:
-      return static_cast<std::uint32_t>(cycles >> 32);
+      return static_cast<std::uint32_t>(last >> 32);
     case GpuRegister::error:
       return static_cast<std::uint32_t>(error_);
     case GpuRegister::launches:
@@ -180,7 +181,7 @@ void GpuComponent::start() {
 
 // Also in cycle 0 of a platform, before any launch: a distributor without groups has nothing to wait for.
 void GpuComponent::warps_ended() {
-  if (!launch_) return;
+  if (!launch_ || !gpu_->finished()) return;
   launch_->end = settle(*gpu_, *memory_);
   launch_->drains = true;
   drain();

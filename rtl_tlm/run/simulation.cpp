@@ -232,10 +232,8 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   const traces::Header& header = reader.header();
   FinishedRun finished;
   BuildOptions build = with_threads(config, options);
-  const std::unique_ptr<TraceSource> before = work.warm == nullptr
-                                                  ? nullptr
-                                                  : std::make_unique<TraceSource>(*work.warm, all_groups(*work.warm),
-                                                                                  kDecodeAhead);
+  const std::unique_ptr<TraceSource> before =
+      work.warm == nullptr ? nullptr : std::make_unique<TraceSource>(*work.warm, all_groups(*work.warm), kDecodeAhead);
   SwitchedSource launch(before ? *before : source);
   const traces::Reader& first = before ? *work.warm : reader;
   build.memory_bytes = memory_bytes(config, reader);

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
@@ -134,6 +137,36 @@ TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
   EXPECT_EQ(cycles[0][1], cycles[1][0]);
   EXPECT_NE(cycles[0][0], cycles[0][1]);
   for (std::size_t i = 2; i < 6; ++i) EXPECT_EQ(cycles[i], true) << i;
+}
+
+TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
+  const TinyFile few(3);
+  const TemporaryFile waves("waves");
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
+  options.waveform.path = waves.path();
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    std::uint64_t end = 0;
+    {
+      Station station("board", options, {{0}, {0, false, 1e5}});
+      sc_core::sc_start();
+      end = sc_core::sc_time_stamp().value();
+    }
+    return std::to_string(end);
+  });
+  const std::uint64_t end = std::stoull(child.result());
+  std::ifstream file(waves.path());
+  std::uint64_t last = 0;
+  bool named = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) last = std::stoull(line.substr(1));
+    named = named || line.find("$scope module board $end") != std::string::npos;
+  }
+  EXPECT_TRUE(named);
+  EXPECT_GT(last, 100'000'000'000u) << "the second launch, 100 us after the first, is there";
+  EXPECT_LE(last, end);
 }
 
 TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
