@@ -86,6 +86,7 @@ void CheckpointUnit::end_of_elaboration() {
 void CheckpointUnit::restart() {
   make_anew(layout_, config_, header_);
   std::fill(lanes_.begin(), lanes_.end(), LaneContext());
+  ahead_ = BoundedQueue<LaneId>(lanes_.size());  // of lanes whose round is over
   counters_ = {};
 }
 
