@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/traces/node_layout.h"
 
@@ -55,6 +56,7 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       config_(config),
       map_(map),
       two_level_(header.two_level),
+      header_(header),
       layout_(config, header),
       sm_(sm),
       lanes_(std::size_t{entries} * kMaxLanes),
@@ -79,6 +81,13 @@ void CheckpointUnit::end_of_elaboration() {
   client_ = client.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
+}
+
+void CheckpointUnit::restart() {
+  make_anew(layout_, config_, header_);
+  std::fill(lanes_.begin(), lanes_.end(), LaneContext());
+  ahead_ = BoundedQueue<LaneId>(lanes_.size());  // of lanes whose round is over
+  counters_ = {};
 }
 
 void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,

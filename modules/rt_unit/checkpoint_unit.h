@@ -106,6 +106,7 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   const Counters& counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct LaneContext {
@@ -134,6 +135,7 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   checkpoint_client_if* client_ = nullptr;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
+  const traces::Header& header_;
   CheckpointLayout layout_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;

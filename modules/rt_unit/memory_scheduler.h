@@ -85,6 +85,7 @@ class MemoryScheduler final : public NodeFetchModule {
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct Fetch {
@@ -107,6 +108,7 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
+  const traces::Header& header_;
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;

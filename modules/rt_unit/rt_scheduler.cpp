@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
@@ -36,7 +37,11 @@ const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
 }
 
 RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes)
-    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries), boxes_(boxes) {}
+    : RtSchedulerModule(name),
+      config_(config),
+      selection_(make_warp_selection(config.policy)),
+      entries_(entries),
+      boxes_(boxes) {}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -47,6 +52,11 @@ void RtScheduler::end_of_elaboration() {
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
   if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
+}
+
+void RtScheduler::restart() {
+  selection_ = make_warp_selection(config_.policy);
+  counters_ = {};
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
@@ -167,6 +177,8 @@ void RtScheduler::move_stack(LaneId id) {
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
+  if (!buffer_->in_unit(id))
+    throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);

@@ -83,6 +83,7 @@ class RtScheduler final : public RtSchedulerModule {
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   void end_of_elaboration() override;
@@ -96,6 +97,7 @@ class RtScheduler final : public RtSchedulerModule {
   void move_stack(LaneId id);
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
+  Config config_;
   std::unique_ptr<WarpSelection> selection_;
   unsigned entries_;
   bool boxes_;

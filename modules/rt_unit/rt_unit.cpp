@@ -5,6 +5,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/factory.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
@@ -204,6 +206,13 @@ void RtUnit::end_of_elaboration() {
   }
 }
 
+void RtUnit::restart(Caches) {
+  make_anew(traffic_, context_.header, config_.memory.traffic);  // before those that refer to it
+  for (RtPart* part : parts_) part->restart();
+  due_ = kNever;
+  accounted_ = settled_ = 0;
+}
+
 // First cycle in which a link shows something to this unit.
 Cycle RtUnit::next_arrival() const {
   Cycle next = shader_dones_.next_visible();
@@ -228,12 +237,22 @@ Cycle RtUnit::tick(Cycle now) {
   return due_ == now + 1 ? due_ : std::min(due_, std::max(next_arrival(), now + 1));
 }
 
+void RtUnit::tick_units(Cycle now) {
+  IntersectionModule* ticking = nullptr;
+  try {
+    for (IntersectionModule* unit : units_) {
+      ticking = unit;
+      if (unit->due() <= now) unit->tick(now);
+    }
+  } catch (const WrongAnswer& answer) {
+    unit_fault(ticking->name(), answer.rule);
+  }
+}
+
 // Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
 // make a lane ready are seen by the scheduler in the same cycle.
 void RtUnit::run_stages(Cycle now) {
-  for (IntersectionModule* unit : units_) {
-    if (unit->due() <= now) unit->tick(now);
-  }
+  tick_units(now);
   for (const MemoryClient& client : clients_) {
     if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);
   }

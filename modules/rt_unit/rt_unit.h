@@ -152,7 +152,9 @@ class RtUnit final : public RtUnitModule {
   void bind_parts();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   void run_stages(Cycle now);
+  void tick_units(Cycle now);
   Cycle next_due(Cycle now) const;
   Cycle next_arrival() const;
   template <typename F>

@@ -20,7 +20,8 @@ const CounterTable<RtUnitCounters>& RtUnitCounters::table() {
           .part(&C::any_hit, ".any_hit")
           .part(&C::checkpoint, ".checkpoint")
           .part(&C::prefetch, ".prefetch")
-          .part(&C::stack, ".stack");
+          .part(&C::stack, ".stack")
+          .own_counts(&C::own);
   return table;
 }
 

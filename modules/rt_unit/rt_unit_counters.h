@@ -31,6 +31,7 @@ struct RtUnitCounters {
   CheckpointUnit::Counters checkpoint;
   SiblingPrefetcher::Counters prefetch;
   StackUnit::Counters stack;
+  OwnCounts own;  ///< of parts that are not the project's
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
@@ -12,11 +13,15 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
                                      const Triggers& triggers, const NodeTraffic& traffic, unsigned entries)
     : PrefetchModule(name),
       config_(config),
+      triggers_(triggers),
+      lanes_(std::size_t{entries} * kMaxLanes),
       traffic_(traffic),
-      decisions_(std::size_t{entries} * kMaxLanes, config, triggers, traffic),
+      decisions_(lanes_, config, triggers, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
   require_allowed("rt.prefetch", config);
 }
+
+void SiblingPrefetcher::restart() { make_anew(decisions_, lanes_, config_, triggers_, traffic_); }
 
 bool SiblingPrefetcher::waits(std::uint64_t address) const {
   for (std::size_t i = 0; i < queue_.size(); ++i) {

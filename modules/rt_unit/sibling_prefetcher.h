@@ -59,6 +59,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   const Counters& counters() const { return decisions_.counters(); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct Pending {
@@ -74,6 +75,8 @@ class SiblingPrefetcher final : public PrefetchModule {
   void push(traces::NodeKind kind, std::uint64_t address) { queue_.push({address, kind, 0}); }
 
   Config config_;
+  Triggers triggers_;
+  std::size_t lanes_;
   const NodeTraffic& traffic_;
   PrefetchDecisions decisions_;
   LinkWriter<MemoryRequest> requests_;

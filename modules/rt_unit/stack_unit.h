@@ -61,6 +61,7 @@ class StackUnit final : public StackModule {
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override { counters_ = {}; }
 
  private:
   struct LaneContext {

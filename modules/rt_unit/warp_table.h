@@ -168,6 +168,10 @@ class WarpTable {
     ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
     note_done(entry);
   }
+  /// Whether the lane is one that waits for an intersection unit.
+  bool in_unit(LaneId id) const {
+    return entry_of(id) < warps_.size() && (warps_[entry_of(id)].in_state(LaneState::in_unit) & bit(lane_of(id))) != 0;
+  }
   void note_stack_depth(std::uint32_t depth) {
     if (depth > counters_.max_stack_depth) counters_.max_stack_depth = depth;
   }

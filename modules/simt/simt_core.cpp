@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/messages/lane_loop.h"
 
 namespace grtx::modules {
@@ -31,6 +33,8 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
                    const traces::Header& header, const MemoryMap& map)
     : SimtCoreModule(name, domain),
       config_(checked(config)),
+      header_(header),
+      map_(map),
       program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
       issue_slots_(config.schedulers, config.instruction_latency),
       lsu_(config.resident_warps, config.l1_client),
@@ -41,6 +45,17 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       ends_(config.resident_warps) {
   batches_.reserve(config.resident_warps);
+}
+
+void SimtCore::restart(Caches) {
+  make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.private_store);
+  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
+  lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
+  store_ = PrivateStore(config_.private_store);
+  std::fill(slots_.begin(), slots_.end(), Slot());
+  next_ready_ = next_store_read_ = kNever;
+  last_active_ = 0;
+  counters_ = {};
 }
 
 void SimtCore::start_of_simulation() {
@@ -113,6 +128,10 @@ void SimtCore::accept_response(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
     const MemoryResponse* response = memory_response_.front(now);
     if (response == nullptr) return;
+    if (!lsu_.expects(*response)) {
+      unit_fault(name(),
+                 "the L1 has answered a request of warp slot " + std::to_string(response->tag) + ", which made none");
+    }
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);
     memory_response_.pop(now);

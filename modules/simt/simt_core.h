@@ -176,6 +176,7 @@ class SimtCore final : public SimtCoreModule {
 
   void start_of_simulation() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   Cycle earliest_due() const;
   void accept_response(Cycle now);
   void finish_store_reads(Cycle now);
@@ -202,6 +203,8 @@ class SimtCore final : public SimtCoreModule {
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
   SimtCoreConfig config_;
+  const traces::Header& header_;
+  const MemoryMap& map_;
   ShaderProgram program_;
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;

@@ -76,6 +76,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
             list.add(store + ".entries_written", c.shader.store_entries_written, "entries",
                      "entries that lanes wrote to the private store");
           })
+          .own_counts(&C::own)
           .when([](const C& c) { return c.shader.intersection_batches != 0; })
           .sum(of_shader(&S::intersection_batches), "intersection.batches", "batches",
                "intersection shader invocations of warps")

@@ -45,6 +45,7 @@ struct SimtCounters {
   ShaderCounters shader;
   LoadStoreCounters memory;
   PrivateStore::Counters private_store;
+  OwnCounts own;  ///< of a core that is not the project's
 
   static const CounterTable<SimtCounters>& table();
   void add(const SimtCounters& o) { table().add(*this, o); }

@@ -84,6 +84,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   // Offered where a program has registered memory systems that are configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
   list.part("fast", fast);
+  own.parameters(list);
   list.rule(
       "gpu.rt_units", [this] { return rt_units <= resident_warps; }, "must not be more than gpu.resident_warps");
   list.rule(

@@ -135,7 +135,7 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem
     const auto* own = dynamic_cast<const modules::L1Cache*>(&sm->l1());
     if (own == nullptr) continue;
     const modules::L1Counters l1 = own->counters();
-    if (l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
+    if (own->dirty_at_start() + l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
       violations.push_back(fmt::format("{}: {} sectors kept, {} of them again, {} written back, {} dirty", own->name(),
                                        l1.kept_writes, l1.rewrites, l1.write_backs, own->dirty_sectors()));
     }

@@ -63,6 +63,9 @@ class TraceSource final : public modules::GroupSource {
   std::thread thread_;
 };
 
+/// The numbers of all groups of a trace.
+std::vector<std::uint64_t> all_groups(const traces::Reader& reader);
+
 /// Throws Error unless the rounds of `group` fit the header and the group's own arrays, which is what the hardware
 /// modules index by. It is not a proof of consistency (traces::check is).
 void check_group(const traces::RayGroup& group, const traces::Header& header, const std::string& file);

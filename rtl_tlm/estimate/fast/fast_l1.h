@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
@@ -93,6 +94,13 @@ class L1 {
     if (port.queue.empty()) return warm_caches(client, line, sectors, region, write);
     port.queue.push({line, kNobody, sectors, region, write, false});  // not before those that came earlier
     ++port.timeless;
+  }
+
+  /// Before the first request: lines are those that `before` has left, which loses them.
+  void keep(L1& before) {
+    tags_ = std::move(before.tags_);
+    tags_.restart(true);
+    written_by_ = std::move(before.written_by_);
   }
 
   // ---- Events
