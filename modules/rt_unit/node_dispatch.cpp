@@ -28,8 +28,7 @@ void NodeDispatch::unit_result(Cycle now, LaneId id) { ray_sphere->enqueue(now, 
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
   if (config_.box_leaves && kind == NodeKind::procedural) {
-    const LaneMask own = lanes & ~warps_->warp(entry).helping;
-    warps_->move(entry, own, LaneState::waiting_memory, LaneState::in_unit);
+    warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
     return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });
   }
   intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
