@@ -144,7 +144,6 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<IntersectionUnit::Counters>("intersection unit");
   expect_complete<AnyHitCollector::Counters>("any-hit collector");
   expect_complete<CheckpointUnit::Counters>("checkpoint unit");
-  expect_complete<CheckpointLog::Counters>("checkpoint log");
   expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
   expect_complete<StackUnit::Counters>("stack unit");
   expect_complete<RtUnitCounters>("RT unit");
