@@ -29,6 +29,7 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 
 namespace {
 
@@ -95,7 +96,7 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
 
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
-  app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
+  app.set_version_flag("--version", fmt::format("grtx {}, model version {}", GRTX_VERSION, grtx::sim::kModelVersion));
   CommonOptions common;
   app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
   grtx::sim::add_synth(app, common);

@@ -12,6 +12,7 @@
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/page.h"
 #include "grtx/explore/report/sections.h"
+#include "grtx/explore/report/sweep_views.h"
 
 namespace grtx::sim {
 namespace {
@@ -41,26 +42,23 @@ bool joins(const RunResults& run, const RunResults& other) {
 }
 
 void price_machines(ReportSweep& sweep) {
-  const Fronts front = fronts(sweep.results);
-  const auto extreme = [&](const char* value) {
-    std::size_t best = sweep.results.points.size();
-    for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-      const ReportedPoint& p = sweep.results.points[i];
-      if (!front.any(i) || !std::isfinite(p.value(value))) continue;
-      if (best == sweep.results.points.size() || p.value(value) < sweep.results.points[best].value(value)) best = i;
+  const SweepViews shown(sweep.results);
+  const auto add = [&](const char* value, const char* what) {
+    const ShownPoint* best = nullptr;
+    for (const ShownPoint& p : shown.points()) {
+      if (p.view != 0 || !p.on_front() || !std::isfinite(shown.value(p, value))) continue;
+      if (best == nullptr || shown.value(p, value) < shown.value(*best, value)) best = &p;
     }
-    return best;
-  };
-  const auto add = [&](std::size_t at, const char* what) {
-    if (at == sweep.results.points.size()) return;
+    if (best == nullptr) return;
     for (const ReportSweep::Machine& known : sweep.machines) {
-      if (known.point == at) return;
+      if (known.point == best->of.front()) return;
     }
-    const ReportedPoint& point = sweep.results.points[at];
-    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
+    const ReportedPoint& point = shown.first(*best);
+    sweep.machines.push_back(
+        {best->of.front(), what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
   };
-  add(extreme("gpu.time_us"), "fastest of the front");
-  add(extreme("cost.mm2"), "smallest of the front");
+  add(kTime, "fastest of the front");
+  add(kArea, "smallest of the front");
 }
 
 Inputs read_inputs(const std::vector<std::string>& paths) {
