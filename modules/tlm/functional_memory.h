@@ -13,6 +13,7 @@ class FunctionalMemory {
   /// Reads or writes what the payload says, its byte enables honoured, and returns how many bytes it covered: all.
   unsigned access(const ::tlm::tlm_generic_payload& payload) {
     const unsigned bytes = payload.get_data_length();
+    if (payload.get_data_ptr() == nullptr) return 0;
     unsigned char* const data = payload.get_data_ptr();
     const unsigned char* const enables = payload.get_byte_enable_ptr();
     const unsigned pattern = payload.get_byte_enable_length();
