@@ -39,6 +39,7 @@
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {
@@ -94,6 +95,7 @@ struct RunArguments {
   unsigned jobs = 0;
   bool flatten = false;
   SimulationMode mode = SimulationMode::cycle;
+  CLI::Option* mode_option = nullptr;  ///< that `mode` was named by
   SampledCli sampled;
 };
 
@@ -196,6 +198,18 @@ unsigned default_jobs() {
     file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   }
   return cores;
+}
+
+/// Of traces in which windows pay, a run that names no mode takes those. All designs have the same rays.
+SimulationMode unnamed_mode(const TracedDesigns& traced, const Comparison& comparison, const GpuConfig& config,
+                            const SampledOptions& sampled) {
+  const traces::Reader reader(traced.designs.at(comparison.reference()).path);
+  if (!windows_pay(reader, config, sampled)) return SimulationMode::cycle;
+  fmt::print(stderr,
+             "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
+             "simulates all of them\n",
+             reader.group_count(), static_cast<double>(reader.totals().visits()) * 1e-6);
+  return SimulationMode::sampled;
 }
 
 /// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
@@ -346,7 +360,7 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
   }
 }
 
-int run(const RunArguments& options, const CommonOptions& common) {
+int run(RunArguments options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
@@ -372,6 +386,10 @@ int run(const RunArguments& options, const CommonOptions& common) {
   for (std::size_t i = 0; i < frames; ++i) {
     const std::string image = options.output + "/image.png";
     frontend::write_image(frames == 1 ? image : frame_path(image, i), traced.images[i]);
+  }
+  if (options.mode_option->count() == 0) {
+    options.mode = unnamed_mode(traced, comparison, config, sampled);
+    if (options.mode != SimulationMode::cycle) warn_of_ignored_keys(config, options.mode, sampled);
   }
   const std::map<std::string, ordered_json> documents =
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
@@ -456,7 +474,8 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
-  add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim");
+  options->mode_option = add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim")
+                             ->default_str("cycle; of full frames sampled, which a line says");
   add_sampled_options(command, options->sampled);
   command->add_option(
       "--jobs", options->jobs,

@@ -254,7 +254,7 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"program", program},
            {"limits", limits_json(limits)},
            {"trace", folder + "/" + trace_name(point.trace_key)},
-           {"config", point.config},
+           {"config", point.config.json()},
            {"mode", point.mode},
            {"cost", cost_arguments(point.use)}}};
 }

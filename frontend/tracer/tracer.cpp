@@ -25,7 +25,7 @@ struct Worker {
       : tracer(structure, options), secondary_tracer(structure, options), recorder(structure.image, header) {
     if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(structure.image, *header);
     if (footprint != nullptr) {
-      tracker.emplace(structure.image, *footprint);
+      tracker.emplace(*footprint);
       tracer.track_visits(&*tracker);
       secondary_tracer.track_visits(&*tracker);
     }

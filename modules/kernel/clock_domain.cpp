@@ -190,7 +190,15 @@ void ClockDomain::on_wake() {
 void ClockDomain::run_alarm(std::size_t index) {
   wanted_[index] = kNever;
   const Cycle next = alarms_[index]->tick(cycle_);
-  if (next < wanted_[index]) set(index, next);
+  if (next < wanted_[index]) {
+    if (next <= soonest_ && wanted_[index] == kNever) {  // set() for what nearly all ask for
+      wanted_[index] = soonest_;
+      due_[index / 64].at[soonest_ % kWheel] |= bit_of(index);
+      busy_ |= bit_of(soonest_);
+    } else {
+      set(index, next);
+    }
+  }
   next_wanted_ |= observed_;
 }
 

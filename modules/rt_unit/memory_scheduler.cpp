@@ -121,7 +121,8 @@ void MemoryScheduler::issue_sectors(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && requests_.can_push(now); ++i) {
     Pending& p = queue_.front();
     const Fetch& f = fetches_[p.fetch];
-    const SectorAccess sector = NodeSectors(f.node, traffic_).at(p.next);
+    if (p.next == 0) front_.emplace(f.node, traffic_);
+    const SectorAccess sector = front_->at(p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
