@@ -109,25 +109,25 @@ def checkpoint_lists():
     f.arrow("source:l.7", "next:r", "", bend=0.4)
     f.box("dest2", 600, 215, 140, 70, "destination", "buffer (r + 1)", "mod 2", kind="mem")
     f.arrow("next:b", "dest2:b", "", bend=6)
-    f.text(310, 309, "copied, or a run (reference)")
+    f.text(310, 309, "copied")
     return f
 
 
 def checkpoint_entries():
     f = Figure("Bits of a checkpoint entry in its four sizes", 250)
-    sibling, run, node, leaf, scene, t = (("siblings", "box"), ("run", "mark"), ("node", "unit"), ("instance leaf", "mem"),
-                                          ("scene leaf", "area"), ("t", "mark"))
+    sibling, node, leaf, scene, t = (("siblings", "box"), ("node", "unit"), ("instance leaf", "mem"), ("scene leaf", "area"),
+                                     ("t", "mark"))
     rows = [
-        ("20 B (default)", [(0, 40, *node), (40, 59, *sibling), (59, 63, "", "none"), (63, 64, "run", "mark"), (64, 104, *leaf),
+        ("20 B (default)", [(0, 40, *node), (40, 59, *sibling), (59, 64, "", "none"), (64, 104, *leaf),
                             (104, 128, *scene), (128, 160, *t)]),
-        ("16 B", [(0, 32, *t), (32, 64, *node), (64, 96, *leaf), (96, 115, *sibling), (115, 127, "", "area"), (127, 128, "scene leaf, run", "mark")]),
-        ("8 B", [(0, 31, *t), (31, 32, "run", "mark"), (32, 37, "", "unit"), (37, 64, "node, leaf", "mem")]),
-        ("28 B", [(0, 40, *node), (40, 59, *sibling), (59, 63, "", "none"), (63, 64, *run), (64, 104, *leaf), (104, 128, "", "none"),
+        ("16 B", [(0, 32, *t), (32, 64, *node), (64, 96, *leaf), (96, 115, *sibling), (115, 127, "scene leaf", "area"), (127, 128, "", "none")]),
+        ("8 B", [(0, 31, *t), (31, 32, "", "none"), (32, 37, "", "unit"), (37, 64, "node, leaf", "mem")]),
+        ("28 B", [(0, 40, *node), (40, 59, *sibling), (59, 64, "", "none"), (64, 104, *leaf), (104, 128, "", "none"),
                   (128, 192, "scene leaf, its own address", "area"), (192, 224, *t)]),
     ]
     for index, (name, fields) in enumerate(rows):
         f.bar(12 + 56 * index, name, fields, 2.75, left=115)
-    f.text(115, 242, "Bits from 0 on. run: a run of forwarded entries. Dashed: unused. 8 B: b bits are the BLAS node.", anchor="start")
+    f.text(115, 242, "Bits from 0 on. Dashed: unused. 8 B: b bits are the BLAS node.", anchor="start")
     return f
 
 
@@ -365,11 +365,10 @@ def stack_unit():
 
 
 def prefetcher():
-    f = Figure("Prefetcher of the RT unit: two sources, one queue", 150)
-    f.box("sibling", 10, 10, 230, 50, "siblings of a leaf", "rt.prefetch.enabled", kind="unit")
-    f.box("entry", 10, 75, 230, 50, "nodes of source entries", "rt.checkpoint.prefetch_nodes", kind="unit")
-    f.box("queue", 330, 32, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
-    for name in ["sibling", "entry"]:
+    f = Figure("Prefetcher of the RT unit", 90)
+    f.box("sibling", 10, 10, 230, 70, "siblings of a leaf", "rt.prefetch.enabled", kind="unit")
+    f.box("queue", 330, 10, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
+    for name in ["sibling"]:
         f.arrow(f"{name}:r", "queue:l", bend=0.5)
     f.box("l1", 600, 32, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
     f.arrow("queue:r", "l1:l", "sector a cycle")

@@ -7,6 +7,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
+#include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::sim {
 
@@ -40,6 +41,11 @@ void visit_options(Cli& cli, Visit&& visit) {
   visit("k", o.k, "k-buffer entries a ray", in_range(1U, kMaxK));
   visit("checkpoint-capacity", o.checkpoint_capacity, "Entries of one checkpoint buffer of a ray",
         in_range(1U, 65535U));
+  visit("checkpoint-bins", o.checkpoint_bins,
+        "Near lists of a ray by distance, and a far one, of --checkpoint-capacity entries each; 0: two buffers",
+        in_range(0U, traces::kMaxCheckpointBins));
+  visit("below-instance", o.below_instance,
+        "Nodes of an instance beyond t_max: checkpointed, or visited, and a hit goes to the eviction buffer");
   visit("ert", o.ert, "Transmittance below which a ray ends", in_range(0.0, 1.0));
   visit("sort-key", o.sort_key, "Distance that orders a ray's hits");
   visit("resume", o.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
@@ -111,6 +117,11 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
   }
+  if (o.checkpoint_bins == 1) throw Error("--checkpoint-bins", "1", "is one list: 0 takes two buffers, 2 or more bins");
+  if (o.checkpoint_bins != 0 && o.checkpoint_order != CheckpointOrder::fifo) {
+    throw Error("--checkpoint-order", std::string(name_of(o.checkpoint_order)),
+                "is an order of two buffers: --checkpoint-bins has one of its own");
+  }
   if (o.triangle_test == TriangleTest::world && proxy_of(accel) == ProxyKind::sphere) {
     throw Error("--triangle-test", "world", "needs a structure of triangles, not --accel " + accel_name(accel));
   }
@@ -153,8 +164,12 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
   };
   std::map<std::string, std::string> inputs = as_text(cli);
   const std::map<std::string, std::string> defaults = as_text({});
-  for (const char* later : {"pop_test", "kernel_degree", "layout"}) {
+  for (const char* later : {"pop_test", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
+  }
+  if (!checkpoint) {
+    inputs.erase("checkpoint_bins");
+    inputs.erase("below_instance");
   }
   if (cli.tracing != name_of(Tracing::stochastic)) {
     inputs.erase("samples");

@@ -118,7 +118,10 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
   add("rt.checkpoint_unit", entries,
       prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
           (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
-          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
+          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
+          prices.access(".checkpoint_unit", "bin_pointers", false) +
+          prices.access(".checkpoint_unit", "bin_pointers", true) +
+          prices.access(".checkpoint_unit", "bin_read", false),
       "entries written and read");
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
   add("simt", value("gpu.simt.instructions.total"),

@@ -94,9 +94,9 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
-      run.machines.push_back(machine_figures(run.results.config, design.name, input(design, "accel"),
-                                             input(design, "pop_test"), input(design, "layout"),
-                                             input(design, "levels"), design.statistics));
+      run.machines.push_back(machine_figures(
+          run.results.config, design.name, input(design, "accel"), input(design, "pop_test"), input(design, "layout"),
+          input(design, "levels"), design.statistics, input(design, "checkpoint_bins")));
     }
   }
   return inputs;

@@ -52,6 +52,12 @@ MachineUse machine_use(const Structure& s, const ordered_json& tracer) {
   if (tracer.contains("layout")) {
     use.layout = value_of<traces::NodeLayout>(tracer.at("layout").get<std::string>(), "tracer", "layout");
   }
+  if (tracer.contains("checkpoint_bins")) {
+    use.checkpoint_bins = static_cast<unsigned>(std::stoul(tracer.at("checkpoint_bins").get<std::string>()));
+    if (tracer.contains("checkpoint_capacity")) {
+      use.checkpoint_capacity = std::stoul(tracer.at("checkpoint_capacity").get<std::string>());
+    }
+  }
   return use;
 }
 
@@ -88,6 +94,7 @@ std::uint32_t trace_format(const ordered_json& tracer, bool several_objects) {
   choose("pop_test", header.pop_test);
   choose("child_order", header.child_order);
   if (several_objects) header.object_roots.push_back(0);
+  if (tracer.contains("checkpoint_bins")) header.checkpoint_bins = 1;
   return traces::format_version(header);
 }
 

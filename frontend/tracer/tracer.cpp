@@ -80,6 +80,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.k = options.k;
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
+  header.checkpoint_bins = options.checkpoint ? options.checkpoint_bins : 0;
   header.child_order = options.child_order;
   header.pop_test = options.pop_test;
   header.width = camera.width;

@@ -26,8 +26,6 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
   /// The lane asks for the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
-  /// A source entry that has come names the node at `address` (bytes), and will be taken.
-  virtual void note_entry(traces::NodeKind kind, std::uint64_t address) = 0;
 };
 
 /// A prefetcher of nodes.

@@ -50,7 +50,6 @@ void RtScheduler::end_of_elaboration() {
   any_hit_ = any_hit.operator->();
   if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
-  if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
 }
 
@@ -78,10 +77,9 @@ void RtScheduler::begin(unsigned entry) {
       if (replays && checkpoint_->needs_source_entries()) {
         entries = source_entries({warp.lane[i].next, warp.lane[i].left});
       }
-      checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries);
+      checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries, warp.group->rays[i]);
     }
     if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
-    if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes({warp.lane[i].next, warp.lane[i].left});
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
   });
 }
@@ -204,16 +202,8 @@ void RtScheduler::replay(LaneId id, LaneState from) {
 
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
-void RtScheduler::entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) {
-  if (source_nodes_.empty()) return;
-  source_nodes_[id].for_each_taken(
-      first, count, *buffer_->warp(entry_of(id)).group, *traffic_,
-      [&](traces::NodeKind kind, std::uint64_t address) { prefetcher_->note_entry(kind, address); });
-}
-
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   Lane& lane = buffer_->lane(id);
-  const bool forwarded = lane.event.kind() == EventKind::replay_forward;
   const bool last = !lane.advance();
   if (!last && lane.event.kind() == EventKind::visit_internal) {
     const auto& nodes = buffer_->warp(entry_of(id)).group->nodes;
@@ -221,25 +211,23 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   }
   if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top())) {
     buffer_->warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
-    LaneMask& forwarding = buffer_->warp(entry_of(id)).forwarding;
-    forwarding = (forwarding & ~bit(lane_of(id))) | (forwarded ? bit(lane_of(id)) : 0);
     buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
   }
-  hand_over(id, checkpoints, forwarded, from);
+  hand_over(id, checkpoints, from);
 }
 
 void RtScheduler::stack_settled(LaneId id) {
   const Warp& warp = buffer_->warp(entry_of(id));
-  hand_over(id, warp.checkpoints[lane_of(id)], (warp.forwarding & bit(lane_of(id))) != 0, LaneState::waiting_stack);
+  hand_over(id, warp.checkpoints[lane_of(id)], LaneState::waiting_stack);
 }
 
-void RtScheduler::hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from) {
+void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   const Lane& lane = buffer_->lane(id);
   const bool last = lane.left == 0;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
-    if (checkpoint_->submit(id, checkpoints, forwarded, last)) to = LaneState::waiting_checkpoint_write;
+    if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
   } else if (checkpoints != 0) {
     refuse(id, kRuleEntriesNeedCheckpoints);
   }

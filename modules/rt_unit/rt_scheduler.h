@@ -13,7 +13,6 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/rt_unit/decide/source_nodes.h"
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
@@ -68,7 +67,6 @@ class RtScheduler final : public RtSchedulerModule {
   void schedule(Cycle now) override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
-  void entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) override;
   void entries_taken(LaneId id) override;
   void stack_settled(LaneId id) override;
   void any_hit_done(const AnyHitDone& done) override;
@@ -90,7 +88,7 @@ class RtScheduler final : public RtSchedulerModule {
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.
-  void hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from);
+  void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
   void replay(LaneId id, LaneState from);
   /// What the lane's event does to its stack.
@@ -101,7 +99,6 @@ class RtScheduler final : public RtSchedulerModule {
   std::unique_ptr<WarpSelection> selection_;
   unsigned entries_;
   bool boxes_;
-  std::vector<SourceNodes> source_nodes_;  ///< by lane; none without checkpoint unit or prefetcher
   // The neighbours, looked up once; the last three are null where the configuration has none.
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;

@@ -29,9 +29,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("any_hit", any_hit);
   list.part("checkpoint", checkpoint);
   list.part("private_store", checkpoint.store);
-  list.rule(
-      "private_store.checkpoint_entries", [this] { return checkpoint.allows_store(); },
-      "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory");
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);

@@ -105,9 +105,7 @@ struct RtUnitConfig {
     return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced(), sizes.oriented());
   }
   /// Whether anything of a trace with this header is prefetched.
-  bool has_prefetcher(const traces::Header& header) const {
-    return sibling_prefetch || (header.checkpoint && checkpoint.prefetch_nodes);
-  }
+  bool has_prefetcher(const traces::Header&) const { return sibling_prefetch; }
   /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {
     return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;

@@ -44,9 +44,6 @@ class SiblingPrefetcher final : public PrefetchModule {
       decisions_.ask_for(siblings, group, *this);
     }
   }
-  void note_entry(traces::NodeKind kind, std::uint64_t address) override {
-    decisions_.note_entry(kind, address, *this);
-  }
 
   void respond(Cycle now) override;
   void issue(Cycle now) override;

@@ -101,7 +101,6 @@ struct Warp {
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
   std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< entries of a lane to hand over once its stack is settled
-  LaneMask forwarding = 0;                            ///< lanes whose entry to hand over then is the one they read
 
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }

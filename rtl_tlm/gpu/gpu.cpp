@@ -40,7 +40,6 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
     map.stack_sectors = kStackEntries / modules::stack_entry_layout(header.pop_test).in_a_sector;
   }
   map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
-  map.checkpoint_log = config.rt.checkpoint.forward == modules::CheckpointForward::reference;
   map.k_buffers = config.simt.k_buffer_layout;
   map.evictions = config.simt.eviction_layout;
   // As many as a checkpoint buffer holds, unless the trace needs more.

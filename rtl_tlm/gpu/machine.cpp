@@ -32,7 +32,8 @@ traces::Header header_of(const MachineUse& use) {
       break;
   }
   header.pop_test = use.pop_test;
-  header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
+  header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
+  header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;
   header.bvh_width = traces::default_width(use.layout);
   // The smallest node image there is; its size is no hardware.

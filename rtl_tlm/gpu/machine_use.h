@@ -1,6 +1,7 @@
 // Which units a machine has: what the structure that it traverses asks for.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "grtx/base/declare/named_enum.h"
@@ -28,7 +29,9 @@ struct MachineUse {
   LeafTest leaves = LeafTest::triangles;
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
-  bool objects = false;  ///< of sw and grtx: a scene TLAS above, three levels
+  bool objects = false;                      ///< of sw and grtx: a scene TLAS above, three levels
+  unsigned checkpoint_bins = 0;              ///< of hw and grtx: bins in place of two buffers
+  std::uint64_t checkpoint_capacity = 1024;  ///< entries of a bin
 };
 
 }  // namespace grtx::sim

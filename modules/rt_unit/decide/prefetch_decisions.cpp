@@ -16,13 +16,7 @@ const CounterTable<PrefetchCounters>& PrefetchCounters::table() {
           .sum(&C::sectors, "sectors", "requests", "32 B prefetch requests sent")
           .sum(&C::responses)
           .when([](const C& c) { return c.replayed > 0; })
-          .sum(&C::replayed, "replayed", "visits", "replayed leaves whose siblings were prefetched, of the triggers")
-          .when([](const C& c) { return c.entry_nodes > 0; })
-          .sum(&C::entry_nodes, "entry_nodes", "nodes", "nodes of source entries queued for prefetch")
-          .sum(&C::entry_merged, "entry_merged", "nodes",
-               "nodes of source entries that were queued to be prefetched already")
-          .sum(&C::entry_dropped, "entry_dropped", "nodes",
-               "nodes of source entries dropped because the queue was full");
+          .sum(&C::replayed, "replayed", "visits", "replayed leaves whose siblings were prefetched, of the triggers");
   return table;
 }
 

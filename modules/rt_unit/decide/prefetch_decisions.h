@@ -17,7 +17,6 @@ namespace grtx::modules {
 struct PrefetchCounters {
   std::uint64_t triggers = 0, nodes = 0, merged = 0, dropped = 0;  ///< siblings
   std::uint64_t sectors = 0, responses = 0, replayed = 0;
-  std::uint64_t entry_nodes = 0, entry_merged = 0, entry_dropped = 0;
   static const CounterTable<PrefetchCounters>& table();
   void add(const PrefetchCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -72,10 +71,6 @@ class PrefetchDecisions {
       const std::uint64_t address = traffic_.address(child);
       push(queue, kind, address, counters_.nodes, counters_.merged, counters_.dropped);
     });
-  }
-  template <typename Queue>
-  void note_entry(traces::NodeKind kind, std::uint64_t address, Queue&& queue) {
-    push(queue, kind, address, counters_.entry_nodes, counters_.entry_merged, counters_.entry_dropped);
   }
 
   const PrefetchTriggers& triggers() const { return triggers_; }

@@ -31,8 +31,6 @@ class Simt;
 enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kStack, kClients };
 
 inline constexpr std::uint32_t kNobody = ~std::uint32_t{0};
-/// Of an owner: the checkpoint unit reads ahead for the lane, by a prefetch.
-inline constexpr std::uint32_t kAheadOf = std::uint32_t{1} << 31;
 
 /// Sectors of one line, which an L1 client asks for.
 struct Request {
@@ -87,8 +85,6 @@ class L1 {
     for_each_line(run, sectors_,
                   [&](std::uint64_t line, std::uint8_t mask) { warm(client, line, mask, run.region, false); });
   }
-  /// A prefetch, whichever client it is of.
-  void warm_ahead(const modules::SectorAccess& sector) { warm(kPrefetch, sector, false); }
   void warm(Client client, std::uint64_t line, std::uint8_t sectors, modules::Region region, bool write) {
     Port& port = ports_[client];
     if (port.queue.empty()) return warm_caches(client, line, sectors, region, write);

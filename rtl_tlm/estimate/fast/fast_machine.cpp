@@ -51,8 +51,6 @@ void Machine::handle(const Due& due) {
       return sm.rt.select(now);
     case What::l1_fill:
       return sm.l1.fill(now, due.index);
-    case What::source:
-      return sm.rt.source_arrives(now, static_cast<LaneId>(due.index));
     case What::touch:
       return sm.rt.touch(now, static_cast<LaneId>(due.index));
     case What::count:

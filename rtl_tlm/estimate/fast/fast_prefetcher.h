@@ -16,10 +16,6 @@ class Prefetcher : public modules::PrefetchDecisions {
     const std::size_t ray = std::size_t{slot} * modules::kMaxLanes + lane % modules::kMaxLanes;
     PrefetchDecisions::begin_lane(lane, ray, replays);
   }
-  /// A source entry that has come names a node, and will be taken.
-  void note_entry(Cycle now, traces::NodeKind kind, std::uint64_t address);
-  /// The same without time.
-  void warm_entry(traces::NodeKind kind, std::uint64_t address);
   /// The lane asks for the leaf at `address` (in units).
   void note_leaf(Cycle now, std::uint32_t lane, const traces::RayGroup& group, std::uint32_t address) {
     if (const modules::Siblings siblings = take(lane, group, address); siblings.mask != 0) {

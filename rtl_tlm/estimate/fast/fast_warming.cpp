@@ -15,7 +15,7 @@ using namespace modules;
 using traces::Event;
 using traces::EventKind;
 
-void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) {
+void RtUnit::warm(LaneId id, Lane& lane, Call& call, unsigned count) {
   for (; count > 0 && lane.next != lane.end; --count) {
     if (lane.next >= lane.touched) {
       lane.touched = lane.next;
@@ -35,7 +35,7 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
         break;
       default:
         if (!shared_.header.checkpoint) refuse(id, kRuleReplayNeedsCheckpoints);
-        checkpoints_.warm_read(now, id);
+        checkpoints_.warm_read(id);
         ++(event.kind() == EventKind::replay_take ? counters_.scheduler.replay_takes
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
@@ -43,7 +43,7 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
     if (stacks_) stacks_->warm(id, lane.depth, takes_top(lane));
     const unsigned checkpoints = effect.checkpoints();
     if (shared_.header.checkpoint) {
-      checkpoints_.warm_write(id, checkpoints, event.kind() == EventKind::replay_forward, lane.next == lane.end);
+      checkpoints_.warm_write(id, checkpoints, lane.next == lane.end);
     } else if (checkpoints != 0) {
       refuse(id, kRuleEntriesNeedCheckpoints);
     }
@@ -128,13 +128,13 @@ void RtUnit::touch(Cycle now, LaneId id) {
 // a little behind others would join them more seldom than they do, since each step takes them further.
 bool RtUnit::warm_up_to_next(Cycle now, LaneId id, Lane& lane, Call& call, Cycle apart) {
   if (std::exchange(lane.begins, false)) return true;
-  warm(now, id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
+  warm(id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
   for (unsigned i = 0; i + 1 < shared_.stride && lane.next != lane.end; ++i) {
     if (is_under_way(*lane.next, call, now, now + i * apart)) {
       lane.owed = static_cast<std::uint16_t>(shared_.stride - 1 - i);
       return true;
     }
-    warm(now, id, lane, call, 1);
+    warm(id, lane, call, 1);
   }
   return lane.next != lane.end;
 }

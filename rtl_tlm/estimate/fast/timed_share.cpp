@@ -31,7 +31,6 @@ void scale_up(modules::RtUnitCounters& c, unsigned doublings) {
   c.memory.visits = exact.memory.visits;
   c.checkpoint.entries_written = exact.checkpoint.entries_written;
   c.checkpoint.entries_read = exact.checkpoint.entries_read;
-  c.checkpoint.log = exact.checkpoint.log;
   c.stack.moved_out = exact.stack.moved_out;
   c.stack.moved_in = exact.stack.moved_in;
 }

@@ -144,7 +144,6 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<IntersectionUnit::Counters>("intersection unit");
   expect_complete<AnyHitCollector::Counters>("any-hit collector");
   expect_complete<CheckpointUnit::Counters>("checkpoint unit");
-  expect_complete<CheckpointLog::Counters>("checkpoint log");
   expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
   expect_complete<StackUnit::Counters>("stack unit");
   expect_complete<RtUnitCounters>("RT unit");
@@ -154,15 +153,6 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<L2Counters>("L2");
   expect_complete<DramChannelCounters>("DRAM channel");
   expect_complete<CrossbarCounters::Network>("crossbar");
-}
-
-TEST(CounterTable, OneRunOfReferencesIsListed) {
-  CheckpointUnit::Counters counters{};
-  counters.log.runs_written = 1;
-  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
-  counters.log = {};
-  counters.log.copies_forced = 1;
-  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
 }
 
 }  // namespace

@@ -32,8 +32,9 @@ class AddressMap {
     sh_ = place(header.gaussians * header.sh_record_bytes);
     k_buffer_ = place(warps * k_ * 8 * header.warp_size);
     if (header.checkpoint) {
+      if (header.checkpoint_bins > 0) lists_ = header.checkpoint_bins + 1;
       checkpoint_stride_ = odd_lines(header.checkpoint_capacity * entry_bytes);
-      checkpoint_ = place(rays * 2 * checkpoint_stride_);
+      checkpoint_ = place(rays * lists_ * checkpoint_stride_);
       evictions_ = std::max<std::uint64_t>({header.checkpoint_capacity, 256, most_evictions});
       eviction_stride_ = odd_lines(evictions_ * 8 * (evictions_by_lane_ ? header.warp_size : 1));
       eviction_ = place((evictions_by_lane_ ? warps : rays) * eviction_stride_);
@@ -59,8 +60,9 @@ class AddressMap {
     }
     return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * 8;
   }
-  std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned buffer, std::uint64_t entry) const {
-    return checkpoint_ + (ray(sm, slot, lane) * 2 + buffer) * checkpoint_stride_ + entry * entry_bytes_;
+  /// list: one of the two buffers, or a bin.
+  std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned list, std::uint64_t entry) const {
+    return checkpoint_ + (ray(sm, slot, lane) * lists_ + list) * checkpoint_stride_ + entry * entry_bytes_;
   }
   std::uint64_t stack(unsigned sm, unsigned slot, unsigned lane, std::uint64_t sector) const {
     return stack_ + ray(sm, slot, lane) * stack_stride_ + sector % stack_sectors_ * kSector;
@@ -87,6 +89,7 @@ class AddressMap {
   unsigned slots_;
   std::uint64_t stack_sectors_, entry_bytes_;
   bool k_by_ray_, evictions_by_lane_;
+  std::uint64_t lists_ = 2;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
   std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0,
                 stack_ = 0;

@@ -54,6 +54,12 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
   using traces::NodeLayout;
   if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed});
+  Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
+  if (trace.checkpoint && bins.coin()) {
+    trace.bins = bins.one_of({2U, 4U, 8U, 32U});
+    trace.capacity = bins.one_of({3U, 8U, 1000U});
+    trace.checkpoint_order = traces::CheckpointOrder::fifo;
+  }
   return trace;
 }
 
@@ -223,15 +229,21 @@ inline GpuConfig random_machine(Random& random) {
   for (unsigned* cost : {&costs.intersection_fixed, &costs.intersection_transform}) {
     if (boxes.upto(2) == 0) *cost = boxes.one_of({0U, 1U, 60U});
   }
+  Random entries = boxes;  // likewise
+  rt.checkpoint.open_sectors = entries.one_of({1U, 2U, 3U, 8U});
   check_config(c, "a random machine");
   return c;
 }
 
 /// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them. Four entries
-/// without t fill a sector of a stack.
+/// without t fill a sector of a stack. Bins need entries of 8 B, and no private store.
 inline void make_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
   unsigned& stack = config.rt.warp_buffer.stack_entries;
   if (trace.pop_test == traces::PopTest::off) stack = std::max(stack, 4U);
+  if (trace.bins != 0) {
+    config.rt.checkpoint.entry_bytes = 8;
+    config.rt.checkpoint.store.entries = 0;
+  }
   modules::PrivateStore::Config& store = config.simt.private_store;
   if (trace.tracing != traces::Tracing::multi) store.insertion = false;
   if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);

@@ -361,7 +361,8 @@ class RtUnit {
     const std::uint64_t total = lane.written + entries;
     lane.flush = last && charged() && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
                  total * entry_bytes() % kSector != 0;
-    if (entries > 0 || lane.flush) {
+    if (binned()) lane.flush = last && charged() && config_.checkpoint.write_combine;
+    if (entries > 0 || (binned() ? lane.flush && !bins(name).open.empty() : lane.flush)) {
       lane.state = State::write;
       submitted_.push_back(name);
     } else {
@@ -548,10 +549,13 @@ class RtUnit {
         max_entries_ = std::max(max_entries_, lane.written);
       } else if (!charged()) {
         --lane.to_write;
+        if (binned()) place_in_bin(name);
         ++entries_written_;
         max_entries_ = std::max(max_entries_, ++lane.written);
       } else if (write_queue_.size() + places > config_.checkpoint.write_queue) {
         return;
+      } else if (binned()) {
+        take_binned(name);
       } else if (lane.to_write > 0) {
         --lane.to_write;
         const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
@@ -564,17 +568,17 @@ class RtUnit {
           write_queue_.push_back(first_sector);
           if (last_sector != first_sector) write_queue_.push_back(last_sector);
         } else {
-          const bool reaches_end = (first + entry_bytes()) / kSector * kSector != first_sector;
-          if (reaches_end) write_queue_.push_back(first_sector);
+          const std::uint64_t end = first + entry_bytes();
+          if (end / kSector * kSector != first_sector) write_queue_.push_back(first_sector);
           lane.open_sector.reset();
-          if ((first + entry_bytes()) % kSector != 0) lane.open_sector = (first + entry_bytes()) / kSector * kSector;
+          if (end % kSector != 0) lane.open_sector = end / kSector * kSector;
         }
       } else {
         write_queue_.push_back(*lane.open_sector);
         lane.open_sector.reset();
         lane.flush = false;
       }
-      if (lane.to_write == 0 && !lane.flush) {
+      if (lane.to_write == 0 && !(binned() ? lane.flush && !bins(name).open.empty() : lane.flush)) {
         submitted_.pop_front();
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
@@ -582,6 +586,80 @@ class RtUnit {
   }
   std::uint64_t entry_address(const Warp& warp, unsigned lane, unsigned buffer, std::uint64_t index) const {
     return map_.checkpoint(sm_, warp.slot, lane, buffer, index);
+  }
+
+  // Bins: queues by distance, the last one for all beyond.
+  bool binned() const { return header_.checkpoint_bins > 0; }
+  struct Bins {
+    struct Queue {
+      std::deque<std::uint64_t> places;  // of the entries that are there
+      std::uint64_t next = 0;            // place of the next to be written
+      std::size_t readable = 0;          // of this round
+    };
+    std::vector<Queue> queues;
+    std::vector<std::size_t> order;  // in which the round reads them
+    std::size_t written = 0;         // by the ray: the next one's bin is ray->bins[written]
+    std::deque<std::uint64_t> open;  // sectors, the one used last at the end
+  };
+  Bins& bins(LaneName name) { return bins_[{warps_[name.first].slot, name.second}]; }
+  void begin_bins(LaneName name, const traces::Ray& ray) {
+    const Warp& warp = warps_[name.first];
+    Bins& b = bins(name);
+    if (warp.round == 0) b = {};
+    if (!ray.rounds[warp.round].replay) b.queues.assign(header_.checkpoint_bins + 1, {});
+    const traces::BinOrder& order = ray.rounds[warp.round].bins;
+    b.order.clear();
+    for (std::size_t i = 0; i < header_.checkpoint_bins; ++i)
+      b.order.push_back((order.first + i) % header_.checkpoint_bins);
+    b.order.insert(b.order.begin() + order.before_far, header_.checkpoint_bins);
+    for (Bins::Queue& queue : b.queues) {
+      if (queue.places.empty()) queue.next = 0;
+      queue.readable = queue.places.size();
+    }
+  }
+  /// Address of the lane's next entry.
+  std::uint64_t place_in_bin(LaneName name) {
+    Bins& b = bins(name);
+    const unsigned bin = lane(name).ray->bins.at(b.written++);
+    Bins::Queue& queue = b.queues.at(bin);
+    const std::uint64_t place = queue.next++ % header_.checkpoint_capacity;
+    queue.places.push_back(place);
+    return entry_address(warps_[name.first], name.second, bin, place);
+  }
+  std::uint64_t next_of_bins(LaneName name) {
+    Bins& b = bins(name);
+    for (const std::size_t bin : b.order) {
+      Bins::Queue& queue = b.queues[bin];
+      if (queue.readable == 0) continue;
+      --queue.readable;
+      const std::uint64_t place = queue.places.front();
+      queue.places.pop_front();
+      return entry_address(warps_[name.first], name.second, static_cast<unsigned>(bin), place);
+    }
+    throw std::logic_error("nothing to read in any bin");
+  }
+  /// An entry, or an open sector behind the last of them.
+  void take_binned(LaneName name) {
+    Lane& lane = this->lane(name);
+    std::deque<std::uint64_t>& open = bins(name).open;
+    if (lane.to_write == 0) {
+      write_queue_.push_back(open.front());
+      open.pop_front();
+      return;
+    }
+    --lane.to_write;
+    ++entries_written_;
+    max_entries_ = std::max(max_entries_, ++lane.written);
+    const std::uint64_t end = place_in_bin(name) + entry_bytes();
+    const std::uint64_t sector = (end - 1) / kSector * kSector;
+    const bool was_open = std::find(open.begin(), open.end(), sector) != open.end();
+    std::erase(open, sector);
+    if (!config_.checkpoint.write_combine || end % kSector == 0) return write_queue_.push_back(sector);
+    if (!was_open && open.size() == config_.checkpoint.open_sectors) {
+      write_queue_.push_back(open.front());
+      open.pop_front();
+    }
+    open.push_back(sector);
   }
 
   // --- 6 any-hit ---------------------------------------------------------------------------------------------------
@@ -758,6 +836,7 @@ class RtUnit {
     Lane& lane = warp.lanes[name.second];
     const bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
     const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
+    const std::uint64_t in_bin = binned() ? next_of_bins(name) : 0;
     ++lane.reads;
     ++entries_read_;
     if (!charged()) return entry_read(name);
@@ -766,10 +845,11 @@ class RtUnit {
       lane.state = State::read;
       return;
     }
-    const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    const std::uint64_t first = binned() ? in_bin : entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    const std::uint64_t last = first + entry_bytes() - 1;
     std::vector<std::uint64_t> sectors{first / kSector * kSector};
-    if ((first + entry_bytes() - 1) / kSector * kSector != sectors[0]) {
-      sectors.push_back((first + entry_bytes() - 1) / kSector * kSector);
+    if (last / kSector * kSector != sectors[0]) {
+      sectors.push_back(last / kSector * kSector);
       ++straddling_read_;
     }
     if (backwards) std::reverse(sectors.begin(), sectors.end());
@@ -898,6 +978,7 @@ class RtUnit {
         lane.end = lane.next + ray.rounds[call.round].event_count;
         if (!ray.rounds[call.round].replay) written_together_[{call.slot, l}].clear();
         lane.source = written_before_[{call.slot, l}];
+        if (header_.checkpoint && binned()) begin_bins({w, l}, ray);
         lane.depth = ray.rounds[call.round].replay ? 0 : 1;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
@@ -938,6 +1019,7 @@ class RtUnit {
   Cycle asked_cycle_ = ~Cycle{0};
   std::map<std::pair<unsigned, unsigned>, std::vector<Record>> written_together_;  // slot, lane
   std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round
+  std::map<std::pair<unsigned, unsigned>, Bins> bins_;                     // slot, lane
   std::optional<unsigned> last_;
   std::uint64_t last_age_ = 0;
 
