@@ -155,14 +155,5 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<CrossbarCounters::Network>("crossbar");
 }
 
-TEST(CounterTable, OneRunOfReferencesIsListed) {
-  CheckpointUnit::Counters counters{};
-  counters.log.runs_written = 1;
-  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
-  counters.log = {};
-  counters.log.copies_forced = 1;
-  EXPECT_THAT(left_out(counters), ::testing::IsEmpty());
-}
-
 }  // namespace
 }  // namespace grtx::modules
