@@ -37,7 +37,7 @@ std::string machine_of(const ReportedPoint& p) {
 }
 
 template <typename T>
-std::size_t place_of(std::vector<T>& list, const T& value) {
+std::size_t position_in(std::vector<T>& list, const T& value) {
   const auto found = std::find(list.begin(), list.end(), value);
   if (found != list.end()) return static_cast<std::size_t>(found - list.begin());
   list.push_back(value);
@@ -50,7 +50,7 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   find_varying();
   std::vector<std::string> machines, modes;
   for (const ReportedPoint& p : results.points) {
-    if (p.done()) place_of(modes, p.mode);
+    if (p.done()) position_in(modes, p.mode);
   }
   std::int64_t means = 0;
   for (const std::string& mode : modes) {
@@ -64,8 +64,8 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
       ShownPoint point;
       point.id = p.id;
       point.label = fmt::format("#{}", p.id);
-      point.view = place_of(names, view_of(p));
-      point.machine = place_of(machines, machine_of(p));
+      point.view = position_in(names, view_of(p));
+      point.machine = position_in(machines, machine_of(p));
       point.of = {i};
       found[point.machine].push_back(i);
       own.push_back(std::move(point));
@@ -103,7 +103,7 @@ void SweepViews::find_varying() {
     std::vector<ordered_json> values;
     std::vector<std::size_t> counts;
     for (const ReportedPoint& p : results_.points) {
-      const std::size_t at = place_of(values, coordinate(p, name));
+      const std::size_t at = position_in(values, coordinate(p, name));
       counts.resize(values.size());
       ++counts[at];
     }
