@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grtx/base/progress.h"
+#include "grtx/base/strong.h"
 #include "grtx/modules/simt/work_distributor.h"
 
 namespace grtx::sim {
@@ -31,8 +32,8 @@ class DesignProgress {
   class Counter : public modules::WarpObserver {
    public:
     explicit Counter(std::atomic<std::uint64_t>* ended) : ended_(ended) {}
-    void launched(unsigned, unsigned, const traces::RayGroup&, modules::Cycle) override {}
-    void ended(unsigned, unsigned, modules::Cycle) override { ended_->fetch_add(1, std::memory_order_relaxed); }
+    void launched(unsigned, unsigned, const traces::RayGroup&, Cycle) override {}
+    void ended(unsigned, unsigned, Cycle) override { ended_->fetch_add(1, std::memory_order_relaxed); }
 
    private:
     std::atomic<std::uint64_t>* ended_;
