@@ -28,7 +28,8 @@ class AddressMap {
     k_ = header.tracing == traces::Tracing::single ? 2 * header.k : header.k;
     place(header.node_image_bytes);
     gaussian_ = place(header.gaussians * header.gaussian_record_bytes);
-    if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / 64 * 48);
+    const std::uint64_t unit = header.layout == traces::NodeLayout::compact ? 80 : 64;  // of a node
+    if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / unit * 48);
     sh_ = place(header.gaussians * header.sh_record_bytes);
     k_buffer_ = place(warps * k_ * 8 * header.warp_size);
     if (header.checkpoint) {
