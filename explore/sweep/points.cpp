@@ -10,6 +10,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/memory_files.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
@@ -60,8 +61,8 @@ std::string option_name(std::string name) {
   return name;
 }
 
-/// The configuration with a point's values; `broken` says why there is none.
-ordered_json config_of(const GpuConfig& base, const Coordinates& values, std::string& broken) {
+/// Sets the configuration with a point's values and the files it names; point.broken says why there is none.
+void configure(SweepPoint& point, const GpuConfig& base, const Coordinates& values) {
   GpuConfig config = base;
   const std::vector<modules::Parameter> keys = config_keys(config);
   for (const auto& [name, value] : values) {
@@ -69,14 +70,17 @@ ordered_json config_of(const GpuConfig& base, const Coordinates& values, std::st
   }
   try {
     check_config(config, "configuration");
+    if (const FilesRead files = memory_files(config); !files.files().empty()) point.memory_files = files.hash();
   } catch (const Error& error) {
-    if (broken.empty()) broken = error.what();
+    if (point.broken.empty()) point.broken = error.what();
   }
-  return config_json(config);
+  point.config = config_json(config);
 }
 
 std::string point_key(const SweepPoint& p, const std::string& program) {
-  return key_of({{"trace", p.trace_key}, {"config", p.config}, {"mode", p.mode}, {"program", program}});
+  ordered_json inputs = {{"trace", p.trace_key}, {"config", p.config}, {"mode", p.mode}, {"program", program}};
+  if (!p.memory_files.empty()) inputs["memory_files"] = p.memory_files;
+  return key_of(inputs);
 }
 
 /// Of the trace that is written: as many versions may be known, a key has the one.
@@ -197,7 +201,7 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
   point.coordinates = ordered_json::object();
   if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
   for (const auto& [name, value] : varied) point.coordinates[name] = value;
-  point.config = config_of(plan_.machine, values, point.broken);
+  configure(point, plan_.machine, values);
   point.use = machine_use(structure, made.trace.options.at("tracer"));
   point.key = point_key(point, program_);
   return made;

@@ -29,8 +29,9 @@ struct SweepPoint {
   std::string design;
   nlohmann::ordered_json coordinates;
   nlohmann::ordered_json config;
-  MachineUse use;      ///< which units the machine has, for its cost
-  std::string broken;  ///< why it cannot run at all; "" when it can
+  std::string memory_files;  ///< FilesRead::hash() of what configures its memory; "" for a memory without files
+  MachineUse use;            ///< which units the machine has, for its cost
+  std::string broken;        ///< why it cannot run at all; "" when it can
 };
 
 struct SweepPoints {
