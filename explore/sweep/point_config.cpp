@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/memory_files.h"
 
 namespace grtx::sim {
 namespace {
@@ -51,6 +52,9 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   config.changed_.shrink_to_fit();
   try {
     trial_.check("configuration");
+    if (const FilesRead files = memory_files(trial_.config()); !files.files().empty()) {
+      config.memory_files_ = files.hash();
+    }
   } catch (const Error& error) {
     if (broken.empty()) broken = error.what();
   }

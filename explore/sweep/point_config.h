@@ -18,6 +18,8 @@ class PointConfig {
   /// As config_json() has it, written without spaces.
   std::string text() const;
   nlohmann::ordered_json json() const { return nlohmann::ordered_json::parse(text()); }
+  /// FilesRead::hash() of what configures its memory; "" for a memory without files.
+  const std::string& memory_files() const { return memory_files_; }
 
  private:
   friend class PointConfigs;
@@ -28,6 +30,7 @@ class PointConfig {
   };
   std::shared_ptr<const Base> base_;
   std::vector<std::pair<std::size_t, std::string>> changed_;  ///< entries that differ, by index
+  std::string memory_files_;
 };
 
 /// Makes them, each from the plan's base.

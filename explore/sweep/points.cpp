@@ -69,8 +69,10 @@ std::string option_name(std::string name) {
 std::string point_key(const SweepPoint& p, const std::string& program) {
   // The text of {trace, config, mode, program}, without making the document.
   const auto quoted = [](const std::string& text) { return ordered_json(text).dump(); };
-  return hex(xxh3(fmt::format(R"({{"trace":{},"config":{},"mode":{},"program":{}}})", quoted(p.trace_key),
-                              p.config.text(), quoted(p.mode), quoted(program))));
+  const std::string files =
+      p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
+  return hex(xxh3(fmt::format(R"({{"trace":{},"config":{},"mode":{},"program":{}{}}})", quoted(p.trace_key),
+                              p.config.text(), quoted(p.mode), quoted(program), files)));
 }
 
 /// Of the trace that is written: as many versions may be known, a key has the one.

@@ -186,6 +186,10 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
     throw;
   }
   ordered_json document = read_statistics(statistics);
+  const std::string memory_files = document.at("inputs").value(std::string("memory.") + kFilesHash, "");
+  if (memory_files != task.at("memory_files")) {
+    throw Failure{"pending", "sim: files that dram.simulator.config names were changed under way"};
+  }
   ordered_json& stats = document.at("stats");
   for (auto entry = stats.begin(); entry != stats.end();) {
     entry = entry.key().starts_with("host.") ? stats.erase(entry) : std::next(entry);
@@ -255,6 +259,7 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"limits", limits_json(limits)},
            {"trace", folder + "/" + trace_name(point.trace_key)},
            {"config", point.config.json()},
+           {"memory_files", point.config.memory_files()},
            {"mode", point.mode},
            {"cost", cost_arguments(point.use)}}};
 }

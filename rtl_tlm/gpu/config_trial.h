@@ -24,6 +24,7 @@ class ConfigTrial {
   std::size_t set(const std::string& name, const std::string& value);
   /// As check_config() of what was set.
   void check(const std::string& origin);
+  const GpuConfig& config() const { return config_; }
   /// What `base` says again.
   void reset();
 

@@ -12,6 +12,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
 
 namespace grtx::sim {
 namespace {
@@ -76,6 +77,21 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
     write_file(folder + "/c.json", "cameras");
   }
   EXPECT_NE(points(plan(), "grtx 2").points.at(0).key, base.points.at(0).key);
+}
+
+TEST_F(SweepPointsTest, AChangedFileThatConfiguresTheMemoryIsAnotherPoint) {
+  register_memory_system(
+      "by_file", [](Gpu&, const BuildOptions&) { return std::unique_ptr<MemorySystem>(); }, true);
+  SweepPlan by_file = plan();
+  by_file.settings = {{"dram.model", "by_file"}, {"dram.simulator.config", folder + "/memory.yaml"}};
+  EXPECT_NE(points(by_file).points.at(0).broken, "");  // no such file
+  write_file(folder + "/memory.yaml", "CL: 20");
+  const SweepPoint before = points(by_file).points.at(0);
+  EXPECT_EQ(before.broken, "");
+  write_file(folder + "/memory.yaml", "CL: 21");
+  const SweepPoint changed = points(by_file).points.at(0);
+  EXPECT_EQ(changed.config, before.config);
+  EXPECT_NE(changed.key, before.key);
 }
 
 /// A tracer that knows how the file format depends on what is traced.
