@@ -192,7 +192,7 @@ TEST(Forgery, SwappedGroupIndex) {
   const std::size_t length = forgery.footer() - payload;
   std::string& content = forgery.content();
   ByteReader table(reinterpret_cast<const std::uint8_t*>(content.data()) + payload, length, "table");
-  for (std::size_t i = 0; i < 2 * kColumnCount; ++i) table.varint();
+  for (std::size_t i = 0; i < 2 * kColumnsWithoutBins; ++i) table.varint();
   content[payload + length - table.remaining()] = 0;
   forgery.put(begin + 4, xxh3(content.data() + payload, length));
   forgery.seal();
