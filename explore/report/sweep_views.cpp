@@ -16,7 +16,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kFew = 4;  // coordinates that a name lists
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 bool is_view(const std::string& coordinate) {
   return coordinate == "view" || coordinate == "scene" || coordinate == "mode";
@@ -181,7 +181,7 @@ double SweepViews::speedup(const ShownPoint& point, std::size_t machine) const {
   for (const ShownPoint& other : points_) {
     if (other.view == point.view && other.machine == machine) return value(other, kTime) / value(point, kTime);
   }
-  return kNone;
+  return kNoValue;
 }
 
 }  // namespace grtx::sim
