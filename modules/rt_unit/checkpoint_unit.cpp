@@ -25,8 +25,8 @@ void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces:
   const unsigned place_bits = static_cast<unsigned>(std::bit_width(header.checkpoint_capacity));
   const unsigned pointers = 3 * place_bits;
   inventory.storage.push_back({"bin_pointers", StorageKind::ram, lanes * bins * pointers, 1, 1, false, pointers});
-  // Where the ray enters the scene, number of the bin that the round began with, how far it has come from there, and from
-  // which on the far one holds.
+  // Where the ray enters the scene, number of the bin that the round began with, how far it has come from there, and
+  // from which on the far one holds.
   const unsigned read_bits = 32 + 2 * kBinNumberBits + bin_bits;
   inventory.storage.push_back({"bin_read", StorageKind::ram, lanes * read_bits, 1, 1, false, read_bits});
   if (config.write_combine) {
