@@ -16,7 +16,6 @@ namespace grtx::sim {
 namespace {
 
 constexpr const char* kReport = "/grtx/gpu";
-constexpr unsigned kDecodeAhead = 32;
 constexpr Cycle kWatchCycles = 65536;
 constexpr Cycle kDrainCycles = 256;  // between two looks whether all is written, as `grtx sim` has it
 

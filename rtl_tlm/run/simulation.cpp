@@ -36,7 +36,6 @@
 namespace grtx::sim {
 namespace {
 
-constexpr unsigned kDecodeAhead = 32;    ///< groups; the decoding thread never affects results
 constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
 constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
 

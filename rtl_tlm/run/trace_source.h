@@ -16,6 +16,9 @@
 
 namespace grtx::sim {
 
+/// Groups that are decoded before they are needed; the decoding thread never affects results.
+inline constexpr unsigned kDecodeAhead = 32;
+
 class TraceSource final : public modules::GroupSource {
  public:
   /// All groups of the trace, in file order. decode_ahead: groups that a thread of its own decodes before they are
