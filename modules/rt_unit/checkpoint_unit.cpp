@@ -18,15 +18,16 @@ namespace {
 constexpr unsigned kBinNumberBits = 11;  ///< of t as fp32, those that frontend/tracer/bin_number.h takes
 
 /// What bins add: of each lane heads, tails and what the round may read of each ring, and which sectors are open. The
-/// number of a bin is bits of t.
+/// number of a bin is bits of a distance.
 void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces::Header& header, Inventory& inventory) {
   const unsigned bins = traces::CheckpointBins::rings_of(header.checkpoint_bins);
   const unsigned bin_bits = static_cast<unsigned>(std::bit_width(bins - 1));
   const unsigned place_bits = static_cast<unsigned>(std::bit_width(header.checkpoint_capacity));
   const unsigned pointers = 3 * place_bits;
   inventory.storage.push_back({"bin_pointers", StorageKind::ram, lanes * bins * pointers, 1, 1, false, pointers});
-  // Number of the bin that the round began with, how far it has come from there, and from which on the far one holds.
-  const unsigned read_bits = 2 * kBinNumberBits + bin_bits;
+  // Where the ray enters the scene, number of the bin that the round began with, how far it has come from there, and
+  // from which on the far one holds.
+  const unsigned read_bits = 32 + 2 * kBinNumberBits + bin_bits;
   inventory.storage.push_back({"bin_read", StorageKind::ram, lanes * read_bits, 1, 1, false, read_bits});
   if (config.write_combine) {
     const unsigned tag_bits = bin_bits + place_bits;
@@ -36,6 +37,7 @@ void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces:
   }
   // The next bin with something to read and its number against that of t_max; of each entry taken in a cycle the ring
   // with room for it, which is seldom not its own.
+  inventory.operators.push_back({"fp_add", 32, config.lanes + 1ull});  // distances of entries and of t_max
   inventory.operators.push_back({"int_add", kBinNumberBits, 1});
   inventory.operators.push_back({"int_compare", kBinNumberBits, 1});
   inventory.operators.push_back({"int_compare", place_bits, bins * (config.lanes + 1ull)});

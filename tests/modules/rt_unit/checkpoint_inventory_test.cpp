@@ -49,7 +49,7 @@ TEST(CheckpointInventory, ABinIsThreePlaces) {
   for (const auto& [capacity, place_bits] : {std::pair(512u, 10u), std::pair(511u, 9u), std::pair(1024u, 11u)}) {
     const auto bits = bits_of(config, 8, capacity);
     EXPECT_EQ(bits.at("bin_pointers"), kLanes * 9 * 3 * place_bits) << "read, written, and what the round may read";
-    EXPECT_EQ(bits.at("bin_read"), kLanes * (22 + 4));
+    EXPECT_EQ(bits.at("bin_read"), kLanes * (32 + 22 + 4));
     EXPECT_EQ(bits.at("open_sectors"), kLanes * 2 * 256);
     EXPECT_EQ(bits.at("open_tags"), kLanes * 2 * (4 + place_bits));
   }
