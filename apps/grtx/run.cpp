@@ -360,7 +360,7 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
   }
 }
 
-int run(RunArguments options, const CommonOptions& common) {
+int run(RunArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
