@@ -22,7 +22,7 @@ TEST(VisitTrackerTest, CountsWhatSetsCountWhateverTheLengthOfARay) {
       tracker->begin_ray();
       std::set<std::uint32_t> of_ray;
       for (unsigned i = 0; i < visits; ++i) {
-        const std::uint32_t unit = random() % (kUnits / 2) * 2;
+        const auto unit = static_cast<std::uint32_t>(random() % (kUnits / 2) * 2);
         const unsigned size = unit % 4 == 0 ? 2 : 1;
         tracker->visit(unit, size);
         of_ray.insert(unit);
