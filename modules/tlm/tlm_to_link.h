@@ -38,8 +38,9 @@ class TlmToLink final : public ClockedModule {
     std::uint8_t sm = 0;           ///< as in MemoryRequest, where no L1 is in front
     /// Functional access without time, as transport_dbg of the memory that is modelled: returns the bytes that it has
     /// read or written; fewer than asked for are an address error. None: a memory of the bridge's own, all 0 at first.
-    std::function<unsigned(::tlm::tlm_generic_payload&)> data;
-    std::function<bool(::tlm::tlm_generic_payload&, ::tlm::tlm_dmi&)> dmi;  ///< get_direct_mem_ptr; none: refused
+    std::function<unsigned(::tlm::tlm_generic_payload&)> data = nullptr;
+    std::function<bool(::tlm::tlm_generic_payload&, ::tlm::tlm_dmi&)> dmi =
+        nullptr;  ///< get_direct_mem_ptr; none: refused
   };
 
   TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
