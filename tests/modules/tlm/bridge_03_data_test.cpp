@@ -47,8 +47,8 @@ class BridgeData : public SystemCTest {
  protected:
   struct Bench final : sc_core::sc_module {
     using SC_CURRENT_USER_MODULE = Bench;
-    explicit Bench(bool through)
-        : sc_module(sc_core::sc_module_name("bench")),
+    explicit Bench(bool through, const sc_core::sc_module_name& name = "bench")
+        : sc_module(name),
           core("core", 1365.0),
           memory("memory"),
           front("front", config(through), core),
@@ -95,6 +95,7 @@ class BridgeData : public SystemCTest {
 
 TEST_F(BridgeData, AWriteOf0xabReads0x00WithOk) {
   for (const bool through : {false, true}) {
+    fresh_context();
     Bench bench(through);
     bool done = false;
     bench.body = [&] {
@@ -115,7 +116,6 @@ TEST_F(BridgeData, AWriteOf0xabReads0x00WithOk) {
     EXPECT_TRUE(run_until_quiet(bench.core, 10000));
     EXPECT_TRUE(done);
     EXPECT_EQ(bench.memory.at(0x123), through ? 0xab : 0);
-    if (!through) fresh_context();
   }
 }
 
