@@ -84,7 +84,7 @@ TEST_P(GpuComponentLaunches, EqualRunsOfTheirOwnOnRandomMachines) {
     test::Random random(seed + 7000);
     RandomOptions options = test::random_options(random, seed);
     GpuConfig config = test::random_machine(random);
-    test::make_insertion_possible(config, options);
+    test::make_possible(config, options);
     const bool procedural = random.upto(3) == 0;
     const TemporaryFile first("launch"), second("launch");
     write_random(first.path(), options, procedural);
