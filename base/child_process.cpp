@@ -1,6 +1,7 @@
 #include "grtx/base/child_process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -86,6 +87,11 @@ ChildProcess::~ChildProcess() {
     ::kill(pid_, SIGKILL);
     ::waitpid(pid_, nullptr, 0);
   }
+}
+
+bool ChildProcess::wait_for(std::chrono::milliseconds time) const {
+  pollfd end{pipe_, POLLIN, 0};
+  return ::poll(&end, 1, static_cast<int>(time.count())) != 0;  // an interrupted wait is left to result()
 }
 
 std::string ChildProcess::result() {

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -20,6 +21,8 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
+  /// Waits so long for the child to have something to say: its text, or its end. Then result() does not block for long.
+  bool wait_for(std::chrono::milliseconds time) const;
   /// Waits for the child and returns its text. Call once.
   std::string result();
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 
 namespace grtx {
 namespace {
@@ -19,6 +20,8 @@ std::string si(double value) {
   return fmt::format("{:.3g}{}", value, suffix[i]);
 }
 
+constexpr std::chrono::milliseconds kOnTerminal{500}, kElsewhere{5000};
+
 std::int64_t elapsed_ms(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - start).count();
 }
@@ -32,39 +35,58 @@ Progress::Progress(std::string label, std::uint64_t total, std::string unit, boo
       quiet_(quiet),
       terminal_(::isatty(STDERR_FILENO) == 1),
       start_(std::chrono::steady_clock::now()) {
-  next_draw_ms_ = terminal_ ? 200 : 5000;
+  if (quiet_) return;
+  try {
+    watcher_ = std::thread([this] { watch(); });
+  } catch (const std::exception&) {  // no thread to be had: the work matters, not what is said of it
+  }
 }
 
 Progress::~Progress() { finish(); }
 
-void Progress::add(std::uint64_t amount) {
-  done_ += amount;
-  if (!quiet_ && elapsed_ms(start_) >= next_draw_ms_) draw(false);
+void Progress::rename(std::string label) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  label_ = std::move(label);
 }
 
-void Progress::set(std::uint64_t done) {
-  done_ = done;
-  if (!quiet_ && elapsed_ms(start_) >= next_draw_ms_) draw(false);
+void Progress::watch() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!ended_.wait_for(lock, terminal_ ? kOnTerminal : kElsewhere, [this] { return finished_; })) {
+    try {
+      draw(false);
+    } catch (const std::exception&) {  // out of memory: the work says so when it needs some
+    }
+  }
 }
 
 void Progress::finish() {
-  if (finished_) return;
-  finished_ = true;
-  if (!quiet_ && (terminal_ || elapsed_ms(start_) >= 5000)) draw(true);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (finished_) return;
+    finished_ = true;
+    try {
+      if (!quiet_ && drawn_) draw(true);  // what ends at once is not worth a line
+    } catch (const std::exception&) {
+    }
+  }
+  ended_.notify_all();
+  if (watcher_.joinable()) watcher_.join();
 }
 
 void Progress::draw(bool last) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const std::int64_t now = elapsed_ms(start_);
-  if (!last && now < next_draw_ms_) return;
-  next_draw_ms_ = now + (terminal_ ? 200 : 5000);
-  const double seconds = std::max(1e-3, static_cast<double>(now) * 1e-3);
+  drawn_ = true;
+  const double seconds = std::max(1e-3, 1e-3 * static_cast<double>(elapsed_ms(start_)));
   const double done = static_cast<double>(done_.load());
-  const double rate = done / seconds;
-  const double share = total_ == 0 ? 1.0 : std::min(1.0, done / static_cast<double>(total_));
-  std::string line = fmt::format("{} {:3.0f} % {}{}/s", label_, 100.0 * share, si(rate), unit_);
-  if (!last && rate > 0.0 && total_ > 0) {
-    line += fmt::format(", {:.0f} s left", std::max(0.0, (static_cast<double>(total_) - done) / rate));
+  std::string line = label_;
+  double share = last ? 1.0 : 0.0;
+  if (total_ == 0 || done == 0.0) {
+    line += fmt::format("  {:.0f} s", seconds);
+  } else {
+    share = std::min(1.0, done / static_cast<double>(total_));
+    line += fmt::format(" {:3.0f} % {}{}/s", 100.0 * share, si(done / seconds), unit_);
+    if (!last) {
+      line += fmt::format(", {:.0f} s left", std::max(0.0, (static_cast<double>(total_) - done) * seconds / done));
+    }
   }
   if (terminal_) {
     const int width = 24;

@@ -3,40 +3,50 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <string>
+#include <thread>
 
 namespace grtx {
 
+/// Draws twice a second on a terminal and every five seconds elsewhere, also while nobody reports anything: a thread of
+/// its own looks at the clock.
 class Progress {
  public:
-  /// label: what is being done; total: amount of work in `unit`s; quiet silences everything.
+  /// label: what is being done; total: amount of work in `unit`s, 0: not known, so that only the time is shown; quiet
+  /// silences everything.
   Progress(std::string label, std::uint64_t total, std::string unit, bool quiet);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Adds finished work. Thread-safe; cheap between redraws.
-  void add(std::uint64_t amount);
-  /// Sets the finished work instead of adding. Thread-safe.
-  void set(std::uint64_t done);
+  /// Adds finished work. Thread-safe and cheap.
+  void add(std::uint64_t amount) { done_ += amount; }
+  /// Sets the finished work instead of adding. Thread-safe and cheap.
+  void set(std::uint64_t done) { done_ = done; }
+  /// What is being done from now on. Thread-safe.
+  void rename(std::string label);
   /// Ends the bar with a newline. Called by the destructor when forgotten.
   void finish();
 
  private:
   void draw(bool last);
+  void watch();
 
   std::string label_;
-  std::uint64_t total_;
-  std::string unit_;
-  bool quiet_;
-  bool terminal_;
-  bool finished_ = false;
+  const std::uint64_t total_;
+  const std::string unit_;
+  const bool quiet_;
+  const bool terminal_;
+  const std::chrono::steady_clock::time_point start_;
   std::atomic<std::uint64_t> done_{0};
-  std::atomic<std::int64_t> next_draw_ms_{0};
-  std::chrono::steady_clock::time_point start_;
-  std::mutex mutex_;
+  std::mutex mutex_;  ///< of label_, finished_, drawn_ and the terminal's line
+  std::condition_variable ended_;
+  bool finished_ = false;
+  bool drawn_ = false;
+  std::thread watcher_;
 };
 
 }  // namespace grtx

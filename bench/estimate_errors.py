@@ -9,7 +9,8 @@
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
 then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
 worst case by name, and how often the interval of sampled mode held cycle mode's value. Coordinates that only an
-estimate has (a seed, a stride) make several cases of one point. --cases prints every case; --csv writes them.
+estimate has (a seed, a stride) make several cases of one point. --cases prints every case, with how many times as fast the
+estimate was by wall time; --csv writes them.
 Exit code 1 when a limit of --max-mean, --max-worst or --max-speedup (percent) is exceeded or there is no case.
 """
 import argparse
@@ -25,16 +26,16 @@ NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high", "gpu
 
 
 def read(machine, path):
-    """[(machine, mode, scene, view, coordinates, design, values)] of the points that are done."""
+    """[(machine, mode, scene, view, coordinates, design, values, seconds)] of the points that are done."""
     database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
     rows = []
-    for number, mode, scene, design, coordinates in database.execute(
-            "SELECT id, mode, scene, design, coordinates FROM point WHERE status = 'done'"):
+    for number, mode, scene, design, coordinates, seconds in database.execute(
+            "SELECT id, mode, scene, design, coordinates, seconds FROM point WHERE status = 'done'"):
         at = json.loads(coordinates)
         values = dict(database.execute(
             f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",
             (number, *NAMES)))
-        rows.append((machine, mode, scene, at.pop("view", 0), at, design, values))
+        rows.append((machine, mode, scene, at.pop("view", 0), at, design, values, seconds))
     return rows
 
 
@@ -45,17 +46,19 @@ def text(coordinates):
 def cases_of(rows):
     """One case for each estimate whose point cycle mode has, too: a dictionary with errors in percent."""
     truth = {}
-    for machine, mode, scene, view, at, design, values in rows:
+    for machine, mode, scene, view, at, design, values, seconds in rows:
         if mode == "cycle":
-            truth[machine, scene, view, text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS}), design] = values["gpu.cycles"]
+            truth[machine, scene, view, text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS}), design] = values["gpu.cycles"], seconds
     cases = []
-    for machine, mode, scene, view, at, design, values in rows:
+    for machine, mode, scene, view, at, design, values, seconds in rows:
         same = text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS})
-        exact = truth.get((machine, scene, view, same, design))
+        exact, cycle_seconds = truth.get((machine, scene, view, same, design), (None, 0))
         if mode == "cycle" or exact is None:
             continue
         case = {"machine": machine, "mode": mode, "scene": scene, "view": view, "at": text(at), "design": design,
                 "cycles": exact, "estimate": values["gpu.cycles"], "error": 100 * (values["gpu.cycles"] / exact - 1)}
+        if seconds:
+            case["times as fast"] = cycle_seconds / seconds
         if "gpu.sampled.cycles_low" in values and values.get("gpu.sampled.share", 1) < 1:
             case["held"] = values["gpu.sampled.cycles_low"] <= exact <= values["gpu.sampled.cycles_high"]
         cases.append(case)
@@ -122,12 +125,13 @@ def main():
     if held:
         print(f"Intervals of sampled mode that held cycle mode's value: {sum(held)} of {len(held)}.\n")
     if arguments.cases:
-        print(table(["mode", "machine", "scene", "view", "at", "design", "cycles", "error", "of the speed-up"],
+        print(table(["mode", "machine", "scene", "view", "at", "design", "cycles", "error", "of the speed-up", "times as fast"],
                     [[c["mode"], c["machine"], c["scene"], str(c["view"]), c["at"], c["design"], f"{c['cycles']:.0f}", f"{c['error']:+.1f} %",
-                      f"{c['speed-up error']:+.1f} %" if "speed-up error" in c else ""] for c in cases]))
+                      f"{c['speed-up error']:+.1f} %" if "speed-up error" in c else "",
+                      f"{c['times as fast']:.1f}" if "times as fast" in c else ""] for c in cases]))
     if arguments.csv:
         with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, ["machine", "mode", "scene", "view", "at", "design", "cycles", "estimate", "error", "speed-up error", "held"])
+            writer = csv.DictWriter(file, ["machine", "mode", "scene", "view", "at", "design", "cycles", "estimate", "error", "speed-up error", "held", "times as fast"])
             writer.writeheader()
             writer.writerows(cases)
     mean = sum(abs(c["error"]) for c in cases) / len(cases)

@@ -1,13 +1,14 @@
 # What each library of the project needs. The build includes this file, and so does the installed package
 # (grtx_tlm-config.cmake), so that both look things up alike. All of it are Debian packages
 # (scripts/install_dependencies.sh); what a library that is not built needs is not looked for.
-set(grtx_libraries base traces frontend modules sim explore)
+set(grtx_libraries base traces frontend modules sim explore program)
 set(grtx_base_stands_on)
 set(grtx_traces_stands_on base)
 set(grtx_frontend_stands_on base traces)
 set(grtx_modules_stands_on base traces)
 set(grtx_sim_stands_on base traces modules)
 set(grtx_explore_stands_on base traces modules sim)
+set(grtx_program_stands_on base traces frontend modules sim explore)
 
 # find_package() that must succeed; in the installed package, what a user's find_package(grtx_tlm) passes on.
 macro(grtx_find)
@@ -104,5 +105,7 @@ macro(grtx_find_for library)
   elseif("${library}" STREQUAL "explore")
     grtx_find(SQLite3)
     grtx_find(Pagmo)
+  elseif("${library}" STREQUAL "program")
+    grtx_find(CLI11)
   endif()
 endmacro()

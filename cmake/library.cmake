@@ -11,11 +11,11 @@ function(grtx_sources variable pattern)
   set(${variable} ${found} PARENT_SCOPE)
 endfunction()
 
-# grtx_library(NAME [SOURCES file...] [PUBLIC library...] [PRIVATE library...]): the target grtx_NAME, for others
-# grtx::NAME. SOURCES: those in place of all .cpp files of the folder. Own libraries come before those of others, and the
+# grtx_library(NAME [SOURCES file...] [HEADERS file...] [PUBLIC library...] [PRIVATE library...]): the target grtx_NAME,
+# for others grtx::NAME. SOURCES, HEADERS: those in place of all .cpp files of the folder and of all headers below it. Own libraries come before those of others, and the
 # project's own warnings and flags stay inside.
 function(grtx_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 library "" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 library "" "" "SOURCES;PUBLIC;PRIVATE;HEADERS")
   if(NOT library_SOURCES)
     grtx_sources(library_SOURCES *.cpp)
   endif()
@@ -33,8 +33,13 @@ function(grtx_library name)
 
   get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
   install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder}
-          FILES_MATCHING PATTERN *.h)
+  if(library_HEADERS)
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    install(FILES ${library_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder})
+  else()
+    install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder}
+            FILES_MATCHING PATTERN *.h)
+  endif()
   install(EXPORT grtx_${name} NAMESPACE grtx:: FILE grtx_tlm-${name}.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
   set_property(GLOBAL APPEND PROPERTY grtx_installed_libraries ${name})
 endfunction()

@@ -12,5 +12,7 @@ install(FILES ${PROJECT_BINARY_DIR}/package/grtx_tlm-config.cmake
               ${PROJECT_BINARY_DIR}/package/grtx_tlm-config-version.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/dependencies.cmake RENAME grtx_tlm-dependencies.cmake
         DESTINATION ${GRTX_PACKAGE_FOLDER})
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/verilator.cmake RENAME grtx_tlm-verilator.cmake
+        DESTINATION ${GRTX_PACKAGE_FOLDER})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

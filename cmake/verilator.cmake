@@ -1,5 +1,9 @@
 # Blocks of the RT unit as RTL (docs/model/rtl_bridge.md): with Debian's Verilator where it is found; without it nothing
-# changes but that rt.checkpoint.implementation = rtl is refused.
+# changes but that rt.checkpoint.implementation = rtl is refused. Installed with the package, for blocks of others:
+# include(${grtx_tlm_DIR}/grtx_tlm-verilator.cmake) (docs/guide/own-rtl.md).
+if(NOT GRTX_INSTALLED)
+  set(grtx_rtl_folder ${PROJECT_SOURCE_DIR}/modules/rtl)
+endif()
 option(GRTX_RTL "Build the Verilated units, where Verilator is found" ON)
 set(grtx_rtl_found FALSE)
 if(GRTX_RTL)
@@ -21,8 +25,16 @@ function(grtx_verilated_blocks target)
 endfunction()
 
 # grtx_verilate(TARGET PREFIX TOP [SOURCES file...] [ARGS argument...]): adds the class PREFIX that Verilator makes of a
-# module.
+# module. `include "fp32.svh" works.
 function(grtx_verilate target prefix top)
   cmake_parse_arguments(PARSE_ARGV 3 block "" "" "SOURCES;ARGS")
-  verilate(${target} PREFIX ${prefix} TOP_MODULE ${top} SOURCES ${block_SOURCES} VERILATOR_ARGS -O3 ${block_ARGS})
+  verilate(${target} PREFIX ${prefix} TOP_MODULE ${top} SOURCES ${block_SOURCES}
+           VERILATOR_ARGS -O3 -I${grtx_rtl_folder} ${block_ARGS})
+endfunction()
+
+# grtx_link_blocks(PROGRAM TARGET): links the blocks; their classes' headers count as the system's.
+function(grtx_link_blocks program target)
+  target_link_libraries(${program} PRIVATE ${target})
+  get_target_property(includes ${target} INCLUDE_DIRECTORIES)
+  target_include_directories(${program} SYSTEM PRIVATE ${includes})
 endfunction()

@@ -109,25 +109,25 @@ def checkpoint_lists():
     f.arrow("source:l.7", "next:r", "", bend=0.4)
     f.box("dest2", 600, 215, 140, 70, "destination", "buffer (r + 1)", "mod 2", kind="mem")
     f.arrow("next:b", "dest2:b", "", bend=6)
-    f.text(310, 309, "copied, or a run (reference)")
+    f.text(310, 309, "copied")
     return f
 
 
 def checkpoint_entries():
     f = Figure("Bits of a checkpoint entry in its four sizes", 250)
-    sibling, run, node, leaf, scene, t = (("siblings", "box"), ("run", "mark"), ("node", "unit"), ("instance leaf", "mem"),
-                                          ("scene leaf", "area"), ("t", "mark"))
+    sibling, node, leaf, scene, t = (("siblings", "box"), ("node", "unit"), ("instance leaf", "mem"), ("scene leaf", "area"),
+                                     ("t", "mark"))
     rows = [
-        ("20 B (default)", [(0, 40, *node), (40, 59, *sibling), (59, 63, "", "none"), (63, 64, "run", "mark"), (64, 104, *leaf),
+        ("20 B (default)", [(0, 40, *node), (40, 59, *sibling), (59, 64, "", "none"), (64, 104, *leaf),
                             (104, 128, *scene), (128, 160, *t)]),
-        ("16 B", [(0, 32, *t), (32, 64, *node), (64, 96, *leaf), (96, 115, *sibling), (115, 127, "", "area"), (127, 128, "scene leaf, run", "mark")]),
-        ("8 B", [(0, 31, *t), (31, 32, "run", "mark"), (32, 37, "", "unit"), (37, 64, "node, leaf", "mem")]),
-        ("28 B", [(0, 40, *node), (40, 59, *sibling), (59, 63, "", "none"), (63, 64, *run), (64, 104, *leaf), (104, 128, "", "none"),
+        ("16 B", [(0, 32, *t), (32, 64, *node), (64, 96, *leaf), (96, 115, *sibling), (115, 127, "scene leaf", "area"), (127, 128, "", "none")]),
+        ("8 B", [(0, 31, *t), (31, 32, "", "none"), (32, 37, "", "unit"), (37, 64, "node, leaf", "mem")]),
+        ("28 B", [(0, 40, *node), (40, 59, *sibling), (59, 64, "", "none"), (64, 104, *leaf), (104, 128, "", "none"),
                   (128, 192, "scene leaf, its own address", "area"), (192, 224, *t)]),
     ]
     for index, (name, fields) in enumerate(rows):
         f.bar(12 + 56 * index, name, fields, 2.75, left=115)
-    f.text(115, 242, "Bits from 0 on. run: a run of forwarded entries. Dashed: unused. 8 B: b bits are the BLAS node.", anchor="start")
+    f.text(115, 242, "Bits from 0 on. Dashed: unused. 8 B: b bits are the BLAS node.", anchor="start")
     return f
 
 
@@ -365,14 +365,12 @@ def stack_unit():
 
 
 def prefetcher():
-    f = Figure("Prefetcher of the RT unit: three sources, one queue", 210)
-    f.box("sibling", 10, 10, 230, 50, "siblings of a leaf", "rt.prefetch.enabled", kind="unit")
-    f.box("entry", 10, 75, 230, 50, "nodes of source entries", "rt.checkpoint.prefetch_nodes", kind="unit")
-    f.box("stack", 10, 140, 230, 50, "entries on the stack", "rt.stack_prefetch.depth", kind="unit")
-    f.box("queue", 330, 65, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
-    for name in ["sibling", "entry", "stack"]:
+    f = Figure("Prefetcher of the RT unit", 90)
+    f.box("sibling", 10, 10, 230, 70, "siblings of a leaf", "rt.prefetch.enabled", kind="unit")
+    f.box("queue", 330, 10, 150, 70, "queue", "rt.prefetch.queue (32)", "merged, dropped", kind="mem")
+    for name in ["sibling"]:
         f.arrow(f"{name}:r", "queue:l", bend=0.5)
-    f.box("l1", 600, 65, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
+    f.box("l1", 600, 32, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
     f.arrow("queue:r", "l1:l", "sector a cycle")
     return f
 
@@ -406,31 +404,11 @@ def private_store():
     return f
 
 
-def cooperation():
-    f = Figure("Cooperative lanes: an idle lane tests a node ahead of time", 200)
-    f.box("busy", 10, 20, 150, 60, "busy lane", "its round goes on", kind="unit")
-    for cell in range(4):
-        f.box(f"c{cell}", 230 + 60 * cell, 30, 60, 40, "", ["event", "next", "next", "…"][cell],
-              kind=["box", "mark", "mark", "none"][cell])
-    f.places["stack"] = (230, 30, 240, 40)
-    f.text(350, 20, "its stack; the first `ahead` entries can be taken".replace("`", ""))
-    f.arrow("busy:r", "stack:l")
-    f.box("idle", 560, 20, 190, 60, "idle lane", "takes the topmost entry", kind="unit")
-    f.arrow("stack:r", "idle:l")
-    f.box("test", 560, 125, 190, 50, "fetch and test", "with the busy lane's ray", kind="unit")
-    f.arrow("idle:b", "test:t")
-    f.box("result", 230, 125, 240, 50, "result, kept", "used when the ray comes there", kind="mem")
-    f.arrow("test:l", "result:r")
-    f.arrow("result:l", "busy:b", "in the ray's order")
-    return f
-
-
 FIGURES = {
     "checkpoint-lists": checkpoint_lists, "checkpoint-entries": checkpoint_entries, "k-buffer": k_buffer,
     "node-formats": node_formats, "l1-cache": l1_cache, "l2-slice": l2_slice, "dram-channel": dram_channel, "crossbar": crossbar,
     "memory-scheduler": memory_scheduler, "intersection-units": intersection_units, "lane-states": lane_states,
-    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "private-store": private_store,
-    "cooperative-lanes": cooperation}
+    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "private-store": private_store}
 
 
 def main():

@@ -55,6 +55,9 @@ class Dumper {
       const Round& round = ray.rounds[i];
       line("    round {} {}, {} preloaded\n", i, round.replay ? "replays its source buffer" : "starts at the root",
            round.preloaded);
+      if (!ray.bins.empty() && round.replay) {
+        line("      reads from bin {} on, the far one after {}\n", round.bins.first, round.bins.before_far);
+      }
       for (std::uint32_t e = 0; e < round.event_count; ++e) event(e, ray.events[next_event + e]);
       next_event += round.event_count;
       line("    round {} ends: k-buffer {}, processed {}", i, round.k_count, round.processed_count);
@@ -64,6 +67,7 @@ class Dumper {
       processed(ray, next_processed, round.processed_count);
       next_processed += round.processed_count;
     }
+    if (!ray.bins.empty()) bins(ray);
   }
 
   std::string& text() { return text_; }
@@ -113,6 +117,12 @@ class Dumper {
       if ((mask >> slot & 1) != 0) line(" {}:{:#x}", slot, address);
       address += sizes_.bytes(node.child_kinds[slot]);
     }
+  }
+
+  void bins(const Ray& ray) {
+    line("    bins of the entries written");
+    for (const std::uint8_t bin : ray.bins) line(" {}", bin);
+    line("\n");
   }
 
   void processed(const Ray& ray, std::size_t first, std::size_t count) {
@@ -203,7 +213,15 @@ class JsonLine {
     });
     put(R"(],"processed":[)");
     list(ray.processed, [this](const Processed& p) { put("[{},{}]", p.gaussian + 0U, p.blended + 0U); });
-    put("]}}");
+    put("]");
+    if (!ray.bins.empty()) {
+      put(R"(,"bins":[)");
+      list(ray.bins, [this](std::uint8_t bin) { put("{}", bin); });
+      put(R"(],"bin_orders":[)");
+      list(ray.rounds, [this](const Round& r) { put("[{},{}]", r.bins.first, r.bins.before_far); });
+      put("]");
+    }
+    put("}}");
   }
 
   const RayGroup& group_;

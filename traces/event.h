@@ -18,8 +18,12 @@
 //   cull             top of stack is beyond the current t_max: popped without a fetch; `checkpoints` = 1 if written to
 //                    the destination buffer, 0 if dropped. Only with Header::pop_test: else it is visited.
 //   replay_take      next source entry read, within t_max: pushed. For a BLAS node a visit_instance with detail 1
-//   follows. replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the
-//   destination.
+//                    follows.
+//   replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the
+//                    destination.
+//
+// With Header::checkpoint_bins there are no two buffers: each entry written goes to the bin that Ray::bins names, and a
+// round may end before it has read what there was when it began.
 //
 // Header::tracing says how a round collects hits. multi: sorted insertion into the k-buffer. single: hits are appended
 // to it unsorted (no shifts); the one that fills it makes a heap of it, whose largest entry later hits displace; it is
@@ -33,6 +37,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::traces {
@@ -105,6 +110,7 @@ struct Round {
   bool overflow = false;              ///< destination buffer ran full: written entries are dropped, next round restarts
   bool terminated = false;            ///< transmittance fell below the threshold
   std::uint32_t eviction_dropped = 0;  ///< eviction buffer entries dropped at the end of an overflowed round
+  BinOrder bins;                       ///< of a replay from Header::checkpoint_bins
   friend bool operator==(const Round&, const Round&) = default;
 };
 
@@ -114,6 +120,7 @@ struct Ray {
   std::vector<Round> rounds;
   std::vector<Event> events;
   std::vector<Processed> processed;
+  std::vector<std::uint8_t> bins;  ///< of each checkpoint entry written; empty without Header::checkpoint_bins
   friend bool operator==(const Ray&, const Ray&) = default;
 };
 

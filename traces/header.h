@@ -14,7 +14,7 @@ namespace grtx::traces {
 
 /// Versions that a reader knows. A writer takes the oldest that can say what the header says.
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 7;
+inline constexpr std::uint32_t kFormatVersion = 9;
 
 /// An instance leaf of a scene TLAS: an object's place.
 struct SceneLeaf {
@@ -30,6 +30,7 @@ struct Header {
   unsigned k = 8;  ///< entries of the k-buffer; 1 when closest
   bool checkpoint = false;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
+  unsigned checkpoint_bins = 0;  ///< near ones, in place of two buffers (traces/checkpoint_bins.h); 0: none
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   unsigned width = 0;   ///< image, pixels
@@ -58,7 +59,7 @@ struct Header {
   std::uint64_t gaussian_record_bytes = 48;  ///< mean, scale, rotation, opacity, padded (3DGRT's record)
   std::uint64_t sh_record_bytes = 12;        ///< 12 (degree + 1)^2
   // Buffers a ray.
-  std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer; 0 when checkpointing is off
+  std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer, or bin; 0 when checkpointing is off
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
   std::map<std::string, std::string> inputs;
 
@@ -76,8 +77,10 @@ struct Header {
 };
 
 /// Version of a file with this header. 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
-/// TLAS, version 6 no sequence of frames.
+/// TLAS, version 6 no sequence of frames, version 7 no structures of boxes, version 8 no checkpoint bins.
 inline std::uint32_t format_version(const Header& header) {
+  if (header.checkpoint_bins != 0) return 9;
+  if (has_box_leaves(header.accel)) return 8;
   if (!header.frame_groups.empty()) return 7;
   if (header.three_level()) return 6;
   return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;

@@ -9,14 +9,17 @@
 namespace grtx::traces {
 
 /// The acceleration structure: a monolithic BVH over proxies, or a TLAS over one shared BLAS.
-enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, tlas_tri20, tlas_tri80, tlas_sphere };
+enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, box, tlas_tri20, tlas_tri80, tlas_sphere, tlas_box };
 constexpr auto enum_names(AccelKind) {
-  return names_in_order<AccelKind>({"tri20", "tri80", "ellipsoid", "tlas-tri20", "tlas-tri80", "tlas-sphere"});
+  return names_in_order<AccelKind>(
+      {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
 }
 constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri20; }
+/// Its primitive leaves are boxes: a shader on the SM tests what lies in them, no unit does.
+constexpr bool has_box_leaves(AccelKind kind) { return kind == AccelKind::box || kind == AccelKind::tlas_box; }
 /// Its primitive leaves are procedural, not triangles: the proxy is a sphere.
 constexpr bool has_procedural_leaves(AccelKind kind) {
-  return kind == AccelKind::ellipsoid || kind == AccelKind::tlas_sphere;
+  return kind == AccelKind::ellipsoid || kind == AccelKind::tlas_sphere || has_box_leaves(kind);
 }
 
 /// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.

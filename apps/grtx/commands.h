@@ -36,6 +36,7 @@ void add_run(CLI::App& app, CommonOptions& common);
 std::vector<std::string> run_files(const std::string& folder, const std::string& views);
 void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
+void add_correlate(CLI::App& app, CommonOptions& common);
 void add_sweep(CLI::App& app, CommonOptions& common);
 void add_search(CLI::App& app, CommonOptions& common);
 void add_regress(CLI::App& app, CommonOptions& common);

@@ -3,6 +3,8 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <type_traits>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -15,6 +17,7 @@
 #include "grtx/explore/cost/technology.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::sim {
 namespace {
@@ -32,7 +35,24 @@ struct CostArguments {
   std::string statistics;
   EnergyOptions energy;
   bool coefficients = false;
+  CLI::App* command = nullptr;
 };
+
+/// From tracer options by name, those of a machine or of a run; numbers are texts.
+template <typename Options>
+void use_bins_of(const Options& options, MachineUse& use) {
+  const auto number = [&](const char* name, auto& value) {
+    if (const auto found = options.find(name); found != options.end()) {
+      if constexpr (requires { found->second; }) {
+        value = static_cast<std::decay_t<decltype(value)>>(std::stoul(found->second));
+      } else {
+        value = static_cast<std::decay_t<decltype(value)>>(std::stoul(found->template get<std::string>()));
+      }
+    }
+  };
+  number("checkpoint_bins", use.checkpoint_bins);
+  if (use.checkpoint_bins != 0) number("checkpoint_capacity", use.checkpoint_capacity);
+}
 
 // The units that a run had: those that its trace needs.
 MachineUse machine_of(const std::string& statistics) {
@@ -43,12 +63,13 @@ MachineUse machine_of(const std::string& statistics) {
   MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.objects = inputs.value("levels", "") == "3";
-  use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+  use.leaves = leaf_test_of(accel);
   // Left out where they have their default (tracer_cli.h).
   const std::string pop_test = inputs.value("pop_test", std::string(name_of(use.pop_test)));
   use.pop_test = value_of<traces::PopTest>(pop_test, statistics, "inputs.pop_test");
   const std::string layout = inputs.value("layout", std::string(name_of(use.layout)));
   use.layout = value_of<traces::NodeLayout>(layout, statistics, "inputs.layout");
+  use_bins_of(inputs, use);
   return use;
 }
 
@@ -82,7 +103,10 @@ int cost(const CostArguments& options, bool json) {
   }
   technology(options.cost.nm);  // before anything is built
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  const MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
+  MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
+  if (options.statistics.empty() && options.command->count("--checkpoint-bins") == 0) {
+    use_bins_of(machine_tracer(options.machine), use);
+  }
   const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
   MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
@@ -107,6 +131,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<CostArguments>();
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
                                    [options, &common] { return cost(*options, common.json); });
+  options->command = command;
   add_machine_option(command, options->machine);
   command
       ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
@@ -118,8 +143,14 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   add_choice(command, "--pop-test", options->use.pop_test, "Whether stack entries hold their t");
   command->add_flag("--objects", options->use.objects,
                     "Designs sw and grtx for scenes of several objects (default: off)");
-  command->add_flag("--spheres", options->use.spheres, "Sphere units in place of triangle units (default: off)");
+  add_choice(command, "--leaves", options->use.leaves, "What the primitive leaves are: of boxes, a shader tests them");
   add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
+  command
+      ->add_option("--checkpoint-bins", options->use.checkpoint_bins,
+                   "Near checkpoint bins of a ray, 0 for two buffers; a machine may choose another number")
+      ->check(in_range(0u, traces::kMaxCheckpointBins));
+  command->add_option("--checkpoint-capacity", options->use.checkpoint_capacity, "Entries of a bin")
+      ->check(in_range(1u, 65535u));
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
       ->check(in_range(0.1, 1.0));

@@ -8,6 +8,7 @@
 namespace grtx::sim {
 
 void warn_of_dropped_fills(const nlohmann::ordered_json& statistics, std::string_view design) {
+  if (!statistics.contains("gpu.l1.fills") || !statistics.contains("gpu.l1.fills_bypassed")) return;  // an own L1
   constexpr double kTolerated = 0.001;
   const double fills = statistics.at("gpu.l1.fills").at("value");
   const double dropped = statistics.at("gpu.l1.fills_bypassed").at("value");

@@ -15,7 +15,7 @@ struct JsonForm {
   std::string_view what;
 };
 // In the order of grtx --help.
-constexpr std::array<JsonForm, 18> kForms = {{
+constexpr std::array<JsonForm, 19> kForms = {{
     {"synth", "grtx.synth/1", "the files and what is in them"},
     {"info", "grtx.info/1", "the description"},
     {"convert", "grtx.convert/1", "the file and what is in it"},
@@ -30,6 +30,7 @@ constexpr std::array<JsonForm, 18> kForms = {{
     {"run", "grtx.run/1", "results.json"},
     {"stalls", "", "a list of sections with their bars"},
     {"report", "grtx.report/1", "the page and its inputs"},
+    {"correlate", "grtx.correlate/1", "every figure with its error, and what follows from all"},
     {"sweep", "grtx.sweep/1", "points by state; with --list every point, with --compare what differs"},
     {"search", "grtx.search/1", "the result, as the database holds it"},
     {"regress", "grtx.regress/1", "every case with what differs"},

@@ -16,12 +16,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where they may be: beside the program as it was installed, else where it was built from.
+std::string& folder_of_program() {
+  static std::string folder;
+  return folder;
+}
+
+/// Where they may be: beside the program as it was installed, else where it says.
 std::vector<fs::path> machines_folders() {
   std::error_code failed;
   const fs::path program = fs::read_symlink("/proc/self/exe", failed);
   const fs::path installed = program.parent_path() / ".." / GRTX_MACHINES_INSTALLED;
-  return {installed.lexically_normal(), GRTX_MACHINES_SOURCE};
+  return {installed.lexically_normal(), folder_of_program()};
 }
 
 fs::path machines_folder() {
@@ -88,6 +93,8 @@ std::map<std::string, std::string> read_machine(const std::string& path, GpuConf
 }
 
 }  // namespace
+
+void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
 
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
   return command->add_option("--machine", machine,

@@ -11,6 +11,9 @@
 
 namespace grtx::sim {
 
+/// Where machines of the project are, unless they are installed beside the program.
+void set_machines_folder(const std::string& folder);
+
 /// Of every command that takes --machine.
 inline constexpr const char* kDefaultMachine = "paper";
 

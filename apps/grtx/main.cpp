@@ -1,200 +1,20 @@
-// The `grtx` program. Exit codes: 0 done, 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error;
-// by a signal what a shell makes of it.
+// The `grtx` program (program.h): what must be so before it begins.
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
-#include <exception>
-#include <filesystem>
-#include <iostream>
 #include <new>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <systemc>
-#include <vector>
 
-#include "grtx/apps/grtx/commands.h"
-#include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/next_step.h"
-#include "grtx/apps/grtx/selftest.h"
-#include "grtx/base/end_by_signal.h"
-#include "grtx/base/error.h"
-#include "grtx/base/memory_purpose.h"
-#include "grtx/base/nearest_name.h"
-#include "grtx/base/printable.h"
-#include "grtx/rtl_tlm/memory/dram_simulators.h"
-
-namespace {
-
-using grtx::sim::CommonOptions;
-
-constexpr int kBadInput = 2;
-constexpr int kInternalError = 3;
-
-void print_error(const grtx::Error& error, const std::vector<std::string>& arguments) {
-  const std::string step = grtx::sim::next_step(error, arguments);
-  std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", grtx::printable(step).c_str());
-}
-
-// Lines of 80 columns.
-constexpr const char* kFirstSession = R"(Five steps of a first session, minutes together:
-
-  1. A scene of 400,000 Gaussians, and cameras for it
-     grtx synth --preset object --count 400000 -o object.ply
-  2. What is in it
-     grtx info object.ply
-  3. A picture of it
-     grtx trace --scene object.ply --cameras object.cameras.json --width 512 \
-       --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
-  4. The four designs simulated: speed-ups, and a report to open in a browser
-     grtx run --scene object.ply --cameras object.cameras.json --width 64 \
-       --height 64 --mode fast -o out
-  5. One of them on another machine: half the L1
-     grtx sim out/grtx.grtx --machine paper --set l1.bytes=65536 --mode fast
-
-Commands: grtx --help. Options of a command: grtx COMMAND --help.
-)";
-
-/// A one-line reason for a command line that was not accepted, naming the nearest known command or option.
-grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
-  const CLI::App* command = &app;
-  if (const auto chosen = app.get_subcommands(); !chosen.empty()) command = chosen.front();
-  const std::string name = command == &app ? "" : command->get_name();
-  std::vector<std::string> unknown = command->remaining();
-  if (unknown.empty()) unknown = app.remaining();
-  for (const std::string& word : unknown) {
-    std::vector<std::string> known;
-    if (word.starts_with("-")) {
-      for (const CLI::Option* option : command->get_options()) {
-        for (const std::string& flag : option->get_lnames()) known.push_back("--" + flag);
-        for (const std::string& flag : option->get_snames()) known.push_back("-" + flag);
-      }
-      const std::string flag = word.substr(0, word.find('='));
-      if (std::find(known.begin(), known.end(), flag) != known.end()) {
-        return {name, flag, "options come after the command: grtx " + name + " ... " + word};
-      }
-      return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
-    }
-    if (command == &app && word == "help")
-      return {"", "unknown command help", "must be grtx --help or grtx COMMAND --help"};
-    if (command == &app) {
-      for (const CLI::App* sub : app.get_subcommands(nullptr)) known.push_back(sub->get_name());
-      return {name, "unknown command " + word,
-              "the nearest is " + grtx::nearest_name(word, known) + "; grtx --help lists all"};
-    }
-    return {name, "unexpected argument " + word, "see grtx " + name + " --help"};
-  }
-  return {name, "", error.what()};
-}
-
-int run(int argc, char** argv, const std::vector<std::string>& arguments) {
-  CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
-  app.set_version_flag("--version", std::string("grtx ") + GRTX_VERSION);
-  CommonOptions common;
-  app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
-  grtx::sim::add_synth(app, common);
-  grtx::sim::add_info(app, common);
-  grtx::sim::add_convert(app, common);
-  grtx::sim::add_trace(app, common);
-  grtx::sim::add_reference(app, common);
-  grtx::sim::add_compare(app, common);
-  grtx::sim::add_trace_check(app, common);
-  grtx::sim::add_trace_dump(app, common);
-  grtx::sim::add_ray(app, common);
-  grtx::sim::add_sim(app, common);
-  grtx::sim::add_cost(app, common);
-  grtx::sim::add_run(app, common);
-  grtx::sim::add_stalls(app, common);
-  grtx::sim::add_report(app, common);
-  grtx::sim::add_sweep(app, common);
-  grtx::sim::add_search(app, common);
-  grtx::sim::add_regress(app, common);
-  grtx::sim::add_selftest(app, common);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {  // --help, --version
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    print_error(usage_error(app, error), arguments);
-    return kBadInput;
-  }
-  if (common.list_json) {
-    fmt::print("{}", grtx::sim::json_reference());
-    return 0;
-  }
-  if (!common.action) {
-    std::fputs(kFirstSession, stderr);
-    return kBadInput;
-  }
-  grtx::end_tidily_by_signals();
-  return common.action();
-}
-
-/// What was printed is there.
-void require_standard_output() {
-  const bool flushed = std::fflush(stdout) == 0 && !std::cout.flush().fail();
-  if (!flushed || std::ferror(stdout) != 0) throw grtx::Error("standard output", "", "cannot be written");
-}
-
-/// The program, whose printing may have failed at any place.
-int run_and_flush(int argc, char** argv, const std::vector<std::string>& arguments) {
-  try {
-    const int code = run(argc, argv, arguments);
-    require_standard_output();
-    return code;
-  } catch (const std::system_error&) {  // of fmt::print
-    require_standard_output();
-    throw;
-  }
-}
-
-}  // namespace
-
-/// Without memory nothing is worth unwinding: destructors and the libraries' handlers would ask for more. Files are
-/// left as by a kill: the old one under its name.
-[[noreturn]] void end_without_memory() {
-  const char* const purpose = grtx::MemoryPurpose::latest();
-  std::array<char, 512> line{};
-  const int length = std::snprintf(line.data(), line.size(), "grtx: internal error: out of memory%s%s\n",
-                                   *purpose == 0 ? "" : ": ", purpose);
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), static_cast<std::size_t>(length));
-  ::_exit(kInternalError);
-}
+#include "grtx/apps/grtx/program.h"
 
 /// Libraries ask for memory before main, some of them as they are loaded: what is here is called before that.
 [[gnu::used, gnu::section(".preinit_array")]] void (*const kBeforeLibraries)() = [] {
-  std::set_new_handler(end_without_memory);
+  std::set_new_handler(grtx::end_without_memory);
 };
 
-int sc_main(int argc, char** argv) {
-  const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-  // A SystemC warning is a fault of the model: it stops the program instead of scrolling by.
-  sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
-  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
-  sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
-  try {
-    grtx::sim::register_dram_simulators();
-    return run_and_flush(argc, argv, arguments);
-  } catch (const grtx::Error& error) {
-    print_error(error, arguments);
-    return kBadInput;
-  } catch (const std::filesystem::filesystem_error& error) {  // a path that the system does not take
-    print_error({error.path1().string(), "", error.code().message()}, arguments);
-    return kBadInput;
-  } catch (const std::bad_alloc&) {
-    end_without_memory();
-  } catch (const std::exception& error) {
-    print_error({"internal error", "", error.what()}, arguments);
-    return kInternalError;
-  }
-}
+int sc_main(int argc, char** argv) { return grtx::program(argc, argv, grtx::kMachinesFolder); }
 
 /// A file that is opened gets the lowest free descriptor. Were that 0, 1 or 2, what is printed would go into the file.
 void secure_standard_streams() {
@@ -207,6 +27,6 @@ void secure_standard_streams() {
 int main(int argc, char** argv) {
   secure_standard_streams();
   if (setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1) != 0)
-    end_without_memory();  // SystemC reads it before sc_main
+    grtx::end_without_memory();  // SystemC reads it before sc_main
   return sc_core::sc_elab_and_sim(argc, argv);
 }

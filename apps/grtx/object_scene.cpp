@@ -1,8 +1,10 @@
 #include "grtx/apps/grtx/object_scene.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/base/progress.h"
 #include "grtx/frontend/scene/scene_io.h"
 
 namespace grtx::sim {
@@ -22,7 +24,8 @@ void find_files_of_scene(const std::string& path, FilesRead& files) {
   }
 }
 
-frontend::Scene load_flat_scene(const std::string& path, FilesRead& files) {
+frontend::Scene load_flat_scene(const std::string& path, FilesRead& files, bool quiet) {
+  Progress progress("reading " + std::filesystem::path(path).filename().string(), 0, "", quiet);
   if (!frontend::is_object_list(path)) return frontend::load_scene(path, {}, files);
   LoadedObjects loaded = load_objects(path, files);
   // It does not matter from which structure the placements are taken.
@@ -31,6 +34,12 @@ frontend::Scene load_flat_scene(const std::string& path, FilesRead& files) {
   frontend::Scene scene = frontend::flatten(world, loaded.placements);
   scene.name = path;
   return scene;
+}
+
+const frontend::AccelerationStructure& build_view(frontend::ViewTracer& view, const frontend::AccelOptions& options,
+                                                  bool quiet) {
+  Progress progress("building " + frontend::accel_name(options.kind), 0, "", quiet);
+  return view.build(options);
 }
 
 void add_flatten_option(CLI::App* command, bool& flatten) {

@@ -22,8 +22,13 @@ struct LoadedObjects {
 /// files: takes the list and what it names.
 LoadedObjects load_objects(const std::string& path, FilesRead& files);
 
-/// The scene in this file; of an object list its Gaussians in one scene. files: takes what is opened.
-frontend::Scene load_flat_scene(const std::string& path, FilesRead& files);
+/// The scene in this file; of an object list its Gaussians in one scene. files: takes what is opened. quiet: without
+/// progress on stderr.
+frontend::Scene load_flat_scene(const std::string& path, FilesRead& files, bool quiet);
+
+/// The structure of a view. quiet: without progress on stderr.
+const frontend::AccelerationStructure& build_view(frontend::ViewTracer& view, const frontend::AccelOptions& options,
+                                                  bool quiet);
 
 /// Notes what either opens for this scene, in the same order.
 void find_files_of_scene(const std::string& path, FilesRead& files);

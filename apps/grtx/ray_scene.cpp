@@ -80,7 +80,7 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
       require_same(scene, "object", header, "object_hash." + std::to_string(i), found[i]->scene.hash);
     }
   } else {
-    Scene loaded = load_flat_scene(scene, files);
+    Scene loaded = load_flat_scene(scene, files, true);
     require_same(scene, "scene", header, "scene_hash", loaded.hash);
     view_ = std::make_unique<ViewTracer>(std::move(loaded), camera_, options_.kernel);
     view_->build(accel_options(cli_, header.accel));

@@ -58,7 +58,7 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   }
   FilesRead files;
   const frontend::Camera camera = select_camera(options.view, files);
-  const frontend::Scene scene = load_flat_scene(options.scene, files);
+  const frontend::Scene scene = load_flat_scene(options.scene, files, common.quiet);
   common.files.check(files);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
@@ -86,10 +86,12 @@ void add_reference(CLI::App& app, CommonOptions& common) {
       ->check(one_of(names_of<frontend::AccelKind>()))
       ->excludes(proxy);
   add_choice(command, "--sort-key", options->sort_key, "Distance that orders a ray's hits");
-  add_choice(command, "--kernel-radius", options->kernel_radius, "Where a Gaussian ends");
+  add_choice(command, "--kernel-radius", options->kernel_radius,
+             "Radius at which a Gaussian ends: by its opacity, or three standard deviations");
   add_kernel_degree(command, options->kernel_degree);
   command->add_option("--ert", options->render.ert, "Transmittance below which a ray ends")->check(in_range(0.0, 1.0));
-  add_choice(command, "--inside", options->inside, "Gaussians whose proxy holds the ray origin");
+  add_choice(command, "--inside", options->inside,
+             "Gaussians whose proxy holds the ray origin: skipped, or hit at distance 0");
   add_choice(command, "--sh-dir", options->sh_dir, "Direction in which the spherical harmonics are evaluated");
   add_secondary_options(command, options->secondary);
   command->add_option("--threads", options->render.threads, "Threads; 0 takes all");

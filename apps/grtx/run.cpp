@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -14,6 +15,7 @@
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/design_progress.h"
 #include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
@@ -34,8 +36,10 @@
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {
@@ -91,6 +95,7 @@ struct RunArguments {
   unsigned jobs = 0;
   bool flatten = false;
   SimulationMode mode = SimulationMode::cycle;
+  CLI::Option* mode_option = nullptr;  ///< that `mode` was named by
   SampledCli sampled;
 };
 
@@ -142,7 +147,7 @@ TracedDesigns trace_each(const RunArguments& options, const Comparison& comparis
 TracedDesigns trace_scene(const RunArguments& options, const Comparison& comparison, const CommonOptions& common) {
   FilesRead files;
   const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
-  frontend::ViewTracer view(load_flat_scene(options.scene, files), cameras,
+  frontend::ViewTracer view(load_flat_scene(options.scene, files, common.quiet), cameras,
                             kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
   common.files.check(files);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
@@ -150,7 +155,7 @@ TracedDesigns trace_scene(const RunArguments& options, const Comparison& compari
   return trace_each(
       options, comparison, files, common.quiet,
       [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
-        view.build(accel_options(options.tracer, design.accel));
+        build_view(view, accel_options(options.tracer, design.accel), common.quiet);
         std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
         inputs.merge(object_inputs(objects));
         inputs.merge(files.inputs());
@@ -177,6 +182,7 @@ TracedDesigns trace_objects(const RunArguments& options, const Comparison& compa
       [&](const frontend::TracedView& traced) { return tracer_host_statistics(view->world(), traced.result); });
 }
 
+constexpr std::chrono::milliseconds kLook{200};                     ///< how often the parent looks at its simulations
 constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
 
 /// As many simulations at a time as there are cores, and as fit into the memory that is free now.
@@ -194,6 +200,18 @@ unsigned default_jobs() {
   return cores;
 }
 
+/// Of traces in which windows pay, a run that names no mode takes those. All designs have the same rays.
+SimulationMode unnamed_mode(const TracedDesigns& traced, const Comparison& comparison, const GpuConfig& config,
+                            const SampledOptions& sampled) {
+  const traces::Reader reader(traced.designs.at(comparison.reference()).path);
+  if (!windows_pay(reader, config, sampled)) return SimulationMode::cycle;
+  fmt::print(stderr,
+             "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
+             "simulates all of them\n",
+             reader.group_count(), static_cast<double>(reader.totals().visits()) * 1e-6);
+  return SimulationMode::sampled;
+}
+
 /// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
                                                      const Comparison& comparison, const GpuConfig& config,
@@ -202,16 +220,26 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
   const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
   std::map<std::string, ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
+  std::vector<std::string> names;
+  std::vector<std::uint64_t> warps;
+  for (const Design& design : comparison.designs()) {
+    names.emplace_back(design.name);
+    warps.push_back(traces::Reader(traced.at(design.name).path).group_count());
+  }
+  DesignProgress progress(names, warps, quiet);
   const auto collect_first = [&] {
+    while (!running.front().second->wait_for(kLook)) progress.look();
+    progress.look();
     documents[running.front().first] = ordered_json::parse(running.front().second->result());
     running.erase(running.begin());
   };
   for (const Design& design : comparison.designs()) {
     if (running.size() >= jobs) collect_first();
-    if (!quiet) fmt::print(stderr, "simulating {}\n", design.name);
-    running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, name = design.name] {
+    const std::size_t index = static_cast<std::size_t>(&design - comparison.designs().data());
+    running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, index, name = design.name] {
                            const std::string& trace = traced.at(name).path;
                            SimulationOptions simulation;
+                           simulation.observer = progress.observer(index);
                            simulation.price = describe_energy;
                            const SimulationResult result = options.mode == SimulationMode::sampled
                                                                ? simulate_sampled(trace, config, sampled).result
@@ -332,7 +360,7 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
   }
 }
 
-int run(const RunArguments& options, const CommonOptions& common) {
+int run(RunArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
@@ -359,6 +387,10 @@ int run(const RunArguments& options, const CommonOptions& common) {
     const std::string image = options.output + "/image.png";
     frontend::write_image(frames == 1 ? image : frame_path(image, i), traced.images[i]);
   }
+  if (options.mode_option->count() == 0) {
+    options.mode = unnamed_mode(traced, comparison, config, sampled);
+    if (options.mode != SimulationMode::cycle) warn_of_ignored_keys(config, options.mode, sampled);
+  }
   const std::map<std::string, ordered_json> documents =
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
   std::set<std::string> cautions;  // mostly the same of all designs
@@ -370,6 +402,7 @@ int run(const RunArguments& options, const CommonOptions& common) {
   ordered_json results;
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
+  results["model_version"] = kModelVersion;
   results["machine"] = options.machine;
   results["config"] = config_json(config);
   if (objects) results["speedup_over"] = comparison.reference();  // else over the baseline
@@ -441,7 +474,8 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
-  add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim");
+  options->mode_option = add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim")
+                             ->default_str("cycle; of full frames sampled, which a line says");
   add_sampled_options(command, options->sampled);
   command->add_option(
       "--jobs", options->jobs,

@@ -11,7 +11,7 @@ namespace grtx::sim {
 using namespace frontend;
 
 void add_secondary_options(CLI::App* command, SecondaryCli& cli) {
-  command->add_option("--secondary", cli.what, "Objects that send secondary rays through the scene")
+  command->add_option("--secondary", cli.what, "Optical objects in the scene, which send secondary rays")
       ->check(one_of({"none", "glass", "mirror", "both"}));
   command->add_option("--glass", cli.glass, "Glass sphere x,y,z,r in file coordinates (default: placed by the seed)")
       ->delimiter(',')

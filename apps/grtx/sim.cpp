@@ -80,6 +80,7 @@ void check_estimate(const SimArguments& options) {
 int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
                 const CommonOptions& common) {
   check_estimate(options);
+  if (!options.simulation.warm_trace.empty()) throw Error("sim", "--warm", "is for --mode cycle and fast");
   SampledResult result = simulate_sampled(options.trace, config, sampled);
   result.result.document["inputs"]["machine"] = machine_name(options.machine);
   warn_of_caution(result.result.caution, "--mode sampled");
@@ -163,6 +164,10 @@ void add_sim(CLI::App& app, CommonOptions& common) {
       ->add_option("--threads", options->simulation.build.threads,
                    "Cycle mode: threads of the host for one simulation; results do not depend on it")
       ->check(in_range(1U, 256U));
+  command
+      ->add_option("--warm", options->simulation.warm_trace,
+                   "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")
+      ->type_name(kInputFile);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")
       ->type_name(kOutputFile);
   command->add_option(

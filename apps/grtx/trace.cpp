@@ -78,9 +78,9 @@ Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Ca
                    frontend::AccelKind kind, const frontend::TracerOptions& tracer,
                    const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
                    const CommandFiles& named) {
-  frontend::ViewTracer view(load_flat_scene(options.scene, files), cameras, tracer.kernel);
+  frontend::ViewTracer view(load_flat_scene(options.scene, files, render.quiet), cameras, tracer.kernel);
   named.check(files);
-  const frontend::AccelerationStructure& accel = view.build(accel_options(options.tracer, kind));
+  const frontend::AccelerationStructure& accel = build_view(view, accel_options(options.tracer, kind), render.quiet);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   inputs.merge(object_inputs(objects));

@@ -7,6 +7,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
+#include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::sim {
 
@@ -40,33 +41,40 @@ void visit_options(Cli& cli, Visit&& visit) {
   visit("k", o.k, "k-buffer entries a ray", in_range(1U, kMaxK));
   visit("checkpoint-capacity", o.checkpoint_capacity, "Entries of one checkpoint buffer of a ray",
         in_range(1U, 65535U));
+  visit("checkpoint-bins", o.checkpoint_bins,
+        "Near lists of a ray by distance, and a far one, of --checkpoint-capacity entries each; 0: two buffers",
+        in_range(0U, traces::kMaxCheckpointBins));
+  visit("below-instance", o.below_instance,
+        "Nodes of an instance beyond t_max: checkpointed, or visited, and a hit goes to the eviction buffer");
   visit("ert", o.ert, "Transmittance below which a ray ends", in_range(0.0, 1.0));
   visit("sort-key", o.sort_key, "Distance that orders a ray's hits");
   visit("resume", o.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
-  visit("kernel-radius", cli.kernel_radius, "Where a Gaussian ends");
+  visit("kernel-radius", cli.kernel_radius,
+        "Radius at which a Gaussian ends: by its opacity, or three standard deviations");
   visit("kernel-degree", cli.kernel_degree, kKernelDegree, CLI::IsMember({2U, 4U}));
   visit("child-order", o.child_order, "Order in which hit children are visited; a machine may choose another");
   visit(
       "pop-test", o.pop_test,
-      "Whether a node is compared with t_max when popped, for which its stack entry holds its t; a machine may choose "
+      "Whether a popped node is compared with t_max before its fetch (stack entries then hold t); a machine may choose "
       "another");
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   visit("checkpoint-order", o.checkpoint_order, "Order in which replay reads the source buffer");
   visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
-  visit("inside", o.inside, "Gaussians whose proxy holds the ray origin");
+  visit("inside", o.inside, "Gaussians whose proxy holds the ray origin: skipped, or hit at distance 0");
   visit("sh-dir", o.sh_direction, "Direction in which the spherical harmonics are evaluated");
-  visit("instance-bounds", cli.instance_bounds, "World boxes of instances");
+  visit("instance-bounds", cli.instance_bounds,
+        "Boxes of instances in the world: of the proxy, or of its box's corners");
   visit("layout", cli.layout, "How nodes lie in memory (docs/model/node-image.md)");
   visit("bvh-width", cli.bvh_width, "Children of an internal node; with --layout compact 8 by default",
         in_range(2U, 8U));
   visit("mapping", cli.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
   visit("warp-size", cli.warp_size, "Rays of a warp", one_of({"4", "8", "16", "32"}));
   visit("tracing", cli.tracing,
-        "Rounds of k hits, one round that sorts all (--k holds them), a hit each, the same image without rounds, by "
-        "tiles of rays (trace --no-trace), or a noisy image of random samples",
+        "multi: rounds of k hits; single: one round, then a sort (--k holds all hits); closest: a round a hit; tiles: "
+        "the same image without rounds (trace --no-trace); stochastic: a noisy image of random samples",
         one_of(tracing_names()));
-  visit("samples", o.samples, "Of a ray, with --tracing stochastic", in_range(1U, kMaxSamples));
-  visit("sample-seed", o.sample_seed, "Of the coins of --tracing stochastic");
+  visit("samples", o.samples, "Samples of a ray, with --tracing stochastic", in_range(1U, kMaxSamples));
+  visit("sample-seed", o.sample_seed, "Seed of the samples, with --tracing stochastic");
   visit("triangle-test", o.triangle_test, "Hit test of triangles: canonical, or their stored vertices");
   visit("box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)", in_range(2U, 8U));
   visit("response-precision", o.response_precision, "Format to which every step of a Gaussian's response is rounded");
@@ -111,6 +119,11 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
   }
+  if (o.checkpoint_bins == 1) throw Error("--checkpoint-bins", "1", "is one list: 0 takes two buffers, 2 or more bins");
+  if (o.checkpoint_bins != 0 && o.checkpoint_order != CheckpointOrder::fifo) {
+    throw Error("--checkpoint-order", std::string(name_of(o.checkpoint_order)),
+                "is an order of two buffers: --checkpoint-bins has one of its own");
+  }
   if (o.triangle_test == TriangleTest::world && proxy_of(accel) == ProxyKind::sphere) {
     throw Error("--triangle-test", "world", "needs a structure of triangles, not --accel " + accel_name(accel));
   }
@@ -153,8 +166,12 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
   };
   std::map<std::string, std::string> inputs = as_text(cli);
   const std::map<std::string, std::string> defaults = as_text({});
-  for (const char* later : {"pop_test", "kernel_degree", "layout"}) {
+  for (const char* later : {"pop_test", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
+  }
+  if (!checkpoint) {
+    inputs.erase("checkpoint_bins");
+    inputs.erase("below_instance");
   }
   if (cli.tracing != name_of(Tracing::stochastic)) {
     inputs.erase("samples");

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "grtx/base/declare/named_enum.h"
+#include "grtx/base/declare/own_counts.h"
 #include "grtx/base/declare/statistics.h"
 
 namespace grtx::declare {
@@ -103,6 +104,14 @@ class CounterTable {
     return described([field, name](const Counters& c, StatisticList& list, const std::string& prefix) {
       const auto& inner = std::invoke(field, c);
       inner.table().describe(inner, list, prefix + name);
+    });
+  }
+  /// OwnCounts.
+  template <typename Field>
+  CounterTable& own_counts(Field field) {
+    own(field, [](OwnCounts& total, const OwnCounts& more) { total.add(more); });
+    return described([field](const Counters& c, StatisticList& list, const std::string& prefix) {
+      std::invoke(field, c).describe(list, prefix);
     });
   }
   /// A field that adds up by a rule of its own: rule(total, more).

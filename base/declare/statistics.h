@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Statistic {
   std::variant<std::uint64_t, double> value;
   std::string unit;
   std::string description;
+  double picojoules = 0.0;  ///< energy of each that is counted; 0: it is priced by nobody, or elsewhere
 };
 
 /// part / whole, 0 of nothing.
@@ -34,11 +36,12 @@ class StatisticList {
   bool lists_kinds() const { return kinds_; }
 
   void add(std::string name, std::uint64_t value, std::string unit, std::string description) {
-    items_.push_back({std::move(name), value, std::move(unit), std::move(description)});
+    items_.push_back({std::move(name), value, std::move(unit), std::move(description), 0.0});
   }
   void add(std::string name, double value, std::string unit, std::string description) {
-    items_.push_back({std::move(name), value, std::move(unit), std::move(description)});
+    items_.push_back({std::move(name), value, std::move(unit), std::move(description), 0.0});
   }
+  void add(Statistic statistic) { items_.push_back(std::move(statistic)); }
   const std::vector<Statistic>& items() const { return items_; }
 
  private:

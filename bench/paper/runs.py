@@ -6,7 +6,6 @@ import hashlib
 import json
 import lzma
 import os
-import re
 import shutil
 import signal
 import sqlite3
@@ -61,13 +60,6 @@ def flat(document):
     return found
 
 
-def model_version():
-    """Which model the figures are of (scripts/model_version.py)."""
-    top = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-    with open(os.path.join(top, "rtl_tlm", "run", "model_version.h"), encoding="utf-8") as header:
-        return re.search(r"kModelVersion = (\d+)", header.read()).group(1)
-
-
 class Results:
     """program: grtx; folder: where it works; settings: key=value of the command line, for every simulation and cost."""
 
@@ -77,7 +69,8 @@ class Results:
         self.database = os.path.join(folder, "runs.sqlite")
         self.keys = {}      # Point -> its key in the database
         self.documents = {}
-        self.model = model_version()
+        # Of "grtx 0.1.0, model version 7": which model the figures are of.
+        self.model = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split()[-1]
         for name in ("scenes", "plans", "measures", "runs"):
             os.makedirs(os.path.join(folder, name), exist_ok=True)
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <variant>
@@ -28,6 +29,7 @@ constexpr Group kGroups[] = {{"rt",
                              {"l2", "energy of the L2 slices' data arrays"},
                              {"dram", "energy of the bytes to and from DRAM"},
                              {"private_store", "energy of the private stores of SIMT cores and RT units"},
+                             {"own", "energy of units that are not the project's, as they price what they count"},
                              {"leakage", "leakage of the whole modelled machine over gpu.time_us"}};
 
 /// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
@@ -50,8 +52,13 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   };
   CostOptions options;
   options.clock_mhz = config.core_mhz;
-  const std::vector<EnergyPart> parts = run_energy(value, config, inventories, options, {});
+  std::vector<EnergyPart> parts = run_energy(value, config, inventories, options, {});
 
+  for (const modules::Statistic& s : list.items()) {
+    if (s.picojoules == 0.0) continue;
+    const double actions = std::visit([](auto counted) { return static_cast<double>(counted); }, s.value);
+    parts.push_back({"own." + s.name, actions, Range::exactly(s.picojoules * actions * 1e-3), s.unit});
+  }
   std::uint64_t low = 0, central = 0, high = 0;
   std::unordered_map<std::string, std::uint64_t> by_group;
   for (const EnergyPart& part : parts) {
@@ -67,7 +74,9 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   list.add("gpu.energy_nj_per_ray", nanojoules(central) / static_cast<double>(std::max<std::uint64_t>(1, rays)), "nJ",
            "gpu.energy_nj over the rays of the trace");
   for (const Group& group : kGroups) {
-    if (group.name == std::string("private_store") && !by_group.contains(group.name) && !list.lists_kinds()) continue;
+    const std::string_view name = group.name;
+    if (name == "own" && !by_group.contains(group.name)) continue;
+    if (name == "private_store" && !by_group.contains(group.name) && !list.lists_kinds()) continue;
     list.add(std::string("gpu.energy_nj.") + group.name, nanojoules(by_group[group.name]), "nJ", group.description);
   }
 }

@@ -118,20 +118,11 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
   add("rt.checkpoint_unit", entries,
       prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
           (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
-          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true),
+          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
+          prices.access(".checkpoint_unit", "bin_pointers", false) +
+          prices.access(".checkpoint_unit", "bin_pointers", true) +
+          prices.access(".checkpoint_unit", "bin_read", false),
       "entries written and read");
-  if (config.rt.cooperation.ahead > 0) {
-    const double taken = if_any("gpu.rt.cooperation.taken");
-    add("rt.lane_cooperation.writes", taken, prices.access(".lane_cooperation", "results", true), "results held");
-    add("rt.lane_cooperation.reads", taken - if_any("gpu.rt.cooperation.wasted"),
-        prices.access(".lane_cooperation", "results", false), "results used");
-    add("rt.lane_cooperation.rays", taken, prices.access(".warp_buffer", "ray", false), "rays of busy lanes read");
-  }
-  if (config.rt.prefetcher.stack.depth > 0) {
-    add("rt.stack_prefetch.reads", if_any("gpu.rt.prefetch.stack_looks"),
-        prices.access(".sibling_prefetcher", "stack_tops", false), "looks at a lane's stack");
-    add("rt.stack_prefetch.writes", events, prices.access(".sibling_prefetcher", "stack_tops", true), "lane steps");
-  }
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
   add("simt", value("gpu.simt.instructions.total"),
       prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +

@@ -6,6 +6,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/source_assignment.h"
 #include "grtx/traces/instance_levels.h"
@@ -118,7 +119,8 @@ class Replay {
         nodes_(nodes),
         levels_(header),
         values_(values),
-        order_(header.checkpoint_order) {}
+        order_(header.checkpoint_order),
+        binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
 
   ReplayedRay run() {
     // What a node's children were pushed in, and which Gaussian a leaf holds, is told by what follows.
@@ -142,6 +144,7 @@ class Replay {
     k_buffer_.clear();
     evictions_.clear();
     destination_.clear();
+    next_bin_ = 0;
     made_ = 0;
     time_ = 0;
     result_ = ReplayedRay();
@@ -182,10 +185,14 @@ class Replay {
     source_.clear();
     if (out.round.replay) source_.swap(destination_);
     destination_.clear();
-    if (values_ != nullptr) {
+    binned_.begin_round(out.round.replay, out.round.bins);
+    if (header_.checkpoint_bins != 0) {
+      source_.clear();
+      for (auto rest = binned_; rest.more();) source_.push_back(rest.read());
+    } else if (values_ != nullptr) {
       traces::with_checkpoint_order(header_.checkpoint_order, [this](auto policy) { policy.arrange(source_); });
-      t_max_ = values_->start_t_max[r];
     }
+    if (values_ != nullptr) t_max_ = values_->start_t_max[r];
     out.evictions_left = static_cast<std::uint32_t>(evictions_.size());
     put_hits(out, k_buffer_);
     put_hits(out, evictions_);
@@ -376,6 +383,7 @@ class Replay {
     const std::size_t place = order_.by_place() ? order_.position(read_, source_.size()) : places_[read_];
     ++read_;
     put(out, place);
+    if (header_.checkpoint_bins != 0 && binned_.more()) binned_.read();
     const NodeEntry& entry = source_.at(place);
     if (event.kind() == EventKind::replay_take) {
       ++out.taken;
@@ -390,6 +398,7 @@ class Replay {
     if (kept == 0) return;
     ++out.written;
     destination_.push_back(entry);
+    if (header_.checkpoint_bins != 0) binned_.write(ray_.bins.at(next_bin_++), entry);
   }
 
   // The stack, as lists of what was pushed together.
@@ -469,6 +478,8 @@ class Replay {
   std::vector<Pushed> stack_;
   std::vector<HitEntry> k_buffer_, evictions_;
   std::vector<NodeEntry> source_, destination_;
+  traces::BinnedEntries<NodeEntry> binned_;
+  std::size_t next_bin_ = 0;  ///< of the ray's entries
   float t_max_ = kUnknownTime;
   std::uint32_t made_ = 0;
   std::size_t time_ = 0;  ///< next of RayValues::times

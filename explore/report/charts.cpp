@@ -1,6 +1,7 @@
 #include "grtx/explore/report/charts.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace grtx::sim {
@@ -27,6 +28,26 @@ ordered_json quantity(const std::string& field, const std::string& title) {
   return {{"field", field}, {"type", "quantitative"}, {"title", title}};
 }
 
+/// An axis from 0; logarithmic where the values of a view span more than a factor of 20.
+ordered_json from_zero(const ordered_json& rows, const std::string& field) {
+  constexpr double kWide = 20.0;
+  std::map<std::string, std::pair<double, double>> ranges;  // by view
+  for (const ordered_json& row : rows) {
+    if (!row.contains(field) || !row.at(field).is_number()) continue;
+    const double value = row.at(field).get<double>();
+    const auto [range, is_new] =
+        ranges.try_emplace(row.contains("view") ? row.at("view").dump() : "", std::pair(value, value));
+    range->second = {std::min(range->second.first, value), std::max(range->second.second, value)};
+  }
+  bool positive = true, wide = false;
+  for (const auto& [view, range] : ranges) {
+    positive = positive && range.first > 0.0;
+    wide = wide || range.second > kWide * range.first;
+  }
+  if (positive && wide) return {{"type", "log"}, {"padding", 12}};
+  return {{"zero", true}, {"nice", true}};
+}
+
 ordered_json tooltips(const std::vector<ChartField>& fields) {
   ordered_json list = ordered_json::array();
   for (const ChartField& f : fields) {
@@ -41,14 +62,14 @@ ordered_json tooltips(const std::vector<ChartField>& fields) {
 ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, const ChartField& cost,
                           const std::vector<ChartField>& tooltip, const std::string& colour_by) {
   ordered_json x = quantity(time.field, time.title);
-  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  x["scale"] = from_zero(rows, time.field);
   ordered_json y = quantity(cost.field, cost.title);
-  y["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  y["scale"] = from_zero(rows, cost.field);
 
   ordered_json line;
   line["transform"] = {{{"filter", "datum.front"}}};
   line["mark"] = {{"type", "line"}, {"interpolate", "step-after"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
-  line["encoding"] = {{"x", x}, {"y", y}, {"detail", {{"field", "group"}}}, {"order", {{"field", time.field}}}};
+  line["encoding"] = {{"x", x}, {"y", y}, {"order", {{"field", time.field}}}};
 
   ordered_json points;
   points["name"] = "points";
@@ -70,8 +91,10 @@ ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, cons
 
   ordered_json spec = base(rows);
   spec["height"] = 300;
-  spec["params"] = {{{"name", "picked"}, {"value", nullptr}}, {{"name", "colour_by"}, {"value", colour_by}}};
-  spec["transform"] = {{{"calculate", "datum[colour_by]"}, {"as", "colour"}}};
+  spec["params"] = {{{"name", "picked"}, {"value", nullptr}},
+                    {{"name", "shown"}, {"value", 0}},
+                    {{"name", "colour_by"}, {"value", colour_by}}};
+  spec["transform"] = {{{"filter", "datum.view === shown"}}, {{"calculate", "datum[colour_by]"}, {"as", "colour"}}};
   spec["layer"] = ordered_json::array({line, points});
   return spec;
 }
@@ -81,13 +104,15 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
   ordered_json spec = base(rows);
   std::set<std::string> bars;  // drawn at first
   for (const ordered_json& row : rows) {
-    if (!linked || row.at("front").get<bool>()) bars.insert(row.at("label").get<std::string>());
+    if (!linked || (row.at("front").get<bool>() && row.at("view") == 0))
+      bars.insert(row.at("label").get<std::string>());
   }
   spec["height"] = kBarPixels * std::max<std::size_t>(1, bars.size());
   ordered_json transform = ordered_json::array();
   if (linked) {
-    spec["params"] = {{{"name", "picked"}, {"value", nullptr}}};
-    transform.push_back({{"filter", "picked === null ? datum.front : indexof(picked, datum.id) >= 0"}});
+    spec["params"] = {{{"name", "picked"}, {"value", nullptr}}, {{"name", "shown"}, {"value", 0}}};
+    transform.push_back(
+        {{"filter", "datum.view === shown && (picked === null ? datum.front : indexof(picked, datum.id) >= 0)"}});
   }
   transform.push_back({{"calculate", "indexof(" + ordered_json(parts).dump() + ", datum.part)"}, {"as", "place"}});
   spec["transform"] = transform;
@@ -153,9 +178,9 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
 ordered_json search_chart(const ordered_json& rows, const ChartField& x_field, const ChartField& y_field,
                           const std::vector<ChartField>& tooltip, const std::vector<std::string>& stages, bool line) {
   ordered_json x = quantity(x_field.field, x_field.title);
-  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  x["scale"] = from_zero(rows, x_field.field);
   ordered_json y = quantity(y_field.field, y_field.title);
-  y["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  y["scale"] = from_zero(rows, y_field.field);
   const std::string front = stages.at(stages.size() - 2);
   ordered_json spec = base(rows);
   spec["height"] = 300;
@@ -219,7 +244,7 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
   spec["height"] = kRow * std::max<std::size_t>(1, parameters.size());
   const ordered_json y = {{"field", "parameter"}, {"type", "nominal"}, {"title", nullptr}, {"sort", parameters}};
   ordered_json x = quantity("factor", factor_title);
-  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 16}};
+  x["scale"] = from_zero(rows, "factor");
   ordered_json range, points, words;
   range["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
   range["encoding"] = {{"y", y}, {"x", x}, {"x2", {{"field", "factor"}, {"aggregate", "max"}}}};
@@ -235,6 +260,51 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
   words["mark"] = {{"type", "text"}, {"dy", -10}, {"fontSize", 11}};
   words["encoding"] = {{"y", y}, {"x", x}, {"text", {{"field", "value"}}}};
   spec["layer"] = ordered_json::array({range, points, words});
+  return spec;
+}
+
+ordered_json correlation_chart(const ordered_json& rows) {
+  double low = 0.0, high = 0.0;
+  for (const ordered_json& row : rows) {
+    for (const char* side : {"measured", "simulated"}) {
+      const double a = row.at(std::string(side) + "_low").get<double>();
+      low = low == 0.0 ? a : std::min(low, a);
+      high = std::max(high, row.at(std::string(side) + "_high").get<double>());
+    }
+  }
+  const auto axis = [](const char* field) {
+    ordered_json q = quantity(field, field);
+    q["scale"] = {{"type", "log"}, {"nice", true}, {"padding", 12}};
+    return q;
+  };
+  const auto rule = [&](const char* field, const char* across) {
+    ordered_json layer;
+    const std::string channel = std::string(field) == "measured" ? "x" : "y";
+    layer["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
+    layer["encoding"][channel] = axis((std::string(field) + "_low").c_str());
+    layer["encoding"][channel]["title"] = field;
+    layer["encoding"][channel + "2"] = {{"field", std::string(field) + "_high"}};
+    layer["encoding"][channel == "x" ? "y" : "x"] = axis(across);
+    return layer;
+  };
+  ordered_json same;
+  same["data"] = {{"values", {{{"measured", low}, {"simulated", low}}, {{"measured", high}, {"simulated", high}}}}};
+  same["mark"] = {{"type", "line"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
+  same["encoding"] = {{"x", axis("measured")}, {"y", axis("simulated")}};
+  ordered_json points;
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"size", 80}};
+  points["encoding"] = {
+      {"x", axis("measured")},
+      {"y", axis("simulated")},
+      {"color",
+       {{"field", "kind"},
+        {"type", "nominal"},
+        {"scale", {{"domain", {"figure", "outlier"}}, {"range", palette()}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"tooltip", tooltips({{"label", "figure"}, {"measured", "measured", true}, {"simulated", "simulated", true}})}};
+  ordered_json spec = base(rows);
+  spec["height"] = 360;
+  spec["layer"] = ordered_json::array({same, rule("measured", "simulated"), rule("simulated", "measured"), points});
   return spec;
 }
 

@@ -46,6 +46,10 @@ nlohmann::ordered_json waterfall(const nlohmann::ordered_json& rows, const std::
 nlohmann::ordered_json factor_chart(const nlohmann::ordered_json& rows, const std::vector<std::string>& parameters,
                                     const std::string& factor_title);
 
+/// Simulated against measured values, both with their ranges, and the line on which they are the same. rows: {label,
+/// kind, measured, measured_low, measured_high, simulated, ...}; kind: "figure" or "outlier".
+nlohmann::ordered_json correlation_chart(const nlohmann::ordered_json& rows);
+
 /// Lines over time. rows: {cycle, series, value}.
 nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
 

@@ -40,7 +40,7 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 
 MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
                                const std::string& pop_test, const std::string& layout, const std::string& levels,
-                               const ordered_json& statistics) {
+                               const ordered_json& statistics, const std::string& bins) {
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
@@ -48,8 +48,9 @@ MachineFigures machine_figures(const ordered_json& config, const std::string& de
     MachineUse use;
     if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
     use.objects = levels == "3";
-    use.spheres = accel == "ellipsoid" || accel == "tlas-sphere";
+    use.leaves = leaf_test_of(accel);
     if (!pop_test.empty()) use.pop_test = value_of<traces::PopTest>(pop_test, "inputs", "pop_test");
+    if (!bins.empty()) use.checkpoint_bins = static_cast<unsigned>(std::stoul(bins));
     if (!layout.empty()) use.layout = value_of<traces::NodeLayout>(layout, "inputs", "layout");
     ChildProcess child("cost of " + design, [&] {
       const std::vector<modules::Inventory> inventories = machine_inventory(machine, use);

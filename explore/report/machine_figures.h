@@ -19,9 +19,10 @@ struct MachineFigures {
 
 /// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel, pop_test, layout, levels: of the trace,
 /// decide on sphere units, on what a stack entry holds, on what reads nodes and on rays in the space of objects; "": as
-/// by default. statistics: of the run; empty: no energy.
+/// by default. statistics: of the run; empty: no energy. bins: checkpoint bins of a ray; "": two buffers.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
                                const std::string& accel, const std::string& pop_test, const std::string& layout,
-                               const std::string& levels, const nlohmann::ordered_json& statistics);
+                               const std::string& levels, const nlohmann::ordered_json& statistics,
+                               const std::string& bins = "");
 
 }  // namespace grtx::sim

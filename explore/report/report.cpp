@@ -9,9 +9,10 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/explore/report/assets.h"
 #include "grtx/explore/report/html.h"
+#include "grtx/explore/report/page.h"
 #include "grtx/explore/report/sections.h"
+#include "grtx/explore/report/sweep_views.h"
 
 namespace grtx::sim {
 namespace {
@@ -41,26 +42,23 @@ bool joins(const RunResults& run, const RunResults& other) {
 }
 
 void price_machines(ReportSweep& sweep) {
-  const Fronts front = fronts(sweep.results);
-  const auto extreme = [&](const char* value) {
-    std::size_t best = sweep.results.points.size();
-    for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-      const ReportedPoint& p = sweep.results.points[i];
-      if (!front.any(i) || !std::isfinite(p.value(value))) continue;
-      if (best == sweep.results.points.size() || p.value(value) < sweep.results.points[best].value(value)) best = i;
+  const SweepViews shown(sweep.results);
+  const auto add = [&](const char* value, const char* what) {
+    const ShownPoint* best = nullptr;
+    for (const ShownPoint& p : shown.points()) {
+      if (p.view != 0 || !p.on_front() || !std::isfinite(shown.value(p, value))) continue;
+      if (best == nullptr || shown.value(p, value) < shown.value(*best, value)) best = &p;
     }
-    return best;
-  };
-  const auto add = [&](std::size_t at, const char* what) {
-    if (at == sweep.results.points.size()) return;
+    if (best == nullptr) return;
     for (const ReportSweep::Machine& known : sweep.machines) {
-      if (known.point == at) return;
+      if (known.point == best->of.front()) return;
     }
-    const ReportedPoint& point = sweep.results.points[at];
-    sweep.machines.push_back({at, what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
+    const ReportedPoint& point = shown.first(*best);
+    sweep.machines.push_back(
+        {best->of.front(), what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
   };
-  add(extreme("gpu.time_us"), "fastest of the front");
-  add(extreme("cost.mm2"), "smallest of the front");
+  add(kTime, "fastest of the front");
+  add(kArea, "smallest of the front");
 }
 
 Inputs read_inputs(const std::vector<std::string>& paths) {
@@ -94,9 +92,9 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
-      run.machines.push_back(machine_figures(run.results.config, design.name, input(design, "accel"),
-                                             input(design, "pop_test"), input(design, "layout"),
-                                             input(design, "levels"), design.statistics));
+      run.machines.push_back(machine_figures(
+          run.results.config, design.name, input(design, "accel"), input(design, "pop_test"), input(design, "layout"),
+          input(design, "levels"), design.statistics, input(design, "checkpoint_bins")));
     }
   }
   return inputs;
@@ -173,19 +171,6 @@ std::string pictures_section(const std::vector<std::string>& images) {
   return out + "</div></section>\n";
 }
 
-std::string navigation(const std::string& body) {
-  // Every section with an id has a heading right behind it.
-  std::string links;
-  const std::string begin = "<section id=\"";
-  for (std::size_t at = body.find(begin); at != std::string::npos; at = body.find(begin, at + 1)) {
-    const std::size_t id = at + begin.size();
-    const std::size_t heading = body.find("<h2>", id) + 4;
-    links += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", body.substr(id, body.find('"', id) - id),
-                         body.substr(heading, body.find("</h2>", heading) - heading));
-  }
-  return "<nav aria-label=\"Contents\"><ul>\n" + links + "</ul></nav>\n";
-}
-
 }  // namespace
 
 std::string report_page(const ReportOptions& options) {
@@ -200,26 +185,7 @@ std::string report_page(const ReportOptions& options) {
   if (!inputs.runs.empty()) body += bars_section(inputs.runs);
   body += pictures_section(options.images) + machines_section(inputs) +
           configuration_section(inputs.runs, inputs.sweeps) + inputs_section(inputs, options.images);
-
-  std::string page = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"grtx {}\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n<style>\n",
-      GRTX_VERSION, escape(options.title));
-  page += page_style();
-  page += "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#content\">To the content</a>\n<header><h1>" +
-          escape(options.title) + "</h1>\n" + navigation(body) + "</header>\n<main id=\"content\">\n" + body +
-          "</main>\n<footer><p>Written by grtx " GRTX_VERSION
-          " report. This file holds everything it shows and loads nothing.</p></footer>\n";
-  if (!chart_library().empty()) {
-    page += "<script>\n";
-    page += chart_library();
-    page += "</script>\n";
-  }
-  page += "<script>\n";
-  page += page_script();
-  return page + "</script>\n</body>\n</html>\n";
+  return html_page(options.title, "report", body);
 }
 
 }  // namespace grtx::sim

@@ -279,8 +279,8 @@ std::string run_headline(const ReportRun& run) {
     cards += headline(number(static_cast<double>(run.results.violations.size())), "Violated laws",
                       "conservation checks of the hardware model");
   }
-  return fmt::format("<h3>{}: {}</h3>\n<dl class=\"cards\">\n{}</dl>\n", escape(run.name), escape(run.results.label),
-                     cards);
+  return fmt::format("<h3>{}: {}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(run.name), escape(run.results.label),
+                     run_verdict(run), cards);
 }
 
 std::string paper_section(const std::vector<ReportRun>& runs) {
@@ -350,7 +350,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out =
       fmt::format("<section id=\"run{}\"><h2>{}: {}</h2>\n", index, escape(run.name), escape(run.results.label));
-  out += designs_table(run);
+  out += designs_table(run) + bytes_table(run);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
   }

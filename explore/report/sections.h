@@ -32,15 +32,12 @@ struct ReportSweep {
   std::vector<Machine> machines;
 };
 
-/// Which points of a sweep are on the front of area and time, and of energy and time: by point, of those that are done.
-struct Fronts {
-  std::vector<bool> area, energy;
-  bool any(std::size_t point) const { return area[point] || energy[point]; }
-};
-Fronts fronts(const SweepResults& sweep);
-
 // Runs.
 std::string run_headline(const ReportRun& run);
+/// A paragraph: which design wins and why, where its bytes went, what binds it.
+std::string run_verdict(const ReportRun& run);
+/// Bytes of L2 and DRAM by what they were for, checkpoints apart.
+std::string bytes_table(const ReportRun& run);
 std::string paper_section(const std::vector<ReportRun>& runs);
 std::string run_section(const ReportRun& run, std::size_t index);
 /// Stalls and energy of all designs of all runs.

@@ -1,16 +1,16 @@
-// Sections on sweeps: Pareto fronts, table of points, stalls and energy of chosen points, effects of the coordinates.
+// Sections on sweeps, view by view: Pareto fronts, table of points, stalls and energy of chosen points, effects of the
+// coordinates.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "grtx/explore/report/charts.h"
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/mode_agreement.h"
-#include "grtx/explore/report/pareto.h"
 #include "grtx/explore/report/sections.h"
+#include "grtx/explore/report/sweep_views.h"
 #include "grtx/explore/sweep/axis.h"
 
 namespace grtx::sim {
@@ -18,15 +18,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Values of a sweep's points, as `grtx sweep` names them.
-constexpr const char* kTime = "gpu.time_us";
-constexpr const char* kArea = "cost.mm2";
-constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
-
-/// Points that compare with each other: their fronts are drawn apart.
-std::string group_of(const ReportedPoint& p) { return p.scene + "\n" + p.mode; }
-
-/// The point's coordinates in words: "l1.bytes = 65536, k = 8".
+/// The point's design and coordinates in words: "grtx, l1.bytes = 65536".
 std::string words(const ReportedPoint& p) {
   std::string text = p.design;
   for (const auto& [name, value] : p.coordinates.items()) {
@@ -35,42 +27,17 @@ std::string words(const ReportedPoint& p) {
   return text;
 }
 
-/// Cycles of the baseline at the same scene, mode and coordinates over the point's; NaN without one.
-std::vector<double> speedups(const SweepResults& sweep) {
-  const auto place = [](const ReportedPoint& p) { return group_of(p) + "\n" + p.coordinates.dump(); };
-  std::map<std::string, double> baseline;
-  for (const ReportedPoint& p : sweep.points) {
-    if (p.done() && p.design == "baseline") baseline[place(p)] = p.value("gpu.cycles");
-  }
-  std::vector<double> list;
-  for (const ReportedPoint& p : sweep.points) {
-    const auto found = baseline.find(place(p));
-    list.push_back(p.done() && found != baseline.end() ? found->second / p.value("gpu.cycles")
-                                                       : std::numeric_limits<double>::quiet_NaN());
-  }
-  return list;
-}
-
-/// Columns that tell the points apart: scene, design and mode when they vary, then the coordinates.
+/// Columns that tell the points of a view apart: the design when it varies, then the coordinates that do.
 struct Describing {
   std::string title;
   std::function<ordered_json(const ReportedPoint&)> of;
 };
-std::vector<Describing> describing(const SweepResults& sweep) {
+std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& shown) {
   std::vector<Describing> list;
-  const auto has = [&](const char* name) {
-    return std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) != sweep.coordinates.end();
-  };
-  if (sweep.several(&ReportedPoint::scene) && !has("scene")) {
-    list.push_back({"scene", [](const ReportedPoint& p) { return ordered_json(p.scene); }});
-  }
-  if (sweep.several(&ReportedPoint::design) && !has("design")) {
+  if (sweep.several(&ReportedPoint::design)) {
     list.push_back({"design", [](const ReportedPoint& p) { return ordered_json(p.design); }});
   }
-  if (sweep.several(&ReportedPoint::mode) && !has("mode")) {
-    list.push_back({"mode", [](const ReportedPoint& p) { return ordered_json(p.mode); }});
-  }
-  for (const std::string& name : sweep.coordinates) {
+  for (const std::string& name : shown.varying()) {
     list.push_back({name, [name](const ReportedPoint& p) {
                       return p.coordinates.contains(name) ? p.coordinates.at(name) : ordered_json();
                     }});
@@ -78,25 +45,26 @@ std::vector<Describing> describing(const SweepResults& sweep) {
   return list;
 }
 
-std::string pareto_html(const ReportSweep& sweep, const std::vector<Describing>& columns, const ChartField& cost,
-                        const std::vector<bool>& on_front, const std::string& what) {
+/// As a bar or a mark is called: "#12 grtx, l1.bytes = 65536".
+std::string full_label(const SweepViews& shown, const ShownPoint& p) {
+  const std::string name = shown.name(shown.first(p));
+  return p.label + (name.empty() ? "" : " " + name);
+}
+
+constexpr std::size_t kTooltip = 5;  // columns; with more the point's name stands for them
+
+std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns,
+                        const ChartField& cost, const std::string& what) {
   ordered_json rows = ordered_json::array();
   std::vector<ChartField> tooltip = {{"label", "point"}};
-  std::size_t without = 0;
-  for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-    const ReportedPoint& p = sweep.results.points[i];
-    if (!p.done()) continue;
-    if (!std::isfinite(p.value(kTime)) || !std::isfinite(p.value(cost.field))) {
-      ++without;
-      continue;
-    }
-    ordered_json row = {{"id", p.id},
-                        {"label", fmt::format("#{}", p.id)},
-                        {"time", p.value(kTime)},
-                        {"cost", p.value(cost.field)},
-                        {"front", static_cast<bool>(on_front[i])},
-                        {"group", group_of(p)},
-                        {"none", "all points"}};
+  for (const ShownPoint& point : shown.points()) {
+    const double time = shown.value(point, kTime), own = shown.value(point, cost.field);
+    if (!std::isfinite(time) || !std::isfinite(own)) continue;
+    const ReportedPoint& p = shown.first(point);
+    ordered_json row = {{"id", point.id},        {"label", point.label},
+                        {"name", shown.name(p)}, {"time", time},
+                        {"cost", own},           {"front", cost.field == kArea ? point.on_area : point.on_energy},
+                        {"view", point.view},    {"none", "all points"}};
     // Names of coordinates hold dots, which Vega-Lite would read as paths: numbered fields carry them.
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const ordered_json value = columns[c].of(p);
@@ -105,43 +73,45 @@ std::string pareto_html(const ReportSweep& sweep, const std::vector<Describing>&
     rows.push_back(std::move(row));
   }
   if (rows.empty()) return "";
-  for (std::size_t c = 0; c < columns.size(); ++c) tooltip.push_back({fmt::format("c{}", c), columns[c].title});
+  if (columns.size() > kTooltip) tooltip.push_back({"name", "differs in"});
+  for (std::size_t c = 0; c < columns.size() && columns.size() <= kTooltip; ++c) {
+    tooltip.push_back({fmt::format("c{}", c), columns[c].title});
+  }
   tooltip.push_back({"time", "time, µs", true});
   tooltip.push_back({"cost", cost.title, true});
-  std::string caption = fmt::format(
-      "{} against simulated time: {} points, {} on the front (large, dashed line). Hover for the configuration; drag a "
-      "box to choose points, double-click to choose all.",
-      what, rows.size(), std::count(on_front.begin(), on_front.end(), true));
-  if (without != 0) caption += fmt::format(" {} points have no such figure.", without);
+  const std::string caption =
+      what +
+      " against simulated time. Points on the front are large, on the dashed line. Hover for the "
+      "configuration; drag a box to choose points, double-click to choose all.";
   return chart(sweep.id + "_" + (cost.field == kArea ? "area" : "energy"), what + " against time, one mark a point",
                caption,
                pareto_chart(rows, {"time", "time, µs"}, {"cost", cost.title}, tooltip, columns.empty() ? "none" : "c0"),
                "pareto", sweep.id);
 }
 
-std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::string& prefix, const std::string& id,
-                      const std::string& value_title, const std::string& caption) {
+std::string bars_html(const ReportSweep& sweep, const SweepViews& shown, const std::string& prefix,
+                      const std::string& id, const std::string& value_title, const std::string& caption) {
   ordered_json rows = ordered_json::array();
   std::vector<std::string> parts;
-  for (std::size_t i = 0; i < sweep.results.points.size(); ++i) {
-    const ReportedPoint& p = sweep.results.points[i];
-    if (!p.done()) continue;
+  for (const ShownPoint& point : shown.points()) {
     std::vector<std::pair<std::string, double>> own;
-    if (prefix == "gpu.rt.stall.") own.emplace_back("issue", p.value("gpu.rt.selections"));
+    if (prefix == "gpu.rt.stall.") own.emplace_back("issue", shown.sum(point, "gpu.rt.selections"));
+    const ReportedPoint& p = shown.first(point);
     for (auto it = p.values.lower_bound(prefix); it != p.values.end() && it->first.starts_with(prefix); ++it) {
       if (it->first.find('.', prefix.size()) == std::string::npos) {
-        own.emplace_back(it->first.substr(prefix.size()), it->second);
+        own.emplace_back(it->first.substr(prefix.size()), shown.sum(point, it->first));
       }
     }
     double sum = 0.0;
-    for (const auto& [part, value] : own) sum += std::isfinite(value) ? value : 0.0;
+    for (const auto& [part, value] : own) sum += value;
     for (const auto& [part, value] : own) {
       if (!(value > 0.0)) continue;
       if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
-      rows.push_back({{"id", p.id},
-                      {"label", fmt::format("#{}", p.id)},
-                      {"order", p.value(kTime)},
-                      {"front", front.any(i)},
+      rows.push_back({{"id", point.id},
+                      {"label", full_label(shown, point)},
+                      {"order", shown.value(point, kTime)},
+                      {"front", point.on_front()},
+                      {"view", point.view},
                       {"part", part},
                       {"value", value},
                       {"share", value / sum}});
@@ -152,34 +122,36 @@ std::string bars_html(const ReportSweep& sweep, const Fronts& front, const std::
                "bars", sweep.id);
 }
 
-std::string points_table(const ReportSweep& sweep, const Fronts& front, const std::vector<Describing>& columns) {
-  const SweepResults& results = sweep.results;
-  const std::vector<double> ratios = speedups(results);
-  const bool has_ratio = std::any_of(ratios.begin(), ratios.end(), [](double r) { return std::isfinite(r); });
+/// Results first, then what the point is.
+std::string points_table(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
+  const bool several = shown.views().size() > 1;
   std::vector<Table::Column> titles = {{"point"}};
-  for (const Describing& column : columns) titles.push_back({column.title});
-  for (const char* title : {"time, µs", "cycles"}) titles.push_back({title});
-  if (has_ratio) titles.push_back({"speed-up"});
-  for (const char* title : {"mm²", "low – high", "nJ a ray", "L1 hit rate", "DRAM MB"}) titles.push_back({title});
+  if (several) titles.push_back({"view", false});
+  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ a ray"}) titles.push_back({title});
   titles.push_back({"on the front of", false});
-  Table table(results.file + ": finished points", titles, sweep.id + "_points");
-  for (std::size_t i = 0; i < results.points.size(); ++i) {
-    const ReportedPoint& p = results.points[i];
-    if (!p.done()) continue;
-    std::vector<std::string> cells = {fmt::format("#{}", p.id)};
-    for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
-    cells.push_back(number(p.value(kTime)));
-    cells.push_back(number(p.value("gpu.cycles")));
-    if (has_ratio) cells.push_back(times(ratios[i]));
-    cells.push_back(number(p.value(kArea)));
-    const double low = p.value("cost.mm2_low"), high = p.value("cost.mm2_high");
-    cells.push_back(std::isfinite(low) && std::isfinite(high) ? number(low) + " – " + number(high) : "");
-    cells.push_back(number(p.value(kEnergy)));
-    const double hits = p.value("gpu.l1.node.hit_rate");
+  for (const char* title : {"cycles", "L1 hit rate", "DRAM MB", "mm², low – high"}) titles.push_back({title});
+  for (const Describing& column : columns) titles.push_back({column.title});
+  Table table(sweep.results.file + ": finished points", titles, sweep.id + "_points");
+  const std::size_t reference = shown.reference();
+  for (const ShownPoint& point : shown.points()) {
+    const ReportedPoint& p = shown.first(point);
+    const auto value = [&](const char* name) { return shown.value(point, name); };
+    std::vector<std::string> cells = {point.label};
+    if (several) cells.push_back(escape(shown.views()[point.view].title));
+    cells.push_back(number(value(kTime)));
+    cells.push_back("<span class=\"speedup\">" + times(shown.speedup(point, reference)) + "</span>");
+    cells.push_back(number(value(kArea)));
+    cells.push_back(number(value(kEnergy)));
+    cells.push_back(point.on_area ? (point.on_energy ? "mm², nJ" : "mm²") : point.on_energy ? "nJ" : "");
+    cells.push_back(number(value("gpu.cycles")));
+    const double hits = value("gpu.l1.node.hit_rate");
     cells.push_back(std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : "");
-    cells.push_back(number(p.value("gpu.dram.bytes") * 1e-6));
-    cells.push_back(front.area[i] ? (front.energy[i] ? "mm², nJ" : "mm²") : front.energy[i] ? "nJ" : "");
-    table.row(cells, fmt::format(" data-id=\"{}\"{}", p.id, front.any(i) ? " class=\"front\"" : ""));
+    cells.push_back(number(value("gpu.dram.bytes") * 1e-6));
+    const double low = value("cost.mm2_low"), high = value("cost.mm2_high");
+    cells.push_back(std::isfinite(low) && std::isfinite(high) ? number(low) + " – " + number(high) : "");
+    for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
+    table.row(cells, fmt::format(" data-id=\"{}\" data-view=\"{}\" data-machine=\"{}\" data-time=\"{}\"{}", point.id,
+                                 point.view, point.machine, value(kTime), point.on_front() ? " class=\"front\"" : ""));
   }
   return table.rows() == 0 ? "" : table.html();
 }
@@ -202,31 +174,33 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-/// For each value of each coordinate, the points that have it.
-std::string effects_table(const SweepResults& results, const std::vector<Describing>& columns) {
-  Table table(results.file + ": what each value does", {{"coordinate", false},
-                                                        {"value"},
-                                                        {"points"},
-                                                        {"least time, µs"},
-                                                        {"median time, µs"},
-                                                        {"median mm²"},
-                                                        {"median nJ a ray"}});
+/// For each value of each coordinate, the points of the first view that have it.
+std::string effects_table(const SweepResults& results, const SweepViews& shown,
+                          const std::vector<Describing>& columns) {
+  if (shown.points().empty()) return "";
+  const std::string of = shown.views().size() > 1 ? ", " + shown.views().front().title : "";
+  Table table(results.file + ": what each value does" + of, {{"coordinate", false},
+                                                             {"value"},
+                                                             {"points"},
+                                                             {"least time, µs"},
+                                                             {"median time, µs"},
+                                                             {"median mm²"},
+                                                             {"median nJ a ray"}});
   for (const Describing& column : columns) {
     std::vector<ordered_json> values;
-    for (const ReportedPoint& p : results.points) {
-      if (const ordered_json v = column.of(p); p.done() && std::find(values.begin(), values.end(), v) == values.end()) {
-        values.push_back(v);
-      }
+    for (const ShownPoint& point : shown.points()) {
+      const ordered_json v = column.of(shown.first(point));
+      if (point.view == 0 && std::find(values.begin(), values.end(), v) == values.end()) values.push_back(v);
     }
     if (values.size() < 2) continue;
     std::sort(values.begin(), values.end());
     for (const ordered_json& value : values) {
       std::vector<double> time, area, energy;
-      for (const ReportedPoint& p : results.points) {
-        if (!p.done() || column.of(p) != value) continue;
-        time.push_back(p.value(kTime));
-        area.push_back(p.value(kArea));
-        energy.push_back(p.value(kEnergy));
+      for (const ShownPoint& point : shown.points()) {
+        if (point.view != 0 || column.of(shown.first(point)) != value) continue;
+        time.push_back(shown.value(point, kTime));
+        area.push_back(shown.value(point, kArea));
+        energy.push_back(shown.value(point, kEnergy));
       }
       table.row({escape(column.title), cell(value), number(static_cast<double>(time.size())),
                  number(*std::min_element(time.begin(), time.end())), number(median(time)), number(median(area)),
@@ -264,92 +238,100 @@ std::string traces_table(const SweepResults& results) {
   return table.rows() == 0 ? "" : details("Traces", table.html());
 }
 
-std::string colour_choice(const ReportSweep& sweep, const std::vector<Describing>& columns) {
-  std::string options;
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    options += fmt::format("<option value=\"c{}\">{}</option>", c, escape(columns[c].title));
+/// What the reader chooses: the view, the point that speed-ups are over, the colour.
+std::string controls(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
+  std::string views, points, colours;
+  for (std::size_t v = 0; shown.views().size() > 1 && v < shown.views().size(); ++v) {
+    views += fmt::format("<option value=\"{}\">{}</option>", v, escape(shown.views()[v].title));
   }
-  options += "<option value=\"none\">nothing</option>";
+  if (!views.empty()) views = "<label>View <select class=\"view\">" + views + "</select></label> ";
+  std::vector<std::size_t> known;
+  for (const ShownPoint& point : shown.points()) {
+    if (std::find(known.begin(), known.end(), point.machine) != known.end()) continue;
+    known.push_back(point.machine);
+    points += fmt::format("<option value=\"{}\"{}>{}</option>", point.machine,
+                          point.machine == shown.reference() ? " selected" : "", escape(full_label(shown, point)));
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    colours += fmt::format("<option value=\"c{}\">{}</option>", c, escape(columns[c].title));
+  }
+  colours += "<option value=\"none\">nothing</option>";
   return fmt::format(
-      "<p class=\"controls\" data-group=\"{0}\" hidden><label>Colour by <select class=\"colour\">{1}</select></label> "
+      "<p class=\"controls\" data-group=\"{}\" hidden>{}<label>Speed-up over <select "
+      "class=\"reference\">{}</select></label> <label>Colour by <select class=\"colour\">{}</select></label> "
       "<button type=\"button\" class=\"all\">Choose all points</button> "
       "<span class=\"chosen\" role=\"status\"></span></p>\n",
-      sweep.id, options);
+      sweep.id, views, points, colours);
 }
 
 }  // namespace
 
-Fronts fronts(const SweepResults& sweep) {
-  Fronts result{std::vector<bool>(sweep.points.size(), false), std::vector<bool>(sweep.points.size(), false)};
-  std::map<std::string, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < sweep.points.size(); ++i) {
-    if (sweep.points[i].done()) groups[group_of(sweep.points[i])].push_back(i);
-  }
-  for (const auto& [name, members] : groups) {
-    std::vector<Costs> area, energy;
-    for (const std::size_t i : members) {
-      area.push_back({sweep.points[i].value(kTime), sweep.points[i].value(kArea)});
-      energy.push_back({sweep.points[i].value(kTime), sweep.points[i].value(kEnergy)});
-    }
-    const std::vector<bool> on_area = pareto_front(area), on_energy = pareto_front(energy);
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      result.area[members[m]] = on_area[m];
-      result.energy[members[m]] = on_energy[m];
-    }
-  }
-  return result;
-}
-
 std::string sweep_headline(const ReportSweep& sweep) {
   const SweepResults& results = sweep.results;
-  const Fronts front = fronts(results);
+  const SweepViews shown(results);
   std::map<std::string, std::size_t> states;
-  const ReportedPoint* best[3] = {};
-  const char* const values[3] = {kTime, kArea, kEnergy};
-  for (const ReportedPoint& p : results.points) {
-    ++states[p.status];
-    for (unsigned i = 0; i < 3; ++i) {
-      if (p.done() && std::isfinite(p.value(values[i])) &&
-          (best[i] == nullptr || p.value(values[i]) < best[i]->value(values[i]))) {
-        best[i] = &p;
-      }
-    }
-  }
+  for (const ReportedPoint& p : results.points) ++states[p.status];
   std::string other;
   for (const auto& [status, count] : states) {
     if (status != "done") other += fmt::format("{}{} {}", other.empty() ? "" : ", ", count, status);
   }
   std::string cards = headline(fmt::format("{} / {}", states["done"], results.points.size()), "Points done", other);
+  const char* const values[3] = {kTime, kArea, kEnergy};
   const char* const names[3] = {"Least time", "Least area", "Least energy a ray"};
   const char* const units[3] = {" µs", " mm²", " nJ"};
+  std::size_t front = 0;
   for (unsigned i = 0; i < 3; ++i) {
-    if (best[i] == nullptr) continue;
-    cards += headline(number(best[i]->value(values[i])) + units[i], names[i],
-                      fmt::format("#{}: {}", best[i]->id, words(*best[i])));
+    const ShownPoint* best = nullptr;
+    for (const ShownPoint& p : shown.points()) {
+      if (p.view != 0 || !std::isfinite(shown.value(p, values[i]))) continue;
+      front += i == 0 && p.on_area ? 1 : 0;
+      if (best == nullptr || shown.value(p, values[i]) < shown.value(*best, values[i])) best = &p;
+    }
+    if (best == nullptr) continue;
+    cards += headline(number(shown.value(*best, values[i])) + units[i], names[i], full_label(shown, *best));
+    if (i != 0) continue;
+    if (const double ratio = shown.speedup(*best, shown.reference()); std::isfinite(ratio)) {
+      for (const ShownPoint& p : shown.points()) {
+        if (p.view != 0 || p.machine != shown.reference()) continue;
+        cards += headline(times(ratio), "Largest speed-up", "over " + full_label(shown, p));
+      }
+    }
   }
-  cards += headline(number(static_cast<double>(std::count(front.area.begin(), front.area.end(), true))),
-                    "Points on the front", "of mm² against time");
-  return fmt::format("<h3>{}</h3>\n<dl class=\"cards\">\n{}</dl>\n", escape(results.file), cards);
+  cards += headline(number(static_cast<double>(front)), "Points on the front", "of mm² against time");
+  const bool mean = !shown.views().empty() && shown.views().front().is_mean();
+  const std::string of = mean                       ? fmt::format(": {}, geometric means", shown.views().front().title)
+                         : shown.views().size() > 1 ? ": " + shown.views().front().title
+                                                    : "";
+  return fmt::format("<h3>{}{}</h3>\n<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(of), cards);
 }
 
 std::string sweep_section(const ReportSweep& sweep) {
   const SweepResults& results = sweep.results;
-  const Fronts front = fronts(results);
-  const std::vector<Describing> columns = describing(results);
+  const SweepViews shown(results);
+  const std::vector<Describing> columns = describing(results, shown);
   std::string out =
       fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n", sweep.id, escape(results.file));
-  const std::string area = pareto_html(sweep, columns, {kArea, "mm²"}, front.area, "Area");
-  const std::string energy = pareto_html(sweep, columns, {kEnergy, "nJ a ray"}, front.energy, "Energy of a ray");
-  if (!area.empty() || !energy.empty()) out += colour_choice(sweep, columns);
+  if (shown.views().size() > 1) {
+    out +=
+        shown.views().front().is_mean()
+            ? "<p>Points are compared within a view of a scene. \"All views\" has geometric means of the points that "
+              "were simulated in each of them.</p>\n"
+            : "<p>Points are compared within a view of a scene. No point was simulated in all of them, so there is "
+              "no mean.</p>\n";
+  }
+  const std::string area = pareto_html(sweep, shown, columns, {kArea, "mm²"}, "Area");
+  const std::string energy = pareto_html(sweep, shown, columns, {kEnergy, "nJ a ray"}, "Energy of a ray");
+  if (!shown.points().empty()) out += controls(sweep, shown, columns);
   out += "<div class=\"pair\">" + area + energy + "</div>\n";
-  out += points_table(sweep, front, columns);
+  out += points_table(sweep, shown, columns);
   out += "<div class=\"pair\">" +
-         bars_html(sweep, front, "gpu.rt.stall.", "stalls", "cycles of all RT units",
+         bars_html(sweep, shown, "gpu.rt.stall.", "stalls", "cycles of all RT units",
                    "Cycles of the RT units of the chosen points (until you choose: those on a front), fastest first") +
-         bars_html(sweep, front, "gpu.energy_nj.", "energy", "nJ",
+         bars_html(sweep, shown, "gpu.energy_nj.", "energy", "nJ",
                    "Energy of the chosen points by part (until you choose: those on a front), fastest first") +
          "</div>\n";
-  out += effects_table(results, columns) + agreement_table(results) + unfinished_table(results) + traces_table(results);
+  out += effects_table(results, shown, columns) + agreement_table(results) + unfinished_table(results) +
+         traces_table(results);
   const auto plan = results.meta.find("plan");
   if (plan != results.meta.end() && !plan->second.empty()) {
     out += details("The plan", "<pre>" + escape(plan->second) + "</pre>\n");

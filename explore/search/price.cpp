@@ -11,11 +11,12 @@ namespace grtx::sim {
 
 const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
   const MachineUse& use = point.use;
-  const std::string machine = fmt::format("{} {} {} {} {} {}", use.design, use.spheres, name_of(use.pop_test),
-                                          name_of(use.layout), use.objects, point.config.dump());
+  const std::string machine =
+      fmt::format("{} {} {} {} {} {} {} {}", use.design, name_of(use.leaves), name_of(use.pop_test),
+                  name_of(use.layout), use.objects, use.checkpoint_bins, use.checkpoint_capacity, point.config.text());
   if (const auto found = known_.find(machine); found != known_.end()) return found->second;
   ChildProcess child("cost of " + point.design, [&] {
-    const GpuConfig config = config_from(point.config);
+    const GpuConfig config = config_from(point.config.json());
     return cost_json(machine_cost(config, use.design, machine_inventory(config, use), CostOptions())).dump();
   });
   std::map<std::string, double>& prices = known_[machine];

@@ -70,7 +70,7 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
   }
 }
 
-Stage::Made Stage::make(const Coordinates& design) const {
+Stage::Made Stage::make(const Coordinates& design) {
   Made made;
   const std::string standard = plan_.designs.empty() ? "" : plan_.designs.front();
   for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, standard, design));
@@ -91,7 +91,7 @@ Verdict Stage::look(const Made& design) {
   }
   if (verdict.reason.empty()) {
     if (const auto mode = from_name<SimulationMode>(plan_.mode)) {
-      if (const Unmodelled key = unmodelled(config_from(first.config), *mode)) {
+      if (const Unmodelled key = unmodelled(config_from(first.config.json()), *mode)) {
         verdict.reason = fmt::format("{}: {}", key.key, key.rule);
       }
     }
@@ -136,7 +136,7 @@ std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const
   const auto run = [&](const Made& design) {
     for (const PointMaker::Made& made : design) {
       if (!asked_.insert(made.point.key).second) continue;
-      if (traces.insert(made.trace.key).second) batch.traces.push_back(made.trace);
+      if (traces.insert(made.trace->key).second) batch.traces.push_back(made.trace);
       batch.points.push_back(made.point);
     }
   };

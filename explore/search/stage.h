@@ -65,7 +65,7 @@ class Stage {
 
  private:
   using Made = std::vector<PointMaker::Made>;  ///< a design at each place
-  Made make(const Coordinates& design) const;
+  Made make(const Coordinates& design);
   void check_name(const std::string& name, const std::string& place, const std::vector<std::string>& known) const;
   void read_reference();
   /// Without simulating: whether it is broken, and what the constraints on costs say.

@@ -188,15 +188,15 @@ void SweepDatabase::begin(const std::string& plan, const std::string& program, c
 void SweepDatabase::add(const SweepPoints& points) {
   SqliteTransaction transaction(database_);
   SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
-  for (const SweepTrace& t : points.traces) {
-    trace.bind(1, t.key).bind(2, t.scene).bind(3, t.options.dump()).bind(4, "traces/" + trace_name(t.key)).run();
+  for (const auto& t : points.traces) {
+    trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
   }
   SqliteStatement point(database_,
                         "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, config, status, "
                         "seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, 'pending', 0)");
   for (const SweepPoint& p : points.points) {
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
-    point.bind(6, p.coordinates.dump()).bind(7, p.config.dump()).run();
+    point.bind(6, p.coordinates.dump()).bind(7, p.config.text()).run();
   }
   transaction.commit();
 }

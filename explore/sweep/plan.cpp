@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "grtx/base/error.h"
@@ -112,9 +114,9 @@ class PlanReader {
     return axes;
   }
 
-  void add_points(const toml::node& node, const std::vector<Coordinates>& points) {
+  void add_points(const toml::node& node, std::vector<Coordinates> points) {
     varied_ = true;
-    in_.plan.points.insert(in_.plan.points.end(), points.begin(), points.end());
+    std::move(points.begin(), points.end(), std::back_inserter(in_.plan.points));
     check_count(static_cast<double>(in_.plan.points.size()), place_of(node), "");
   }
 

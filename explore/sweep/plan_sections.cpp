@@ -157,13 +157,16 @@ bool PlanSections::is_key(const std::string& name) const {
 }
 
 void PlanSections::check_value(const toml::node& node, const std::string& name, const SweepValue& value) {
+  const std::string setting = name + "=" + text_of(value);
+  if (taken_.contains(setting)) return;
   try {
     if (name.starts_with("tracer.")) {
       tracer_.check(name.substr(7), text_of(value));
       sets_design = sets_design || name == "tracer.accel" || name == "tracer.checkpoint";
     } else {
-      apply_setting(name + "=" + text_of(value), keys_);
+      apply_setting(setting, keys_);
     }
+    taken_.insert(setting);
   } catch (const Error& error) {
     fail(node, (error.rule().find(name) == std::string::npos ? name + ": " : "") + error.rule());
   }

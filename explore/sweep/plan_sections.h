@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -74,6 +75,7 @@ class PlanSections {
   Roles roles_;
   GpuConfig config_;  ///< scratch: each value is tried on it alone
   std::vector<modules::Parameter> keys_;
+  std::unordered_set<std::string> taken_;  ///< settings found good: a list of points repeats them
   std::filesystem::path folder_;
   toml::table table_;
 };

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <compare>
 #include <filesystem>
-#include <set>
+#include <unordered_set>
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
@@ -45,12 +45,18 @@ MachineUse machine_use(const Structure& s, const ordered_json& tracer) {
   const bool two_level = s.accel.starts_with("tlas-");
   MachineUse use;
   use.design = s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
-  use.spheres = s.accel == "ellipsoid" || s.accel == "tlas-sphere";
+  use.leaves = leaf_test_of(s.accel);
   if (tracer.contains("pop_test")) {
     use.pop_test = value_of<traces::PopTest>(tracer.at("pop_test").get<std::string>(), "tracer", "pop_test");
   }
   if (tracer.contains("layout")) {
     use.layout = value_of<traces::NodeLayout>(tracer.at("layout").get<std::string>(), "tracer", "layout");
+  }
+  if (tracer.contains("checkpoint_bins")) {
+    use.checkpoint_bins = static_cast<unsigned>(std::stoul(tracer.at("checkpoint_bins").get<std::string>()));
+    if (tracer.contains("checkpoint_capacity")) {
+      use.checkpoint_capacity = std::stoul(tracer.at("checkpoint_capacity").get<std::string>());
+    }
   }
   return use;
 }
@@ -60,23 +66,13 @@ std::string option_name(std::string name) {
   return name;
 }
 
-/// The configuration with a point's values; `broken` says why there is none.
-ordered_json config_of(const GpuConfig& base, const Coordinates& values, std::string& broken) {
-  GpuConfig config = base;
-  const std::vector<modules::Parameter> keys = config_keys(config);
-  for (const auto& [name, value] : values) {
-    if (name != kDesign && !name.starts_with("tracer.")) apply_setting(name + "=" + text_of(value), keys);
-  }
-  try {
-    check_config(config, "configuration");
-  } catch (const Error& error) {
-    if (broken.empty()) broken = error.what();
-  }
-  return config_json(config);
-}
-
 std::string point_key(const SweepPoint& p, const std::string& program) {
-  return key_of({{"trace", p.trace_key}, {"config", p.config}, {"mode", p.mode}, {"program", program}});
+  // The text of {trace, config, mode, program}, without making the document.
+  const auto quoted = [](const std::string& text) { return ordered_json(text).dump(); };
+  const std::string files =
+      p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
+  return hex(xxh3(fmt::format(R"({{"trace":{},"config":{},"mode":{},"program":{}{}}})", quoted(p.trace_key),
+                              p.config.text(), quoted(p.mode), quoted(program), files)));
 }
 
 /// Of the trace that is written: as many versions may be known, a key has the one.
@@ -88,6 +84,7 @@ std::uint32_t trace_format(const ordered_json& tracer, bool several_objects) {
   choose("pop_test", header.pop_test);
   choose("child_order", header.child_order);
   if (several_objects) header.object_roots.push_back(0);
+  if (tracer.contains("checkpoint_bins")) header.checkpoint_bins = 1;
   return traces::format_version(header);
 }
 
@@ -158,8 +155,28 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
   return made;
 }
 
+/// What a trace is made from.
+struct PointMaker::Asked {
+  std::size_t scene = 0;
+  unsigned view = 0;
+  std::string accel;
+  bool checkpoint = false;
+  std::map<std::string, std::string> options;
+  auto operator<=>(const Asked&) const = default;
+};
+
+struct PointMaker::Traced {
+  std::shared_ptr<const SweepTrace> trace;
+  std::string broken;
+  MachineUse use;
+};
+
 PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program)
-    : plan_(plan), tracer_(tracer), program_(std::move(program)) {
+    : plan_(plan),
+      tracer_(tracer),
+      program_(std::move(program)),
+      configs_(plan.machine),
+      asked_(std::make_unique<std::map<Asked, Traced>>()) {
   for (const PlanScene& scene : plan.scenes) {
     for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
     scenes_.emplace_back(scene, tracer, program_);
@@ -168,51 +185,68 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
 
 PointMaker::~PointMaker() = default;
 
-PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) const {
-  const Scene& scene = scenes_.at(place.scene);
-  Coordinates values = plan_.settings;
-  values.insert(values.end(), varied.begin(), varied.end());
+const PointMaker::Traced& PointMaker::traced(Asked asked) {
+  const auto found = asked_->find(asked);
+  if (found != asked_->end()) return found->second;
+  const Structure structure{asked.accel, asked.checkpoint};
+  Traced made;
+  made.trace = std::make_shared<SweepTrace>(
+      scenes_.at(asked.scene).trace(asked.view, structure, asked.options, tracer_, program_, made.broken));
+  made.use = machine_use(structure, made.trace->options.at("tracer"));
+  return asked_->emplace(std::move(asked), std::move(made)).first->second;
+}
+
+PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
   Structure structure = structure_of(design);
-  for (const auto& [name, value] : varied) {
-    if (name == kDesign) structure = structure_of(text_of(value));
-  }
-  std::map<std::string, std::string> given;
-  for (const auto& [name, value] : values) {
-    if (!name.starts_with("tracer.")) continue;
+  std::map<std::string, std::string> options;
+  PointConfigs::Settings settings;
+  const auto take = [&](const std::string& name, const SweepValue& value) {
+    if (name == kDesign) return;
     if (name == "tracer.accel") {
       structure.accel = text_of(value);
     } else if (name == "tracer.checkpoint") {
       structure.checkpoint = text_of(value) == "on";
+    } else if (name.starts_with("tracer.")) {
+      options[name.substr(7)] = text_of(value);
     } else {
-      given[name.substr(7)] = text_of(value);
+      settings.emplace_back(name, text_of(value));
     }
+  };
+  for (const auto& [name, value] : varied) {
+    if (name == kDesign) structure = structure_of(text_of(value));
   }
+  for (const auto& [name, value] : plan_.settings) take(name, value);
+  for (const auto& [name, value] : varied) take(name, value);
+
+  const Scene& scene = scenes_.at(place.scene);
   Made made;
   SweepPoint& point = made.point;
-  made.trace = scene.trace(place.view, structure, given, tracer_, program_, point.broken);
-  point.trace_key = made.trace.key;
+  point.design = design_name(structure);
+  const Traced& known = traced({place.scene, place.view, structure.accel, structure.checkpoint, std::move(options)});
+  made.trace = known.trace;
+  point.broken = known.broken;
+  point.use = known.use;
+  point.trace_key = made.trace->key;
   point.mode = plan_.mode;
   point.scene = scene.plan->name;
-  point.design = design_name(structure);
   point.coordinates = ordered_json::object();
   if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
   for (const auto& [name, value] : varied) point.coordinates[name] = value;
-  point.config = config_of(plan_.machine, values, point.broken);
-  point.use = machine_use(structure, made.trace.options.at("tracer"));
+  point.config = configs_.with(settings, point.broken);
   point.key = point_key(point, program_);
   return made;
 }
 
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program) {
-  const PointMaker maker(plan, tracer, program);
+  PointMaker maker(plan, tracer, program);
   SweepPoints all;
-  std::set<std::string> traces, points;
+  std::unordered_set<std::string> traces, points;
   const std::vector<std::string> designs = plan.designs.empty() ? std::vector<std::string>{""} : plan.designs;
   for (const PointMaker::Place& place : maker.places()) {
     for (const std::string& design : designs) {
       for (const Coordinates& varied : plan.points) {
         PointMaker::Made made = maker.make(place, design, varied);
-        if (traces.insert(made.trace.key).second) all.traces.push_back(std::move(made.trace));
+        if (traces.insert(made.trace->key).second) all.traces.push_back(std::move(made.trace));
         if (points.insert(made.point.key).second) all.points.push_back(std::move(made.point));
       }
     }

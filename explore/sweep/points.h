@@ -2,11 +2,13 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "grtx/explore/sweep/plan.h"
+#include "grtx/explore/sweep/point_config.h"
 #include "grtx/rtl_tlm/gpu/machine_use.h"
 
 namespace grtx::sim {
@@ -28,13 +30,13 @@ struct SweepPoint {
   std::string scene;
   std::string design;
   nlohmann::ordered_json coordinates;
-  nlohmann::ordered_json config;
+  PointConfig config;
   MachineUse use;      ///< which units the machine has, for its cost
   std::string broken;  ///< why it cannot run at all; "" when it can
 };
 
 struct SweepPoints {
-  std::vector<SweepTrace> traces;
+  std::vector<std::shared_ptr<const SweepTrace>> traces;
   std::vector<SweepPoint> points;  ///< in the plan's order; scenes, views, designs, then what is varied
 };
 
@@ -47,7 +49,7 @@ class PointMaker {
     unsigned view = 0;
   };
   struct Made {
-    SweepTrace trace;
+    std::shared_ptr<const SweepTrace> trace;  ///< of all points that have it
     SweepPoint point;
   };
   /// plan and tracer must outlive it. program: version, part of every key. Throws Error when a scene or camera file
@@ -61,15 +63,21 @@ class PointMaker {
   const std::vector<Place>& places() const { return places_; }
   /// design: "" when tracer.accel and tracer.checkpoint say it. varied: what this point sets besides the plan's
   /// settings; "design" among it overrides the design.
-  Made make(const Place& place, const std::string& design, const Coordinates& varied) const;
+  Made make(const Place& place, const std::string& design, const Coordinates& varied);
 
  private:
   struct Scene;
+  struct Asked;
+  struct Traced;
+  const Traced& traced(Asked asked);
+
   const SweepPlan& plan_;
   const TracerRules& tracer_;
   std::string program_;
   std::vector<Scene> scenes_;
   std::vector<Place> places_;
+  PointConfigs configs_;
+  std::unique_ptr<std::map<Asked, Traced>> asked_;  ///< asking the tracer takes as long as a hundred points
 };
 
 /// Points that resolve to the same inputs are one. A combination of values that no machine or tracer takes is a point

@@ -17,6 +17,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/explore/sweep/program_run.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 
 namespace grtx::sim {
 namespace {
@@ -86,6 +87,14 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
   if (const std::string before = database_.meta("build"); !options.quiet && !before.empty() && before != build) {
     fmt::print(stderr, "grtx: sweep: {} was begun by another build of {}; its points are kept\n", options.database,
                program_version());
+  }
+  // Keys of points do not hold it: points of two models would stand side by side, and none would be run again.
+  const std::string version = std::to_string(kModelVersion);
+  if (const std::string before = database_.meta("model_version"); before.empty()) {
+    database_.set_meta("model_version", version);
+  } else if (before != version) {
+    throw Error(path_, "meta.model_version",
+                fmt::format("{}: this program's model has version {}: begin another database", before, version));
   }
   const std::vector<TaskOutcome> left_over = work_.left_over();
   database_.begin(plan.text, program_version(), build, options.retry);

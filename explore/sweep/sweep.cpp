@@ -17,7 +17,7 @@ class Queue {
   Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting,
         std::set<std::string>& sound_traces)
       : database_(database), setting_(setting), sound_traces_(sound_traces) {
-    for (const SweepTrace& trace : all.traces) traces_[trace.key] = &trace;
+    for (const auto& trace : all.traces) traces_[trace->key] = trace.get();
     for (const SweepPoint& point : all.points) {
       if (database.status_of_point(point.key) == "pending") pending_.push_back(&point);
     }

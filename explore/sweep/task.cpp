@@ -186,6 +186,10 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
     throw;
   }
   ordered_json document = read_statistics(statistics);
+  const std::string memory_files = document.at("inputs").value(std::string("memory.") + kFilesHash, "");
+  if (memory_files != task.at("memory_files")) {
+    throw Failure{"pending", "sim: files that dram.simulator.config names were changed under way"};
+  }
   ordered_json& stats = document.at("stats");
   for (auto entry = stats.begin(); entry != stats.end();) {
     entry = entry.key().starts_with("host.") ? stats.erase(entry) : std::next(entry);
@@ -202,8 +206,14 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
 std::vector<std::string> cost_arguments(const MachineUse& use) {
   std::vector<std::string> arguments = {"--design",   use.design,
                                         "--pop-test", std::string(name_of(use.pop_test)),
-                                        "--layout",   std::string(name_of(use.layout))};
-  if (use.spheres) arguments.push_back("--spheres");
+                                        "--layout",   std::string(name_of(use.layout)),
+                                        "--leaves",   std::string(name_of(use.leaves))};
+  if (use.checkpoint_bins != 0) {
+    for (std::string text : {std::string("--checkpoint-bins"), std::to_string(use.checkpoint_bins),
+                             std::string("--checkpoint-capacity"), std::to_string(use.checkpoint_capacity)}) {
+      arguments.push_back(std::move(text));
+    }
+  }
   return arguments;
 }
 
@@ -248,7 +258,8 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"program", program},
            {"limits", limits_json(limits)},
            {"trace", folder + "/" + trace_name(point.trace_key)},
-           {"config", point.config},
+           {"config", point.config.json()},
+           {"memory_files", point.config.memory_files()},
            {"mode", point.mode},
            {"cost", cost_arguments(point.use)}}};
 }

@@ -107,7 +107,9 @@ ProxyKind proxy_of(AccelKind kind) {
     case AccelKind::tlas_tri80:
       return ProxyKind::icosphere80;
     case AccelKind::ellipsoid:
+    case AccelKind::box:
     case AccelKind::tlas_sphere:
+    case AccelKind::tlas_box:
       return ProxyKind::sphere;
   }
   return ProxyKind::sphere;

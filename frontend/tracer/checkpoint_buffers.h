@@ -1,12 +1,16 @@
-// A ray's two checkpoint buffers: a round resumes from the source, and leaves to the next what it wrote into the
-// destination.
+// What a ray leaves for its next round: two checkpoint buffers, of which a round reads the source and writes the
+// destination; or bins of distance, of which it reads the near ones and writes to all.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
+#include "grtx/frontend/tracer/bin_number.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/traversal_stack.h"
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::frontend {
@@ -15,32 +19,48 @@ class CheckpointBuffers {
  public:
   explicit CheckpointBuffers(const TracerOptions& options)
       : enabled_(options.checkpoint),
+        has_bins_(options.checkpoint && options.checkpoint_bins != 0),
         capacity_(options.checkpoint_capacity),
         order_(options.checkpoint_order),
-        read_order_(options.checkpoint_order) {}
+        read_order_(options.checkpoint_order),
+        binned_(options.checkpoint_bins, options.checkpoint_capacity) {}
 
   bool enabled() const { return enabled_; }
-  void begin_ray() { source_.clear(); }
-  void begin_round() {
+  bool has_bins() const { return has_bins_; }
+  void begin_ray() {
+    source_.clear();
+    bins_.clear();
+  }
+  /// Bins count distances from where the ray enters the scene: no entry has a lower t.
+  void measure_from(float t) { scene_enter_ = t; }
+  void begin_round(bool replays) {
     destination_.clear();
     overflow_ = false;
+    if (has_bins_) binned_.begin_round(replays, bin_order());
   }
+  /// The round is over. All that it has left lies beyond t_max.
+  void end_round(float t_max) { reached_ = number_of(t_max); }
 
-  /// false: the entry is dropped, because checkpointing is off or the destination is full.
-  bool write(const StackEntry& entry) {
+  /// false: the entry, which lies beyond t_max, is dropped, because checkpointing is off or there is no room.
+  bool write(const StackEntry& entry, float t_max) {
     if (!enabled_ || overflow_) return false;
-    if (destination_.size() == capacity_) {
+    if (has_bins_ ? !choose_bin(entry, t_max) : destination_.size() == capacity_) {
       overflow_ = true;
       return false;
     }
     destination_.push_back(entry);
     return true;
   }
-  bool overflow() const { return overflow_; }  ///< the destination ran full in this round
-  std::size_t written() const { return destination_.size(); }
-  const std::vector<StackEntry>& destination() const { return destination_; }
+  bool overflow() const { return overflow_; }  ///< there was no room for an entry of this round
+  /// Entries that the next round may read.
+  std::size_t held() const { return has_bins_ ? binned_.places().size() : destination_.size(); }
+  /// Of this round, in the order in which they were written.
+  const std::vector<StackEntry>& written() const { return destination_; }
+  /// Of the ray: the bin of each.
+  const std::vector<std::uint8_t>& bins() const { return bins_; }
   void drop_written() { destination_.clear(); }
 
+  // Two buffers.
   /// What was written last becomes what is read next.
   void swap() { source_.swap(destination_); }
   /// Begins to read the source; returns how many entries it holds.
@@ -51,14 +71,58 @@ class CheckpointBuffers {
   /// The next of them, after `read` others.
   const StackEntry& entry(std::size_t read) const { return source_[read_order_.position(read, source_.size())]; }
 
+  // Bins.
+  /// How the next round reads: nothing lies before the last one's t_max.
+  traces::BinOrder bin_order() const {
+    if (!has_bins_) return {};
+    const std::uint32_t near = binned_.places().near();
+    const std::uint32_t ahead = far_from_ - std::min(far_from_, reached_);
+    return {static_cast<std::uint8_t>(reached_ % near), static_cast<std::uint8_t>(std::min(ahead, near))};
+  }
+  /// Whether the round must read on. Once it need not it never will: t_max only falls, and farther bins come later.
+  bool must_read(float t_max) {
+    if (!binned_.more()) return false;
+    const traces::CheckpointBins& places = binned_.places();
+    return (places.next_is_far() ? far_from_ : reached_ + places.near_before()) <= number_of(t_max);
+  }
+  StackEntry read() { return binned_.read(); }
+
  private:
-  const bool enabled_;
+  /// Near bins begin at t_max. A bin that is full gives its entry to the one before it, where it is only read sooner.
+  bool choose_bin(const StackEntry& entry, float t_max) {
+    const traces::CheckpointBins& places = binned_.places();
+    const std::uint32_t nearest = number_of(t_max), behind = nearest + places.near();
+    std::uint32_t number = std::min(number_of(entry.t), behind);
+    if (number == behind && !places.full(places.far_bin())) {
+      far_from_ = places.empty(places.far_bin()) ? behind : std::min(far_from_, behind);
+      write_to(places.far_bin(), entry);
+      return true;
+    }
+    if (number == behind) --number;
+    while (places.full(number % places.near())) {
+      if (number-- == nearest) return false;
+    }
+    write_to(number % places.near(), entry);
+    return true;
+  }
+  std::uint32_t number_of(float t) const { return number_of_bin(std::max(t - scene_enter_, 0.0f)); }
+  void write_to(unsigned bin, const StackEntry& entry) {
+    binned_.write(bin, entry);
+    bins_.push_back(static_cast<std::uint8_t>(bin));
+  }
+
+  const bool enabled_, has_bins_;
   const std::size_t capacity_;
   const CheckpointOrder order_;
   const traces::ReadOrder read_order_;
   bool overflow_ = false;
   std::vector<StackEntry> source_;
   std::vector<StackEntry> destination_;
+  traces::BinnedEntries<StackEntry> binned_;
+  float scene_enter_ = 0.0f;
+  std::uint32_t reached_ = 0;   ///< number of the stretch in which the last round's t_max lay
+  std::uint32_t far_from_ = 0;  ///< no entry in the far bin has a lower one
+  std::vector<std::uint8_t> bins_;
 };
 
 }  // namespace grtx::frontend

@@ -6,7 +6,9 @@ EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header&
     : nodes_(image),
       header_(header),
       read_order_(header.checkpoint_order),
-      learns_(traces::PopOrder(header.child_order).by_slots() ? 0 : 1) {}
+      learns_(traces::PopOrder(header.child_order).by_slots() ? 0 : 1),
+      has_bins_(header.checkpoint_bins != 0),
+      binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
 
 void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;
@@ -22,6 +24,7 @@ void EncodingRecorder::begin_ray(std::uint32_t pixel) {
   processed_.clear();
   source_.clear();
   destination_.clear();
+  written_ = 0;
   out_.begin_ray();
 }
 
@@ -37,11 +40,16 @@ traces::EncodedGroup EncodingRecorder::end_group() {
   return group;
 }
 
-void EncodingRecorder::begin_round(bool replay) {
+void EncodingRecorder::begin_round(bool replay, traces::BinOrder order) {
   out_.begin_round();
   source_.clear();
   if (replay) source_.swap(destination_);
   destination_.clear();
+  binned_.begin_round(replay, order);
+  if (has_bins_ && replay) {
+    out_.reserve(1);
+    out_.bin_order(order);
+  }
   read_ = 0;
   depth_ = 0;
   if (!replay) push({traces::GroupModel::kRootParent, 0});
@@ -49,6 +57,10 @@ void EncodingRecorder::begin_round(bool replay) {
 
 void EncodingRecorder::end_round(const traces::Round& round) {
   ++rounds_;
+  if (has_bins_ && binned_.more()) {
+    out_.reserve(1);
+    out_.stop();
+  }
   out_.end_round(round);
 }
 

@@ -11,6 +11,7 @@
 
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/encoded_group.h"
 #include "grtx/traces/codec/pop_encoder.h"
 #include "grtx/traces/codec/pop_order.h"
@@ -62,7 +63,8 @@ class EncodingRecorder {
   /// The group for Writer::append().
   traces::EncodedGroup end_group();
 
-  void begin_round(bool replay);
+  void bins(const std::vector<std::uint8_t>& of_ray) { bins_ = &of_ray; }
+  void begin_round(bool replay, traces::BinOrder order = {});
   /// The top of the stack, which the next event but a replay's is about.
   void pop() {
     at_ = stack_[--depth_];
@@ -78,7 +80,7 @@ class EncodingRecorder {
     if ((children.differ_ & learns_) != 0) out_.pop_all({stack_.data() + depth_, children.end_});
     depth_ = static_cast<std::size_t>(children.end_ - stack_.data());
     for (; checkpoints != 0; checkpoints &= checkpoints - 1) {
-      destination_.emplace_back(children.node_, static_cast<unsigned>(std::countr_zero(checkpoints)));
+      write({children.node_, static_cast<unsigned>(std::countr_zero(checkpoints))});
     }
   }
   [[gnu::always_inline]] void event(traces::EventKind kind, std::uint32_t address, unsigned detail,
@@ -87,11 +89,11 @@ class EncodingRecorder {
     switch (kind) {
       case EventKind::visit_leaf:
         out_.leaf(at_, static_cast<traces::LeafOutcome>(detail), checkpoints, shifts);
-        if (checkpoints != 0) destination_.push_back(at_);
+        if (checkpoints != 0) write(at_);
         break;
       case EventKind::cull:
         out_.cull(at_, checkpoints);
-        if (checkpoints != 0) destination_.push_back(at_);
+        if (checkpoints != 0) write(at_);
         break;
       case EventKind::visit_instance:
         if (detail != 0) return out_.instance_of_taken();
@@ -106,7 +108,7 @@ class EncodingRecorder {
       case EventKind::replay_forward:
         read_source();
         out_.forward(checkpoints);
-        if (checkpoints != 0) destination_.push_back(at_);
+        if (checkpoints != 0) write(at_);
         break;
       case EventKind::visit_internal:
         assert(false);  // that is what internal() is for
@@ -123,9 +125,16 @@ class EncodingRecorder {
     if (depth_ == stack_.size()) stack_.resize(2 * stack_.size());
     stack_[depth_++] = place;
   }
+  void write(traces::ChildPlace place) {
+    if (!has_bins_) return destination_.push_back(place);
+    const unsigned bin = (*bins_)[written_++];
+    out_.bin(bin);
+    binned_.write(bin, place);
+  }
   /// What is in a checkpoint buffer is read alone: nothing else is expected.
   void read_source() {
-    const traces::ChildPlace& entry = source_[read_order_.position(read_, source_.size())];
+    const bool more = has_bins_ && binned_.more();
+    const traces::ChildPlace entry = more ? binned_.read() : source_[read_order_.position(read_, source_.size())];
     at_ = {entry.parent(), entry.slot()};
     ++read_;
     if (room_-- == 0) make_room();
@@ -146,6 +155,10 @@ class EncodingRecorder {
   std::size_t depth_ = 0;
   std::vector<traces::ChildPlace> source_, destination_;
   std::size_t read_ = 0;
+  const bool has_bins_;
+  traces::BinnedEntries<traces::ChildPlace> binned_;  ///< in place of source_ and destination_
+  const std::vector<std::uint8_t>* bins_ = nullptr;   ///< of the ray's entries
+  std::size_t written_ = 0;                           ///< entries of the ray
   std::vector<traces::Processed> processed_;
   traces::PopEncoder out_;
 };

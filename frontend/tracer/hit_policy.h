@@ -89,7 +89,8 @@ inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) con
   }
   if (keep_evicted_) ray.evictions.push_back(hit);
   ++ray.counters.any_hit_rejected;
-  ray.t_max = kth_ ? std::min(ray.t_max, buffer.back().t) : hit.t;
+  // Beyond t_max lies a hit of an instance that is finished.
+  ray.t_max = std::min(ray.t_max, kth_ ? buffer.back().t : hit.t);
   return {LeafOutcome::rejected, 0};
 }
 

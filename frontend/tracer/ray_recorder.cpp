@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstring>
+#include <span>
 
 namespace grtx::frontend {
 
@@ -33,13 +34,17 @@ void GroupRecorder::begin_ray(std::uint32_t pixel) {
   encode_ray();
   begun_ = true;
   pixel_ = pixel;
+  bins_ = nullptr;
   rounds_.clear();
   events_ = 0;
   processed_.clear();
 }
 
 void GroupRecorder::encode_ray() {
-  if (begun_ && header_ != nullptr) encoder_.add({pixel_, rounds_, {store_.data(), events_}, processed_});
+  if (begun_ && header_ != nullptr) {
+    const std::span<const std::uint8_t> bins = bins_ != nullptr ? std::span(*bins_) : std::span<const std::uint8_t>();
+    encoder_.add({pixel_, rounds_, {store_.data(), events_}, processed_, bins});
+  }
   begun_ = false;
 }
 

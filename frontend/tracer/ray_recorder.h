@@ -28,7 +28,10 @@ class NullRecorder {
     void put(unsigned /*slot*/, unsigned /*pushed*/) {}
   };
 
-  void begin_round(bool /*replay*/) {}
+  /// Of the ray's checkpoint entries, the last one written at the end: known before the event that writes it.
+  void bins(const std::vector<std::uint8_t>&) {}
+  /// order: in which the round reads, if it replays from bins.
+  void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) {}
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
   void internal(const Children&, std::uint32_t, unsigned, unsigned) {}
@@ -66,7 +69,8 @@ class GroupRecorder {
   /// What the ray begun last has looked at when blending.
   const std::vector<traces::Processed>& processed() const { return processed_; }
 
-  void begin_round(bool /*replay*/) { round_start_ = events_; }
+  void bins(const std::vector<std::uint8_t>& of_ray) { bins_ = &of_ray; }
+  void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) { round_start_ = events_; }
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
   void internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints) {
@@ -93,6 +97,7 @@ class GroupRecorder {
   traces::GroupEncoder encoder_;
   bool begun_ = false;  ///< there is a ray that is not encoded yet
   std::uint32_t pixel_ = 0;
+  const std::vector<std::uint8_t>* bins_ = nullptr;  ///< of the ray begun last, once it is traced
   std::vector<traces::Round> rounds_;
   std::vector<traces::Event> store_ = std::vector<traces::Event>(1024);
   std::size_t events_ = 0;  ///< events in store_

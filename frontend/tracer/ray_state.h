@@ -35,7 +35,7 @@ struct RayState {
   /// Keeps an entry for the next round; false when it is dropped (checkpointing off, overflow, or beyond the end of the
   /// ray).
   bool checkpoint(const StackEntry& entry) {
-    if (entry.t > t_limit || !checkpoints.write(entry)) return false;
+    if (entry.t > t_limit || !checkpoints.write(entry, t_max)) return false;
     ++counters.checkpoints_written;
     return true;
   }

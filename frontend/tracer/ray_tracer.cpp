@@ -24,6 +24,8 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   state_.begin_ray(transmittance, t_limit);
   shading_.begin_ray(ray);
   traversal_.begin_ray(ray);
+  state_.checkpoints.measure_from(traversal_.scene_enter(ray));
+  recorder.bins(state_.checkpoints.bins());
   if (skip_scene_misses_ && traversal_.misses_scene(ray)) {
     traversal_.miss_scene(state_, recorder);
     return {state_.colour, state_.transmittance};
@@ -67,9 +69,10 @@ traces::Round RayTracer::begin_round(Recorder& recorder) {
   round.replay = state_.replay;
   ++state_.counters.rounds;
   state_.k_buffer.clear();
-  state_.checkpoints.begin_round();
+  state_.checkpoints.begin_round(state_.replay);
   state_.turned_away = false;
-  recorder.begin_round(state_.replay);
+  if (state_.replay) round.bins = state_.checkpoints.bin_order();
+  recorder.begin_round(state_.replay, round.bins);
   round.preloaded = static_cast<std::uint16_t>(policy_.refill_from_evictions(state_));
   state_.t_max = state_.t_limit;
   if (replay_below_kth_ && state_.k_buffer.full()) state_.t_max = state_.k_buffer.back().t;
@@ -83,12 +86,13 @@ bool RayTracer::end_round(const TraceRay& ray, traces::Round& round, Recorder& r
   TracerCounters& counters = state_.counters;
   counters.evictions_max_per_ray = std::max<std::uint64_t>(counters.evictions_max_per_ray, state_.evictions.size());
   round.overflow = state_.checkpoints.overflow();
+  state_.checkpoints.end_round(state_.t_max);
   round.k_count = static_cast<std::uint16_t>(state_.k_buffer.size());
   policy_.finish(state_);
   if (state_.turned_away) ++counters.single_overflows;
   shading_.blend(ray, state_, round, recorder);
   counters.checkpoints_max_per_ray =
-      std::max<std::uint64_t>(counters.checkpoints_max_per_ray, state_.checkpoints.written());
+      std::max<std::uint64_t>(counters.checkpoints_max_per_ray, state_.checkpoints.held());
   if (round.overflow) {
     ++counters.checkpoint_overflows;
     round.eviction_dropped = static_cast<std::uint32_t>(state_.evictions.size());

@@ -33,7 +33,7 @@ void RayWatch::internal(const Children&, std::uint32_t address, unsigned pushed,
   keep(EventKind::visit_internal, address, pushed, checkpoints, 0);
   const auto push_count = static_cast<unsigned>(std::popcount(pushed));
   for (unsigned i = 0; i < push_count; ++i) watched_.times.push_back(stack_.from_top(i).t);
-  const std::vector<StackEntry>& written = state_.checkpoints.destination();
+  const std::vector<StackEntry>& written = state_.checkpoints.written();
   for (auto i = static_cast<std::size_t>(std::popcount(checkpoints)); i > 0; --i) {
     watched_.times.push_back(written[written.size() - i].t);
   }
@@ -63,7 +63,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
       if (options_.checkpoint) return state_.evictions.back().t;
       return options_.tmax_update == TmaxUpdate::reported ? state_.t_max : kUnknown;
     case LeafOutcome::beyond:
-      return checkpointed ? state_.checkpoints.destination().back().t : kUnknown;
+      return checkpointed ? state_.checkpoints.written().back().t : kUnknown;
     default:
       return kUnknown;
   }
@@ -74,6 +74,7 @@ void RayWatch::end_round(traces::Round round) {
   begun_ = false;
   round.event_count = watched_.ray.rounds.back().event_count;
   watched_.ray.rounds.back() = round;
+  watched_.ray.bins = state_.checkpoints.bins();
   watched_.transmittance.push_back(state_.transmittance);
 }
 

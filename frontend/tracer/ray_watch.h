@@ -45,7 +45,8 @@ class RayWatch {
   const WatchedRay& watched() const { return watched_; }
 
   // For the tracer.
-  void begin_round(bool /*replay*/) { begun_ = false; }
+  void bins(const std::vector<std::uint8_t>&) {}
+  void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) { begun_ = false; }
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
   void internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints);

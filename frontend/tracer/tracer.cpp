@@ -25,7 +25,7 @@ struct Worker {
       : tracer(structure, options), secondary_tracer(structure, options), recorder(structure.image, header) {
     if (header != nullptr && EncodingRecorder::can_record(*header)) encoding_recorder.emplace(structure.image, *header);
     if (footprint != nullptr) {
-      tracker.emplace(structure.image, *footprint);
+      tracker.emplace(*footprint);
       tracer.track_visits(&*tracker);
       secondary_tracer.track_visits(&*tracker);
     }
@@ -80,6 +80,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.k = options.k;
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
+  header.checkpoint_bins = options.checkpoint ? options.checkpoint_bins : 0;
   header.child_order = options.child_order;
   header.pop_test = options.pop_test;
   header.width = camera.width;

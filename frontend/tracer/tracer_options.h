@@ -33,6 +33,11 @@ constexpr auto enum_names(TmaxUpdate) { return names_in_order<TmaxUpdate>({"repo
 enum class ReplayTmax : std::uint8_t { infinity, kth };
 constexpr auto enum_names(ReplayTmax) { return names_in_order<ReplayTmax>({"infinity", "kth"}); }
 
+/// What a t_max does that falls inside an instance: its nodes beyond are checkpointed; or all of it is visited, and a
+/// hit beyond goes to the eviction buffer.
+enum class BelowInstance : std::uint8_t { checkpoint, finish };
+constexpr auto enum_names(BelowInstance) { return names_in_order<BelowInstance>({"checkpoint", "finish"}); }
+
 /// Direction in which the spherical harmonics are evaluated.
 enum class ShDirection : std::uint8_t { ray, centre };
 constexpr auto enum_names(ShDirection) { return names_in_order<ShDirection>({"ray", "centre"}); }
@@ -49,7 +54,9 @@ struct TracerOptions {
   /// 97.68 MiB over 8 SMs, 32 warps and 32 lanes leave for two buffers and an eviction buffer (facts:
   /// under-determined).
   unsigned checkpoint_capacity = 1024;
-  float ert = 0.001f;  ///< stop when transmittance falls below
+  unsigned checkpoint_bins = 0;  ///< near lists by distance, and a far one, of that many entries each; 0: two buffers
+  BelowInstance below_instance = BelowInstance::checkpoint;  ///< with checkpoint
+  float ert = 0.001f;                                        ///< stop when transmittance falls below
   SortKey sort_key = SortKey::entry;
   Resume resume = Resume::exact;
   InsideRule inside = InsideRule::skip;

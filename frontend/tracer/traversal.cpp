@@ -74,31 +74,41 @@ void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) 
 
 template <typename Order, typename Recorder>
 void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  if (state.checkpoints.has_bins()) {
+    while (state.checkpoints.must_read(state.t_max)) {
+      resume_at<Order>(ray, state.checkpoints.read(), state, recorder);
+    }
+    return;
+  }
   const std::size_t entries = state.checkpoints.begin_reading();
   for (std::size_t read = 0; read < entries; ++read) {
-    const StackEntry& entry = state.checkpoints.entry(read);
-    ++state.counters.checkpoints_read;
-    if (entry.t > state.t_max) {
-      const bool kept = state.checkpoint(entry);
-      recorder.event(traces::EventKind::replay_forward, units_of(entry.node), 0, kept ? 1 : 0);
-      continue;
-    }
-    recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
-    // The ray must be transformed again before a node inside an instance can be tested.
-    if (entry.object != 0) {
-      ++state.counters.visits_instance;
-      visited(units_of(entry.object), instance_units_);
-      recorder.event(traces::EventKind::visit_instance, units_of(entry.object), 1, 0);
-    }
-    if (entry.in_blas()) {
-      ++state.counters.visits_instance;
-      visited(units_of(entry.instance), instance_units_);
-      recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
-      enter_instance(local_ray(ray, entry), entry.instance, state);
-    }
-    stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
-    drain_stack<Order>(ray, state, recorder);
+    resume_at<Order>(ray, state.checkpoints.entry(read), state, recorder);
   }
+}
+
+template <typename Order, typename Recorder>
+void Traversal::resume_at(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  ++state.counters.checkpoints_read;
+  if (entry.t > state.t_max) {
+    const bool kept = state.checkpoint(entry);
+    recorder.event(traces::EventKind::replay_forward, units_of(entry.node), 0, kept ? 1 : 0);
+    return;
+  }
+  recorder.event(traces::EventKind::replay_take, units_of(entry.node), 0, 0);
+  // The ray must be transformed again before a node inside an instance can be tested.
+  if (entry.object != 0) {
+    ++state.counters.visits_instance;
+    visited(units_of(entry.object), instance_units_);
+    recorder.event(traces::EventKind::visit_instance, units_of(entry.object), 1, 0);
+  }
+  if (entry.in_blas()) {
+    ++state.counters.visits_instance;
+    visited(units_of(entry.instance), instance_units_);
+    recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
+    enter_instance(local_ray(ray, entry), entry.instance, state);
+  }
+  stack_.push({entry.t, entry.node, memory_[entry.node].packed, entry.instance, entry.object});
+  drain_stack<Order>(ray, state, recorder);
 }
 
 template <typename Order, typename Recorder>
@@ -106,7 +116,7 @@ void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& reco
   while (!stack_.empty()) {
     const StackEntry entry = stack_.pop();
     recorder.pop();
-    if (entry.t > state.t_max && pop_test_) {
+    if (entry.t > end_of(entry, state) && pop_test_) {
       const bool kept = state.checkpoint(entry);
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
@@ -151,12 +161,14 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
   const std::uint32_t units = Recorder::kEnabled ? units_of(entry.node) : 0;
   typename Recorder::Children opened = recorder.open(units);
   unsigned pushed = 0, beyond = 0;
-  [[maybe_unused]] const std::uint32_t followed = Order::kFollows ? followed_child<Order>(children, state) : 0;
+  const float t_max = end_of(entry, state);
+  [[maybe_unused]] const std::uint32_t followed =
+      Order::kFollows ? followed_child<Order>(children, state.t_min_cull, t_max) : 0;
   for (std::uint32_t i = count; i > 0; --i) {
     const ReachedNode& child = children[i];
     // Written without branches, which would follow no pattern.
     const unsigned alive = child.exit >= state.t_min_cull ? 1u : 0u;
-    const unsigned within = child.enter <= state.t_max ? alive : 0u;
+    const unsigned within = child.enter <= t_max ? alive : 0u;
     const unsigned now = Order::kFollows && i == followed ? 0u : within;
     *top = {child.enter, list + i, child.packed, entry.instance, entry.object};
     top += now;
@@ -177,12 +189,12 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
 
 /// Place in the list of the child that is visited before all others pushed with it; 0: none is.
 template <typename Order>
-inline unsigned Traversal::followed_child(const ReachedNode* children, const RayState& state) const {
+inline unsigned Traversal::followed_child(const ReachedNode* children, float t_min, float t_max) const {
   const std::uint32_t count = children->node;
   unsigned pushed = 0, internal = 0;
   for (std::uint32_t i = 1; i <= count; ++i) {
     const ReachedNode& child = children[i];
-    if (child.exit >= state.t_min_cull && child.enter <= state.t_max) pushed |= 1u << child.slot();
+    if (child.exit >= t_min && child.enter <= t_max) pushed |= 1u << child.slot();
     if (ReachedNode::kind_of(child.packed) == NodeKind::internal) internal |= 1u << child.slot();
   }
   const unsigned followed = Order::followed(pushed, internal);
@@ -305,7 +317,7 @@ void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& sta
   }
   const KEntry hit = memory_.hit(link);
   if (const auto before = policy_.blended_before(hit, state)) return outcome(*before);
-  if (hit.t > state.t_max) {
+  if (hit.t > end_of(entry, state)) {
     const bool kept = state.checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }

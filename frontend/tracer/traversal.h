@@ -29,6 +29,8 @@ class Traversal {
   const TraversalStack& stack() const { return stack_; }
   void begin_ray(const TraceRay& ray);
   bool misses_scene(const TraceRay& ray) const;
+  /// Where it enters the box of all: no box is entered before.
+  float scene_enter(const TraceRay& ray) const { return conservative_interval(ray.slabs, root_box_).enter; }
   /// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
   template <typename Recorder>
   void miss_scene(RayState& state, Recorder& recorder);
@@ -42,6 +44,8 @@ class Traversal {
   template <typename Order, typename Recorder>
   void resume(const TraceRay& ray, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
+  void resume_at(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
+  template <typename Order, typename Recorder>
   void drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
   void visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
@@ -54,7 +58,7 @@ class Traversal {
   template <typename Order>
   std::uint32_t test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull);
   template <typename Order>
-  unsigned followed_child(const ReachedNode* children, const RayState& state) const;
+  unsigned followed_child(const ReachedNode* children, float t_min, float t_max) const;
   unsigned checkpoint_children(const StackEntry& parent, std::uint32_t list, unsigned mask, RayState& state);
   void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
@@ -65,6 +69,10 @@ class Traversal {
   void walk_leaf(const TraceRay& ray, RayState& state);
   void take_hit(std::uint32_t link, RayState& state);
 
+  /// Beyond which t the nodes at the entry are not visited in this round.
+  float end_of(const StackEntry& entry, const RayState& state) const {
+    return finish_instances_ && entry.in_blas() ? state.t_limit : state.t_max;
+  }
   /// The ray in the space of the entry's node.
   const TraceRay& local_ray(const TraceRay& ray, const StackEntry& entry) {
     if (entry.object == 0) return ray;
@@ -90,6 +98,7 @@ class Traversal {
   const TracerOptions options_;
   const bool pop_test_ = options_.pop_test == PopTest::on;
   const bool remember_ = options_.skips.has(Skip::retests);
+  const bool finish_instances_ = options_.checkpoint && options_.below_instance == BelowInstance::finish;
   /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
   const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
   const NodeTest test_children_;

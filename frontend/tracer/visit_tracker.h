@@ -3,6 +3,8 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -10,44 +12,75 @@
 
 namespace grtx::frontend {
 
-/// One byte a unit of the node image, set when any ray of the view touched it. Shared by all threads.
+/// One bit a unit of the node image, set when any ray of the view touched it. Shared by all threads.
 class Footprint {
  public:
   explicit Footprint(const NodeImage& image)
-      : unit_(image.sizes().unit()), touched_(image.size() / image.sizes().unit()) {}
+      : unit_(image.sizes().unit()), touched_(image.size() / image.sizes().unit() / kBits + 1) {}
   void touch(std::uint64_t unit) {
-    std::atomic_ref<std::uint8_t> flag(touched_[unit]);
-    if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
+    const std::uint64_t bit = std::uint64_t{1} << unit % kBits;
+    const std::atomic_ref<std::uint64_t> bits(touched_[unit / kBits]);
+    if ((bits.load(std::memory_order_relaxed) & bit) == 0) bits.fetch_or(bit, std::memory_order_relaxed);
   }
   std::uint64_t bytes() const {
     std::uint64_t units = 0;
-    for (const std::uint8_t t : touched_) units += t;
+    for (const std::uint64_t bits : touched_) units += static_cast<unsigned>(std::popcount(bits));
     return units * unit_;
   }
 
  private:
+  static constexpr std::uint64_t kBits = 64;
   std::uint64_t unit_;
-  std::vector<std::uint8_t> touched_;
+  std::vector<std::uint64_t> touched_;
 };
 
-/// One a thread.
+/// The nodes that the present ray has visited: a table as large as the longest ray asks for, which stays in the cache,
+/// not one as large as the image. One a thread.
 class VisitTracker {
  public:
-  VisitTracker(const NodeImage& image, Footprint& footprint)
-      : last_ray_(image.size() / image.sizes().unit()), footprint_(footprint) {}
-  void begin_ray() { ++ray_; }
+  explicit VisitTracker(Footprint& footprint) : footprint_(&footprint) {}
+  void begin_ray() {
+    if (++ray_ == 0) {  // after 2^32 rays: what they left would count as this one's
+      table_.assign(table_.size(), {});
+      ray_ = 1;
+    }
+    used_ = 0;
+  }
   void visit(std::uint32_t unit, unsigned size_units) {
-    if (last_ray_[unit] == ray_) return;
-    last_ray_[unit] = ray_;
+    Place& place = place_of(unit);
+    if (place.ray == ray_) return;
+    place = {unit, ray_};
     ++unique_;
-    for (unsigned i = 0; i < size_units; ++i) footprint_.touch(unit + i);
+    for (unsigned i = 0; i < size_units; ++i) footprint_->touch(unit + i);
+    if (2 * ++used_ > table_.size()) grow();
   }
   std::uint64_t unique() const { return unique_; }
 
  private:
-  std::vector<std::uint32_t> last_ray_;
-  Footprint& footprint_;
-  std::uint32_t ray_ = 0;
+  struct Place {
+    std::uint32_t unit = 0;
+    std::uint32_t ray = 0;  ///< that visited it; another than the present one: nothing is here
+  };
+  /// Where the unit is, or is to be.
+  Place& place_of(std::uint32_t unit) {
+    std::size_t at = unit * 0x9E3779B1u >> shift_;
+    while (table_[at].ray == ray_ && table_[at].unit != unit) at = (at + 1) & (table_.size() - 1);
+    return table_[at];
+  }
+  [[gnu::noinline]] void grow() {
+    std::vector<Place> old(2 * table_.size());
+    old.swap(table_);
+    --shift_;
+    for (const Place& place : old) {
+      if (place.ray == ray_) place_of(place.unit) = place;
+    }
+  }
+
+  unsigned shift_ = 20;
+  std::vector<Place> table_ = std::vector<Place>(std::size_t{1} << (32 - shift_));
+  std::size_t used_ = 0;
+  Footprint* footprint_;
+  std::uint32_t ray_ = 1;
   std::uint64_t unique_ = 0;
 };
 

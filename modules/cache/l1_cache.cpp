@@ -45,6 +45,20 @@ void L1Cache::end_of_elaboration() {
   }
 }
 
+void L1Cache::restart(Caches caches) {
+  assert(miss_queue_.empty() && leaving_lines_ == 0 && writes_pending_ == 0);
+  tags_.restart(caches == Caches::warm);
+  mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
+  for (Client& client : clients_) client.head = client.oldest_held = {};
+  std::fill(response_due_.begin(), response_due_.end(), kNever);
+  first_client_ = 0;
+  banks_taken_ = version_ = 0;
+  next_request_ = next_response_ = kNever;
+  mshr_counted_ = 0;
+  dirty_at_start_ = tags_.count_dirty();
+  counters_ = {};
+}
+
 // Flattened: nothing in the model is called as often.
 [[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle

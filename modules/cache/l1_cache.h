@@ -67,6 +67,7 @@ struct L1Counters : CacheRegions {
   std::uint64_t sent_reads = 0, sent_writes = 0;  ///< to the crossbar
   std::uint64_t mshr_cycles = 0;
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
+  OwnCounts own;              ///< of a cache that is not the project's
 
   /// Demand and prefetch requests accepted.
   std::uint64_t accesses() const;
@@ -137,6 +138,7 @@ class L1Cache final : public L1CacheModule {
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
   /// kept_writes - rewrites - write_backs: they stay until their lines go.
+  std::uint64_t dirty_at_start() const { return dirty_at_start_; }  ///< left by the launch before
   std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
@@ -171,6 +173,7 @@ class L1Cache final : public L1CacheModule {
 
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
@@ -224,6 +227,7 @@ class L1Cache final : public L1CacheModule {
   Cycle next_request_ = kNever;   ///< next cycle in which a client's head wants to be looked at
   Cycle next_response_ = kNever;  ///< the earliest of response_due_
   Cycle mshr_counted_ = 0;
+  std::uint64_t dirty_at_start_ = 0;
   L1Counters counters_;
 };
 

@@ -41,7 +41,8 @@ const CounterTable<L1Counters>& L1Counters::table() {
           .sum(&C::sent_writes, "sent_writes", "sectors", "writes sent to the L2: through and back")
           .sum(&C::mshr_cycles, "mshr_cycles", "entry-cycles", "occupied MSHR entries summed over cycles")
           .distribution(&C::miss_latency, "miss_latency", "cycles", "mean from MSHR allocation to fill",
-                        "longest from MSHR allocation to fill");
+                        "longest from MSHR allocation to fill")
+          .own_counts(&C::own);
   return table;
 }
 

@@ -36,7 +36,8 @@ const CounterTable<L2Counters>& L2Counters::table() {
           .distribution(&C::miss_latency, "miss_latency", "cycles", "mean from MSHR allocation to fill",
                         "longest from MSHR allocation to fill")
           .sum(&C::requests_in)
-          .sum(&C::replies_out);
+          .sum(&C::replies_out)
+          .own_counts(&C::own);
   return table;
 }
 

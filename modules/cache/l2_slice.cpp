@@ -32,6 +32,15 @@ void L2Slice::end_of_elaboration() {
   dram.wake(&alarm_);
 }
 
+void L2Slice::restart(Caches caches) {
+  dram.restart();
+  tags_.restart(caches == Caches::warm);
+  mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
+  due_ = kNever;
+  mshr_counted_ = 0;
+  counters_ = {};
+}
+
 bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
          (!dram_queue_.empty() && dram.can_send(now));

@@ -65,6 +65,7 @@ struct L2Counters : CacheRegions {
   std::uint64_t evictions = 0;                               ///< lines
   std::uint64_t mshr_cycles = 0;
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
+  OwnCounts own;              ///< of a slice that is not the project's
 
   std::uint64_t accesses() const;
   static const CounterTable<L2Counters>& table();
@@ -152,6 +153,7 @@ class L2Slice final : public L2SliceModule {
 
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   bool work_at(Cycle now) const;
   void take_request(Cycle now);
   void take_completion(Cycle now);

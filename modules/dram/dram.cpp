@@ -78,6 +78,17 @@ void Dram::b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_
   delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
 }
 
+void Dram::restart(Caches caches) {
+  for (Channel& channel : channels_) {
+    channel.channel.restart(caches == Caches::warm);
+    for (Port& port : channel.ports) port.arrival = port.response_free = 0;
+    channel.turn = 0;
+    channel.held = false;
+    channel.due = kNever;
+    channel.responded = channel.refused = channel.full_clocks = 0;
+  }
+}
+
 Cycle Dram::tick(Cycle now) {
   Cycle due = kNever;
   for (Channel& channel : channels_) {
@@ -212,7 +223,7 @@ std::vector<DramChannelCounters> Dram::all_channel_counters() const {
 }
 
 DramCounters Dram::counters() const {
-  return dram_counters(config_.channel, all_channel_counters(), clock_.now_fs() / clock_.period_fs());
+  return dram_counters(config_.channel, all_channel_counters(), clock_.cycle_at(clock_.now_fs()));
 }
 
 void Dram::statistics(StatisticList& list, const std::string& prefix) const {

@@ -88,6 +88,7 @@ class Dram final : public ClockedModule {
   void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   ::tlm::tlm_response_status check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   Channel& channel_of(unsigned socket) { return channels_[config_.interleave.channel(socket)]; }
   Port& port_of(unsigned socket) { return channel_of(socket).ports[socket / channels_.size()]; }
   void answer_unqueued(Channel& channel, Port& port, Cycle now);

@@ -11,14 +11,31 @@
 
 namespace grtx::modules {
 
-void set_time_resolution_to_fs() { sc_core::sc_set_time_resolution(1, sc_core::SC_FS); }
+namespace {
+
+/// Asking fixes it.
+bool resolution_is_fs() { return std::abs(sc_core::sc_get_time_resolution().to_seconds() - 1e-15) < 1e-18; }
+
+}  // namespace
+
+void set_time_resolution_to_fs() {
+  try {
+    sc_core::sc_set_time_resolution(1, sc_core::SC_FS);
+  } catch (const sc_core::sc_report& report) {
+    if (resolution_is_fs()) return;  // somebody has set it before
+    throw Error("SystemC kernel", "time resolution",
+                "is " + sc_core::sc_get_time_resolution().to_string() +
+                    " and can no longer become 1 fs, which the clocks need: call set_time_resolution_to_fs() first (" +
+                    report.get_msg() + ")");
+  }
+}
 
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
     : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
   assert(mhz > 0.0);
-  if (const sc_core::sc_time unit = sc_core::sc_get_time_resolution(); std::abs(unit.to_seconds() - 1e-15) > 1e-18) {
+  if (!resolution_is_fs()) {
     throw Error("SystemC kernel", "clock domain " + std::string(this->name()),
-                "needs a time resolution of 1 fs, not " + unit.to_string() +
+                "needs a time resolution of 1 fs, not " + sc_core::sc_get_time_resolution().to_string() +
                     ": call set_time_resolution_to_fs() before anything else of SystemC");
   }
   SC_METHOD(on_wake);
@@ -116,7 +133,22 @@ void ClockDomain::schedule(Cycle cycle) {
 }
 
 void ClockDomain::notify_kernel() {
-  wake_.notify(sc_core::sc_time::from_value(next_ * period_fs_) - sc_core::sc_time_stamp());
+  wake_.notify(sc_core::sc_time::from_value(time_fs(next_)) - sc_core::sc_time_stamp());
+}
+
+void ClockDomain::restart(Caches caches) {
+  assert(threads_ == nullptr && (ahead_ == nullptr || !ahead_->running_));
+  wake_.cancel();
+  begin_fs_ = now_fs();
+  cycle_ = soonest_ = ticks_ = 0;
+  next_ = kNever;
+  std::fill(wanted_.begin(), wanted_.end(), kNever);
+  std::fill(due_.begin(), due_.end(), Wheel{});
+  std::fill(far_.begin(), far_.end(), 0);
+  busy_ = booked_ = 0;
+  far_from_ = kNever;
+  far_booked_.clear();
+  for (Clocked* clocked : alarms_) clocked->restart(caches);
 }
 
 void ClockDomain::request_earlier(Cycle cycle) {
@@ -158,7 +190,15 @@ void ClockDomain::on_wake() {
 void ClockDomain::run_alarm(std::size_t index) {
   wanted_[index] = kNever;
   const Cycle next = alarms_[index]->tick(cycle_);
-  if (next < wanted_[index]) set(index, next);
+  if (next < wanted_[index]) {
+    if (next <= soonest_ && wanted_[index] == kNever) {  // set() for what nearly all ask for
+      wanted_[index] = soonest_;
+      due_[index / 64].at[soonest_ % kWheel] |= bit_of(index);
+      busy_ |= bit_of(soonest_);
+    } else {
+      set(index, next);
+    }
+  }
   next_wanted_ |= observed_;
 }
 

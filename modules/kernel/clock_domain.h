@@ -22,6 +22,12 @@ inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 class Alarm;
 class ClockThreads;
 
+/// What caches and open DRAM rows hold when a launch begins.
+enum class Caches : std::uint8_t {
+  cold,  ///< nothing
+  warm,  ///< what the launch before has left
+};
+
 /// What a clock domain calls, always in the same way: in unit tests, in the whole GPU and on a foreign platform.
 class Clocked {
  public:
@@ -29,6 +35,9 @@ class Clocked {
   /// (next_visible()) included; kNever: none before something is sent from now on, which sets the alarm by itself. The
   /// present cycle, or a past one, means the next cycle. Ticks in which nothing is due must change nothing.
   virtual Cycle tick(Cycle now) = 0;
+  /// Another launch follows, with cycles counted from 0 again: back to the state as built, nothing counted. Called when
+  /// nothing is inside, alarms being unset.
+  virtual void restart(Caches /*caches*/) {}
 
  protected:
   ~Clocked() = default;
@@ -39,6 +48,7 @@ class Clocked {
 /// notification a cycle, or none (RunAhead). Modules meet through registered links only, so the order in which a cycle
 /// calls them changes no result.
 /// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
+/// Cycle 0 is at time 0, or at the last restart().
 class ClockDomain final : public sc_core::sc_module {
  public:
   using SC_CURRENT_USER_MODULE = ClockDomain;  // SC_HAS_PROCESS, which SystemC 3 deprecates
@@ -72,10 +82,16 @@ class ClockDomain final : public sc_core::sc_module {
     return sc_core::sc_time::from_value(now_fs() - kernel_fs() + delay_fs);
   }
   /// First edge at or after the present, for callers outside the domain.
-  Cycle edge_at_or_after_now() const { return (now_fs() + period_fs_ - 1) / period_fs_; }
+  Cycle edge_at_or_after_now() const { return (now_fs() - begin_fs_ + period_fs_ - 1) / period_fs_; }
   /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible
   /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
-  Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() + delay_fs) / period_fs_ + 1; }
+  Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() - begin_fs_ + delay_fs) / period_fs_ + 1; }
+  /// Time of the edge.
+  std::uint64_t time_fs(Cycle cycle) const { return begin_fs_ + cycle * period_fs_; }
+  /// Cycle in which that time lies; 0 before cycle 0.
+  Cycle cycle_at(std::uint64_t time_fs) const { return time_fs <= begin_fs_ ? 0 : (time_fs - begin_fs_) / period_fs_; }
+  /// Begins anew, for another launch: cycle 0 is now, nothing is booked, and all units are as built.
+  void restart(Caches caches);
   std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
   /// The last cycle that anybody waits for, as far as is known now; 0: nobody waits. Linear: for watchdogs.
   Cycle latest() const;
@@ -130,6 +146,7 @@ class ClockDomain final : public sc_core::sc_module {
   void step();
 
   std::uint64_t period_fs_;
+  std::uint64_t begin_fs_ = 0;  ///< time of cycle 0
   bool idle_skip_;
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "grtx/base/declare/counter_table.h"
+#include "grtx/base/declare/own_counts.h"
+#include "grtx/base/declare/own_keys.h"
 #include "grtx/base/declare/parameter.h"
 #include "grtx/base/declare/registry.h"
 #include "grtx/base/declare/statistics.h"

@@ -77,6 +77,14 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
     return size_ != 0 && newest.visible == now + latency_ ? &newest.item : nullptr;
   }
 
+  /// Another launch: as built, but for who listens.
+  void restart() {
+    assert(size_ == 0);
+    last_pop_cycle_ = kNever;
+    head_ = tail_ = 0;
+    pushed_ = 0;
+  }
+
   bool empty() const { return size_ == 0; }
   std::size_t size() const override { return size_; }
   std::size_t capacity() const { return capacity_; }

@@ -36,9 +36,9 @@ bool RunAhead::run() {
     for (ClockDomain* domain : domains_) {
       const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure(domain->next_) : kNever;
       const Cycle next = std::min(domain->next_, sure);
-      if (next == kNever || next * domain->period_fs_ >= at) continue;
+      if (next == kNever || domain->time_fs(next) >= at) continue;
       earliest = domain;
-      at = next * domain->period_fs_;
+      at = domain->time_fs(next);
       unsure = next == sure;
     }
     if (earliest == nullptr) break;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "grtx/base/error.h"
+#include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::modules {
 namespace {
@@ -59,15 +60,16 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   };
   place("node_image", header.node_image_bytes);
   gaussian_ = place("gaussian", header.gaussians * gaussian_bytes_);
+  if (!header.two_level && traces::has_box_leaves(header.accel)) {
+    shape_ = place("shape", header.node_image_bytes / header.node_sizes().unit() * kShapeBytes);
+  }
   sh_ = place("sh", header.gaussians * sh_bytes_);
   k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
   if (header.checkpoint) {
     checkpoint_capacity_ = checked_entries(header.checkpoint_capacity, "checkpoint");
-    // Eight entries of any size are whole sectors, so no entry lies across the ring's end.
-    if (config.checkpoint_log) checkpoint_log_entries_ = round_up(4 * checkpoint_capacity_, 8);
-    const std::uint64_t places = config.checkpoint_log ? checkpoint_log_entries_ : checkpoint_capacity_;
-    checkpoint_stride_ = spread_stride(places * checkpoint_entry_bytes_);
-    checkpoint_ = place("checkpoint", rays * (config.checkpoint_log ? 1 : 2) * checkpoint_stride_);
+    checkpoint_lists_ = header.checkpoint_bins != 0 ? traces::CheckpointBins::rings_of(header.checkpoint_bins) : 2;
+    checkpoint_stride_ = spread_stride(checkpoint_capacity_ * checkpoint_entry_bytes_);
+    checkpoint_ = place("checkpoint", rays * checkpoint_lists_ * checkpoint_stride_);
     eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
                                                        : std::max(header.checkpoint_capacity, kMinimumEvictions);
     checked_entries(eviction_capacity_, "eviction");

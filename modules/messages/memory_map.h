@@ -29,7 +29,6 @@ struct MemoryMapConfig {
   /// Sectors of a ray's stack area in memory; 0: stacks do not spill.
   std::uint64_t stack_sectors = 0;
   std::uint64_t checkpoint_entry_bytes = traces::kCheckpointEntryBytes;
-  bool checkpoint_log = false;  ///< a ray's entries lie in a log of four buffers' size, in place of two buffers
   RayArrayLayout k_buffers = RayArrayLayout::by_lane;
   RayArrayLayout evictions = RayArrayLayout::by_ray;
 };
@@ -42,6 +41,9 @@ class MemoryMap {
 
   std::uint64_t node(std::uint64_t image_address) const { return image_address; }  ///< the node image lies at 0
   std::uint64_t gaussian_record(std::uint32_t gaussian) const { return gaussian_ + gaussian * gaussian_bytes_; }
+  /// Matrix to the unit sphere, of the Gaussian in the box at `leaf` (units). The array that an intersection shader
+  /// reads lies in the order of the leaves.
+  std::uint64_t shape_record(std::uint32_t leaf) const { return shape_ + leaf * kShapeBytes; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
   /// Value `field` (0 = t, 1 = id, 4 B each) of entry `index`. by_lane: k-buffers are structures of arrays over a warp.
   /// Single-round tracing sorts there and back: its buffers have 2 k entries.
@@ -54,16 +56,16 @@ class MemoryMap {
   }
   /// First byte of entry `index` of buffer 0 or 1 of a ray slot; entries of a ray are contiguous.
   std::uint64_t checkpoint_entry(std::uint64_t ray_slot, unsigned buffer, std::uint64_t index) const {
-    assert(checkpoint_stride_ != 0 && checkpoint_log_entries_ == 0 && buffer < 2 && index < checkpoint_capacity_);
+    assert(checkpoint_stride_ != 0 && checkpoint_lists_ == 2 && buffer < 2 && index < checkpoint_capacity_);
     return checkpoint_ + (ray_slot * 2 + buffer) * checkpoint_stride_ + index * checkpoint_entry_bytes_;
   }
   std::uint64_t checkpoint_entry_bytes() const { return checkpoint_entry_bytes_; }
-  /// First byte of a ray slot's log, which begins and ends on a sector boundary.
-  std::uint64_t checkpoint_log(std::uint64_t ray_slot) const {
-    assert(checkpoint_log_entries_ != 0);
-    return checkpoint_ + ray_slot * checkpoint_stride_;
+  /// First byte of a bin of a ray slot (traces::CheckpointBins), which begins and ends on a line boundary. All bins
+  /// have the same distance to the next.
+  std::uint64_t checkpoint_bin(std::uint64_t ray_slot, unsigned bin) const {
+    assert(checkpoint_stride_ != 0 && bin < checkpoint_lists_);
+    return checkpoint_ + (ray_slot * checkpoint_lists_ + bin) * checkpoint_stride_;
   }
-  std::uint64_t checkpoint_log_entries() const { return checkpoint_log_entries_; }  ///< 0: there are two buffers
   /// First byte of entry `index` of a ray slot's eviction buffer, 8 B each. Beyond the capacity it starts over, so that
   /// addresses stay inside even if a ray evicts more than was foreseen.
   std::uint64_t eviction_entry(std::uint64_t ray_slot, std::uint64_t index) const {
@@ -99,17 +101,18 @@ class MemoryMap {
   const std::vector<Extent>& extents() const { return extents_; }
 
   static constexpr std::uint64_t kPixelBytes = 16;  ///< colour and transmittance, 4 floats
+  static constexpr std::uint64_t kShapeBytes = 48;  ///< three rows of four floats
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
   unsigned k_;                               ///< entries of a k-buffer
   RayArrayLayout k_buffers_, evictions_;
   unsigned warp_size_, resident_warps_;
-  std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
-  std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one buffer
-  std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one checkpoint buffer, or log, to the next
+  std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;
+  std::uint64_t checkpoint_capacity_ = 0;  ///< entries of one list
+  std::uint64_t checkpoint_lists_ = 0;     ///< of a ray: two buffers, or bins
+  std::uint64_t checkpoint_stride_ = 0;    ///< bytes from one of them to the next
   std::uint64_t checkpoint_entry_bytes_;
-  std::uint64_t checkpoint_log_entries_ = 0;
   std::uint64_t eviction_capacity_ = 0;  ///< entries a ray
   std::uint64_t eviction_stride_ = 0;    ///< bytes from one ray's, or warp's, eviction buffer to the next
   std::uint64_t stack_ = 0, stack_sectors_ = 0, stack_stride_ = 0;  ///< stack areas

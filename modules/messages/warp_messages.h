@@ -20,12 +20,15 @@ struct TraceCall {
 };
 
 /// The any-hit shader is invoked for `lanes` of the warp in `slot`; those lanes wait in the RT unit for AnyHitDone.
+/// Of a structure of boxes it is the intersection shader, and the any-hit shader only for those lanes that it gives a
+/// hit.
 struct AnyHitBatch {
   std::uint16_t slot = 0;
   std::uint32_t round = 0;
   LaneMask lanes = 0;
   std::array<traces::LeafOutcome, kMaxLanes> outcome{};  ///< of each lane in `lanes`
   std::array<std::uint16_t, kMaxLanes> shifts{};         ///< k-buffer entries its insertion moved
+  std::array<std::uint32_t, kMaxLanes> leaf{};           ///< address of its leaf, units
 };
 
 struct AnyHitDone {

@@ -92,6 +92,13 @@ class CrossbarNetwork final : public Clocked {
     outputs_[i].ahead = link.takes_ahead();
   }
   Cycle tick(Cycle now) override;
+  void restart(Caches) override {
+    for (Output& output : outputs_) {
+      output.buffer = RingQueue<Held>();
+      output.next_input = 0;
+    }
+    counters_ = {};
+  }
   bool idle() const;
   CrossbarCounters::Network counters() const;
   void dump_state(std::ostream& out) const;

@@ -51,6 +51,7 @@ class AnyHitCollector final : public AnyHitModule {
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override { counters_ = {}; }
 
  private:
   void end_of_elaboration() override;

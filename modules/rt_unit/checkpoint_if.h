@@ -8,6 +8,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/rt_part.h"
+#include "grtx/traces/event.h"
 
 namespace grtx::modules {
 
@@ -15,14 +16,14 @@ namespace grtx::modules {
 class checkpoint_if : public virtual sc_core::sc_interface {
  public:
   /// A lane begins round `round` in resident slot `slot`. replays: it resumes from its source entries. source_entries:
-  /// how many they are (if needs_source_entries(), else 0).
+  /// how many they are (if needs_source_entries(), else 0). ray: the lane's, whose bins tell where its entries go.
   virtual void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
-                          std::uint32_t source_entries) = 0;
+                          std::uint32_t source_entries, const traces::Ray& ray) = 0;
   /// begin_lane() must be told how many source entries there are: the buffer is read from its end.
   virtual bool needs_source_entries() const = 0;
-  /// The lane has `entries` entries to write and, if `last`, no further event in the round. forwarded: it is the source
-  /// entry that it has read last. Returns whether it must wait; then entries_taken() names the lane when all is taken.
-  virtual bool submit(LaneId id, unsigned entries, bool forwarded, bool last) = 0;
+  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether it must
+  /// wait; then entries_taken() names the lane when all is taken.
+  virtual bool submit(LaneId id, unsigned entries, bool last) = 0;
   /// The lane needs its next source entry. Returns whether it is there already; else entry_read() names it later.
   virtual bool read(LaneId id) = 0;
 };
@@ -32,9 +33,7 @@ class checkpoint_client_if : public virtual sc_core::sc_interface {
  public:
   /// The lane's source entry is there.
   virtual void entry_read(LaneId id) = 0;
-  /// Source entries `first` to `first + count` - 1 of the lane's round have come ahead of being read.
-  virtual void entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) = 0;
-  /// The lane's entries (and last sector) are handed over.
+  /// The lane's entries (and open sectors) are handed over.
   virtual void entries_taken(LaneId id) = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/traces/node_layout.h"
 
@@ -14,7 +15,33 @@ namespace grtx::modules {
 
 namespace {
 
-constexpr std::uint64_t kNoSector = CheckpointLayout::kNoSector;
+constexpr unsigned kBinNumberBits = 11;  ///< of t as fp32, those that frontend/tracer/bin_number.h takes
+
+/// What bins add: of each lane heads, tails and what the round may read of each ring, and which sectors are open. The
+/// number of a bin is bits of a distance.
+void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces::Header& header, Inventory& inventory) {
+  const unsigned bins = traces::CheckpointBins::rings_of(header.checkpoint_bins);
+  const unsigned bin_bits = static_cast<unsigned>(std::bit_width(bins - 1));
+  const unsigned place_bits = static_cast<unsigned>(std::bit_width(header.checkpoint_capacity));
+  const unsigned pointers = 3 * place_bits;
+  inventory.storage.push_back({"bin_pointers", StorageKind::ram, lanes * bins * pointers, 1, 1, false, pointers});
+  // Where the ray enters the scene, number of the bin that the round began with, how far it has come from there, and
+  // from which on the far one holds.
+  const unsigned read_bits = 32 + 2 * kBinNumberBits + bin_bits;
+  inventory.storage.push_back({"bin_read", StorageKind::ram, lanes * read_bits, 1, 1, false, read_bits});
+  if (config.write_combine) {
+    const unsigned tag_bits = bin_bits + place_bits;
+    inventory.storage.push_back(
+        {"open_tags", StorageKind::ram, lanes * config.open_sectors * tag_bits, 1, 1, false, tag_bits});
+    inventory.operators.push_back({"match", tag_bits, std::uint64_t{config.lanes} * config.open_sectors});
+  }
+  // The next bin with something to read and its number against that of t_max; of each entry taken in a cycle the ring
+  // with room for it, which is seldom not its own.
+  inventory.operators.push_back({"fp_add", 32, config.lanes + 1ull});  // distances of entries and of t_max
+  inventory.operators.push_back({"int_add", kBinNumberBits, 1});
+  inventory.operators.push_back({"int_compare", kBinNumberBits, 1});
+  inventory.operators.push_back({"int_compare", place_bits, bins * (config.lanes + 1ull)});
+}
 
 }  // namespace
 
@@ -33,19 +60,12 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
           .sum(&C::blocked_cycles, "blocked_cycles", "cycles", "cycles in which lanes waited to hand over entries")
           .sum(&C::acknowledged)
           .sum(&C::returned)
-          .sum(&C::ahead_returned)
           .sum(&C::store_returned)
-          .part(&C::log)
-          .when([](const C& c) { return c.sectors_ahead > 0; })
-          .sum(&C::sectors_ahead, "sectors_ahead", "requests", "32 B reads of checkpoint buffers ahead of need")
           .when([](const C& c) { return c.store_written > 0; })
           .sum(&C::store_written, "store_written", "entries",
                "checkpoint entries written to the private store of the RT unit, in place of memory")
-          .sum(&C::store_read, "store_read", "entries", "checkpoint entries read from the private store of the RT unit")
-          .when([](const C& c) { return c.log.runs_written + c.log.copies_forced > 0; })
-          .described([](const C& c, StatisticList& list, const std::string& prefix) {
-            c.log.table().describe(c.log, list, prefix);
-          });
+          .sum(&C::store_read, "store_read", "entries",
+               "checkpoint entries read from the private store of the RT unit");
   return table;
 }
 
@@ -54,14 +74,13 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
     : CheckpointModule(name),
       config_(config),
       map_(map),
-      two_level_(header.two_level),
+      header_(header),
       layout_(config, header),
       sm_(sm),
       lanes_(std::size_t{entries} * kMaxLanes),
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
       writes_(config.write_queue > 0 ? config.write_queue : 1),
-      ahead_(std::size_t{entries} * kMaxLanes),
       store_reads_(std::size_t{entries} * kMaxLanes),
       store_returns_(std::size_t{entries} * kMaxLanes) {
   require_allowed("rt.checkpoint", config);
@@ -69,10 +88,6 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
   if (map.checkpoint_entry_bytes() != config.entry_bytes) {
     throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
   }
-  if ((map.checkpoint_log_entries() != 0) != (config.forward == CheckpointForward::reference)) {
-    throw Error("configuration", "rt.checkpoint.forward", "must be that of the memory map");
-  }
-  log_entries_ = map.checkpoint_log_entries();
 }
 
 void CheckpointUnit::end_of_elaboration() {
@@ -81,38 +96,34 @@ void CheckpointUnit::end_of_elaboration() {
   responses_ = reader_of(response);
 }
 
+void CheckpointUnit::restart() {
+  make_anew(layout_, config_, header_);
+  std::fill(lanes_.begin(), lanes_.end(), LaneContext());
+  counters_ = {};
+}
+
 void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
-                                std::uint32_t source_entries) {
+                                std::uint32_t source_entries, const traces::Ray& ray) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush && lane.reads_missing == 0);
-  const bool queued = lane.reads_ahead;
   lane = {};
-  lane.reads_ahead = queued;
-  lane.place = layout_.begin(map_, sm_, slot, lane_of(id), round, replays, source_entries);
-  if (replays) read_ahead(id);
+  lane.place = layout_.begin(map_, sm_, slot, lane_of(id), round, replays, source_entries, ray);
 }
 
-// The lane's window of sectors to read ahead has moved.
-void CheckpointUnit::read_ahead(LaneId id) {
-  if (!layout_.reads_ahead() || lanes_[id].reads_ahead) return;
-  lanes_[id].reads_ahead = true;
-  ahead_.push(id);
-}
-
-bool CheckpointUnit::submit(LaneId id, unsigned entries, bool forwarded, bool last) {
+bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush);
-  lane.over = last;
-  lane.pending = static_cast<std::uint8_t>(layout_.submit(lane.place, entries, forwarded, last));
+  layout_.submit(lane.place, entries);
+  lane.pending = static_cast<std::uint8_t>(entries);
   counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
-  lane.flush = last && config_.write_combine && (lane.pending > 0 || layout_.open_sector(lane.place) != kNoSector);
+  lane.flush = last && config_.write_combine && (lane.pending > 0 || layout_.has_open_sector(lane.place));
   if (lane.pending == 0 && !lane.flush) return false;
   submitted_.push(id);
   return true;
 }
 
-// Hands over as much of the lane as budget and room allow; true when nothing is left. One item completes at most one
-// sector when combining (it is smaller), and touches at most two.
+// Hands over as much of the lane as budget and room allow; true when nothing is left. An item, an entry or an open
+// sector, sends at most one sector when combining, else those that it touches, at most two.
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
   while (lane.pending > 0) {
@@ -125,35 +136,25 @@ bool CheckpointUnit::take(LaneId id, unsigned& budget) {
     }
     for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
     if (sectors.straddles) ++counters_.straddling_written;
-    if (!sectors.run) ++counters_.entries_written;
+    ++counters_.entries_written;
     --lane.pending;
     --budget;
   }
-  if (lane.flush) {
-    if (const std::uint64_t open = layout_.open_sector(lane.place); open != kNoSector) {
-      if (budget == 0 || writes_.room() == 0) return false;
-      writes_.push(open);
-      --budget;
-    }
-    lane.flush = false;
+  while (lane.flush && layout_.has_open_sector(lane.place)) {
+    if (budget == 0 || writes_.room() == 0) return false;
+    writes_.push(layout_.close_sector(lane.place));
+    --budget;
   }
+  lane.flush = false;
   return true;
 }
 
 bool CheckpointUnit::read(LaneId id) {
-  assert(lanes_[id].reads_missing == 0);
-  return start_read(id);
-}
-
-// Reads the lane's next entry, or the run entry before it; true when there is nothing to wait for.
-bool CheckpointUnit::start_read(LaneId id) {
   LaneContext& lane = lanes_[id];
-  do {
-    lane.to_read = layout_.read(lane.place);
-    if (!lane.to_read.run) ++counters_.entries_read;
-    if (lane.to_read.straddles) ++counters_.straddling_read;
-  } while (lane.to_read.run && lane.to_read.count == 0);
-  read_ahead(id);
+  assert(lane.reads_missing == 0);
+  lane.to_read = layout_.read(lane.place);
+  ++counters_.entries_read;
+  if (lane.to_read.straddles) ++counters_.straddling_read;
   if (lane.to_read.stored) {
     store_reads_.push(id);
     return false;
@@ -189,7 +190,7 @@ void CheckpointUnit::read_store(Cycle now) {
 void CheckpointUnit::issue(Cycle now) {
   if (lanes_at_store() > 0) read_store(now);
   if (!busy() || !requests_.can_push(now)) return;
-  if (reads_.empty() && writes_.empty()) return issue_ahead(now);
+  if (reads_.empty() && writes_.empty()) return;
   MemoryRequest message;
   message.region = Region::checkpoint;
   if (!reads_.empty()) {
@@ -213,40 +214,11 @@ void CheckpointUnit::issue(Cycle now) {
   ++outstanding_;
 }
 
-// Nothing waits to be written, so no sector is read before it is written.
-void CheckpointUnit::issue_ahead(Cycle now) {
-  while (!ahead_.empty()) {
-    const LaneId id = ahead_.front();
-    const std::uint64_t sector = lanes_[id].over ? kNoSector : layout_.next_ahead(lanes_[id].place);
-    if (sector == kNoSector) {
-      ahead_.pop();
-      lanes_[id].reads_ahead = false;
-      continue;
-    }
-    MemoryRequest message;
-    message.region = Region::checkpoint;
-    message.address = sector * kSectorBytes;
-    message.tag = id;
-    message.prefetch = true;
-    requests_.push(now, message);
-    ++counters_.sectors_ahead;
-    ++outstanding_;
-    return;
-  }
-}
-
-void CheckpointUnit::arrived(LaneId id, std::uint64_t address) {
-  if (!layout_.names_nodes() || lanes_[id].over) return;
-  const CheckpointLayout::Entries entries = layout_.arrived(lanes_[id].place, address / kSectorBytes);
-  if (entries.count > 0) client_->entries_arrived(id, entries.first, entries.count);
-}
-
 void CheckpointUnit::respond(Cycle now) {
   const MemoryResponse* answer = responses_.front(now);
   if (answer == nullptr) return;
-  const bool write = answer->write, ahead = answer->prefetch;
+  const bool write = answer->write;
   const auto id = static_cast<LaneId>(answer->tag);
-  const std::uint64_t address = answer->address;
   responses_.pop(now);
   assert(outstanding_ > 0);
   --outstanding_;
@@ -254,16 +226,10 @@ void CheckpointUnit::respond(Cycle now) {
     ++counters_.acknowledged;
     return;
   }
-  arrived(id, address);
-  if (ahead) {
-    ++counters_.ahead_returned;
-    return;
-  }
   ++counters_.returned;
   LaneContext& lane = lanes_[id];
   assert(lane.reads_missing > 0);
-  if (--lane.reads_missing != 0) return;
-  if (!lane.to_read.run || start_read(id)) client_->entry_read(id);
+  if (--lane.reads_missing == 0) client_->entry_read(id);
 }
 
 void CheckpointUnit::accept(Cycle) {
@@ -278,14 +244,12 @@ void CheckpointUnit::accept(Cycle) {
   if (!submitted_.empty()) ++counters_.blocked_cycles;
 }
 
-void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_.with_runs_of(layout_)); }
+void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_); }
 
-Inventory CheckpointUnit::inventory() const {
-  return checkpoint_inventory(name(), config_, lanes_.size(), two_level_, log_entries_);
-}
+Inventory CheckpointUnit::inventory() const { return checkpoint_inventory(name(), config_, lanes_.size(), header_); }
 
-Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes, bool two_level,
-                               std::uint64_t log_entries) {
+Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes,
+                               const traces::Header& header) {
   Inventory inventory{name, {}, {}};
   auto& storage = inventory.storage;
   const std::uint64_t sector_bits = kSectorBytes * 8;
@@ -296,24 +260,16 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   // Not in the paper's table: it does not say how entries become memory requests.
   const unsigned entry_bits = config.entry_bytes * 8;
   if (config.write_combine)
-    storage.push_back({"open_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
+    storage.push_back(
+        {"open_sectors", StorageKind::ram, lanes * config.open_sectors * sector_bits, 1, 1, false, entry_bits});
   if (config.read_buffer)
     storage.push_back({"read_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
-  if (log_entries != 0) {
-    // A lane's run that is read, and the one that is being forwarded with its first entry, which may have to be copied.
-    const unsigned run_bits = 2u * static_cast<unsigned>(std::bit_width(log_entries - 1)) + 1;
-    storage.push_back({"runs", StorageKind::ram, lanes * (2 * run_bits + entry_bits), 1, 1, false, run_bits});
-  }
+  if (header.checkpoint_bins != 0) add_bins(config, lanes, header, inventory);
   if (const CheckpointStoreConfig& store = config.store; store.entries > 0) {
     const std::uint64_t places = 2ull * store.entries * store.warps * kMaxLanes;
     storage.push_back({"private_store", StorageKind::ram, places * entry_bits, store.read_ports, 1, false, entry_bits});
     storage.push_back({"store_reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
   }
-  if (config.read_ahead > 0) {
-    // Lanes in turn; of each the next sector and the list's end.
-    storage.push_back({"ahead", StorageKind::ram, lanes * (8 + 16 + 16), 1, 1, false, 40});
-  }
-  if (config.prefetch_nodes) storage.push_back({"named", StorageKind::ram, lanes * 16, 1, 1, false, 16});
   // Heads and levels of the queues of rays, head, level and full bits of the write queue, requests that are out,
   // whether the first of two sectors has been sent, and a bit a ray: two responses are missing (checkpoint_unit.sv).
   const unsigned ray_bits = static_cast<unsigned>(std::bit_width(lanes - 1));
@@ -329,9 +285,7 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes + 3});
   operators.push_back({"int_add", 64, 2ull * config.lanes});  // base + slot offset + entry offset
   // BLAS header to number and back.
-  if (config.entry_bytes == 8 && two_level) operators.push_back({"int_add", 64, 2ull * config.lanes});
-  // t of each entry of a sector that comes, against t_max.
-  if (config.prefetch_nodes) operators.push_back({"fp_compare", 32, kSectorBytes / config.entry_bytes});
+  if (config.entry_bytes == 8 && header.two_level) operators.push_back({"int_add", 64, 2ull * config.lanes});
   operators.push_back({"increment", 16, 2ull * config.lanes});    // source and destination offset
   operators.push_back({"int_compare", 16, 2ull * config.lanes});  // against the maximum size
   // What the RTL has beside (docs/results/rtl.md). An entry begins at any multiple of what divides both its size and a

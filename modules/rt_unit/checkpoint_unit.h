@@ -25,18 +25,10 @@ namespace grtx::modules {
 
 struct CheckpointCounters {
   std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;
-  std::uint64_t acknowledged = 0, returned = 0;               ///< responses to writes and reads
-  std::uint64_t straddling_written = 0, straddling_read = 0;  ///< run entries, too
-  CheckpointLog::Counters log;                                ///< forward = reference
-  std::uint64_t sectors_ahead = 0, ahead_returned = 0;        ///< requests and their responses
+  std::uint64_t acknowledged = 0, returned = 0;  ///< responses to writes and reads
+  std::uint64_t straddling_written = 0, straddling_read = 0;
   std::uint64_t store_written = 0, store_read = 0, store_returned = 0;
   std::uint64_t max_entries = 0, blocked_cycles = 0;
-  /// Those of the layout, which knows the runs.
-  CheckpointCounters with_runs_of(const CheckpointLayout& layout) const {
-    CheckpointCounters all = *this;
-    all.log = layout.runs();
-    return all;
-  }
   static const CounterTable<CheckpointCounters>& table();
   void add(const CheckpointCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -59,40 +51,39 @@ class CheckpointState {
   ~CheckpointState() = default;
 };
 
-/// Storage and operators of a checkpoint unit with this configuration; lanes: of the warp buffer. log_entries: places
-/// of a ray's log, 0 with two buffers.
-Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes, bool two_level,
-                               std::uint64_t log_entries);
+/// Storage and operators of a checkpoint unit with this configuration; lanes: of the warp buffer. header: of the trace.
+Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes,
+                               const traces::Header& header);
 
 class CheckpointUnit final : public CheckpointModule, public CheckpointState {
  public:
   using Config = CheckpointConfig;
   using Counters = CheckpointCounters;
 
-  /// map: made for the same entry_bytes. header: of the trace. sm: whose per-ray buffers are addressed. Throws Error
-  /// for an impossible configuration.
+  /// map: made for the same entry_bytes. header: of the trace; outlives the unit. sm: whose per-ray buffers are
+  /// addressed. Throws Error for an impossible configuration.
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
                  const traces::Header& header, unsigned entries, unsigned sm);
 
-  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
-                  std::uint32_t source_entries) override;
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t source_entries,
+                  const traces::Ray& ray) override;
   bool needs_source_entries() const override { return layout_.needs_source_entries(); }
-  bool submit(LaneId id, unsigned entries, bool forwarded, bool last) override;
+  bool submit(LaneId id, unsigned entries, bool last) override;
   bool read(LaneId id) override;
 
   void respond(Cycle now) override;
-  /// Reads go first, unless their sector still waits in the write queue; reads ahead go last.
+  /// Reads go first, unless their sector still waits in the write queue.
   void issue(Cycle now) override;
   /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
   void accept(Cycle now) override;
 
   bool busy() const override {
-    return !submitted_.empty() || !reads_.empty() || !writes_.empty() || !ahead_.empty() || lanes_at_store() > 0;
+    return !submitted_.empty() || !reads_.empty() || !writes_.empty() || lanes_at_store() > 0;
   }
   bool idle() const override { return !busy() && outstanding_ == 0; }
   std::uint64_t progress() const override {
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned +
-           counters_.sectors_ahead + counters_.ahead_returned + counters_.store_written + counters_.store_returned;
+           counters_.store_written + counters_.store_returned;
   }
   void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const override { return submitted_.size(); }
@@ -106,31 +97,25 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   const Counters& counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct LaneContext {
     CheckpointLayout::Lane place;
-    CheckpointLayout::Sectors to_read;  ///< of the entry, or run entry, being read
-    std::uint8_t pending = 0;           ///< items submitted, not taken
-    bool flush = false;                 ///< the open sector must be written after them
+    CheckpointLayout::Sectors to_read;  ///< of the entry being read
+    std::uint8_t pending = 0;           ///< entries submitted, not taken
+    bool flush = false;                 ///< open sectors must be written after them
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
-    bool reads_ahead = false;  ///< is among ahead_
-    bool over = false;         ///< has no further event in its round
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
   void read_store(Cycle now);
-  bool start_read(LaneId id);
-  void read_ahead(LaneId id);
-  void issue_ahead(Cycle now);
-  void arrived(LaneId id, std::uint64_t address);
   bool write_waits(std::uint64_t sector) const;
 
   Config config_;
   const MemoryMap& map_;
-  bool two_level_;
-  std::uint64_t log_entries_ = 0;  ///< 0: there are two buffers
+  const traces::Header& header_;
   checkpoint_client_if* client_ = nullptr;
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
@@ -140,7 +125,6 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   BoundedQueue<LaneId> submitted_;
   BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
   BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
-  BoundedQueue<LaneId> ahead_;          ///< lanes that may have sectors to read ahead
   struct StoreReturn {
     Cycle due = 0;
     LaneId lane = 0;

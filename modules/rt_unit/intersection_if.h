@@ -21,7 +21,8 @@ class intersection_if : public virtual sc_core::sc_interface {
 /// Who takes results.
 class intersection_client_if : public virtual sc_core::sc_interface {
  public:
-  /// The lane's intersection result is there: once for each enqueue(), in a later cycle.
+  /// The lane's intersection result is there: once for each enqueue(), in a later cycle. Or its node is a box, and has
+  /// come.
   virtual void unit_result(Cycle now, LaneId id) = 0;
 };
 

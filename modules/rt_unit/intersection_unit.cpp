@@ -34,6 +34,13 @@ IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Co
   if (config.interval < 1) throw Error("configuration", basename() + std::string(".interval"), "must be at least 1");
 }
 
+void IntersectionUnit::restart() {
+  std::fill(free_from_.begin(), free_from_.end(), 0);
+  next_free_ = 0;
+  due_ = kNever;
+  counters_ = {};
+}
+
 // Results of this cycle, in order of their due cycles; then queued operations start, in order, on the pipelines that
 // are free in this cycle.
 void IntersectionUnit::tick(Cycle now) {

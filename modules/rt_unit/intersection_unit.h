@@ -84,6 +84,7 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct Request {

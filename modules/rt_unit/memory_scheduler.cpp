@@ -7,6 +7,8 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
@@ -44,6 +46,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
                                  const traces::Header& header, unsigned entries)
     : NodeFetchModule(name),
       config_(config),
+      header_(header),
       traffic_(header, config.traffic),
       fetches_(std::size_t{entries} * kMaxLanes),
       under_way_(entries),
@@ -61,6 +64,14 @@ void MemoryScheduler::end_of_elaboration() {
   batches_done_ = reader_of(batch_done);
   const bool bound = config_.by_shader ? batches_ && batches_done_ : requests_ && responses_;
   if (!bound) throw Error("RT unit", name(), "needs its memory ports, or those of the SIMT core when by_shader");
+}
+
+void MemoryScheduler::restart() {
+  make_anew(traffic_, header_, config_.traffic);
+  std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
+  visited_.clear();
+  visited_entry_ = 0;
+  counters_ = {};
 }
 
 // Nodes are 64 B or more apart.
@@ -110,7 +121,8 @@ void MemoryScheduler::issue_sectors(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && requests_.can_push(now); ++i) {
     Pending& p = queue_.front();
     const Fetch& f = fetches_[p.fetch];
-    const SectorAccess sector = NodeSectors(f.node, traffic_).at(p.next);
+    if (p.next == 0) front_.emplace(f.node, traffic_);
+    const SectorAccess sector = front_->at(p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
@@ -155,8 +167,10 @@ void MemoryScheduler::respond(Cycle now) {
     if (arrived == nullptr) return;
     const auto id = static_cast<LaneId>(arrived->tag);
     responses_.pop(now);
+    if (id >= fetches_.size() || fetches_[id].missing == 0) {
+      unit_fault(name(), "the L1 has answered a node request of lane " + std::to_string(id) + ", which made none");
+    }
     Fetch& f = fetches_[id];
-    assert(f.missing > 0 && outstanding_ > 0);
     --outstanding_;
     if (--f.missing == 0) complete(now, id);
   }

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 #include <iosfwd>
+#include <optional>
 #include <systemc>
 #include <vector>
 
@@ -85,6 +86,7 @@ class MemoryScheduler final : public NodeFetchModule {
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct Fetch {
@@ -107,6 +109,7 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
+  const traces::Header& header_;
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
@@ -117,6 +120,7 @@ class MemoryScheduler final : public NodeFetchModule {
   std::vector<Fetch> fetches_;       ///< by the lane that asked first: a lane has at most one visit under way
   std::vector<LaneMask> under_way_;  ///< by entry: lanes that lead a fetch
   BoundedQueue<Pending> queue_;
+  std::optional<NodeSectors> front_;    ///< of the fetch at the front of the queue, once it has begun
   std::vector<AddressIndex> merge_;     ///< by entry: finds the fetch, by leading lane, that a visit may join
   std::vector<std::uint64_t> visited_;  ///< without merging in flight: keys of the present warp's visits
   unsigned visited_entry_ = 0;

@@ -13,6 +13,7 @@ NodeDispatch::NodeDispatch(const sc_core::sc_module_name& name, const Config& co
 
 void NodeDispatch::end_of_elaboration() {
   warps_ = &warp_buffer->warps();
+  client_ = client.operator->();
   const auto attach = [this](NodeKind kind, Optional<intersection_if>& unit) {
     if (unit.size() > 0) by_kind_[static_cast<std::size_t>(kind)] = unit.operator->();
   };
@@ -26,18 +27,20 @@ void NodeDispatch::end_of_elaboration() {
 void NodeDispatch::unit_result(Cycle now, LaneId id) { ray_sphere->enqueue(now, id, 1); }
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
+  if (config_.box_leaves && kind == NodeKind::procedural) {
+    warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
+    return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });
+  }
   intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
   if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
   const Warp& warp = warps_->warp(entry);
-  warps_->move(entry, lanes & ~warp.helping, LaneState::waiting_memory, LaneState::in_unit);
+  warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
   for_each_bit(lanes, [&](unsigned i) {
     const Lane& lane = warp.lane[i];
-    if ((warp.helping & bit(i)) == 0) prefetch_for_read(lane.next + 2);  // needed after the test
+    prefetch_for_read(lane.next + 2);  // needed after the test
     unsigned tests = 1;
     if (kind == NodeKind::triangle || kind == NodeKind::procedural) {
       tests = config_.leaf_tests;
-    } else if (kind == NodeKind::internal && (warp.helping & bit(i)) != 0) {
-      if (config_.box_op_per_child) tests = std::max(1u, unsigned{warp.helped_children[i]});
     } else if (kind == NodeKind::internal) {
       const traces::NodeDefinition& node = warp.group->nodes[lane.event.node];
       prefetch_for_read(&node);

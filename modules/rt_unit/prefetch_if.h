@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <systemc>
 
 #include "grtx/modules/kernel/link_if.h"
@@ -16,10 +15,8 @@ namespace grtx::modules {
 /// The RT scheduler's view of a prefetcher.
 class prefetch_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins a round, with these events, of the ray in resident slot `slot`. replays: it resumes from its source
-  /// entries.
-  virtual void begin_lane(LaneId id, std::uint16_t slot, bool replays, const traces::RayGroup& group,
-                          std::span<const traces::Event> events) = 0;
+  /// A lane begins a round of the ray in resident slot `slot`. replays: it resumes from its source entries.
+  virtual void begin_lane(LaneId id, std::uint16_t slot, bool replays) = 0;
   /// Starts the visits of one warp in one cycle.
   virtual void begin_warp() = 0;
   /// The lane's visit of group.nodes[definition] found the children in `hit` and checkpointed those in `checkpointed`.
@@ -29,13 +26,6 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
   /// The lane asks for the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
-  /// A source entry that has come names the node at `address` (bytes), and will be taken.
-  virtual void note_entry(traces::NodeKind kind, std::uint64_t address) = 0;
-  /// Whether it looks at stacks: else note_stack() is not called.
-  virtual bool reads_stacks() const = 0;
-  /// An event of the lane has moved its stack. left: events left in the round, this one among them; on_chip: entries at
-  /// the top that the warp buffer holds.
-  virtual void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) = 0;
 };
 
 /// A prefetcher of nodes.

@@ -24,6 +24,8 @@ class RtPart : public sc_core::sc_module {
   virtual void count(RtUnitCounters& all) const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
+  /// Another launch follows (Clocked::restart()); nothing is inside.
+  virtual void restart() {}
 
  protected:
   explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}

@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
@@ -29,12 +30,18 @@ const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
           .sum(&C::culls, "culls", "events", "stack entries found beyond t_max")
           .sum(&C::replay_takes, "replay_takes", "events", "source entries traversed")
           .sum(&C::replay_forwards, "replay_forwards", "events", "source entries beyond t_max")
-          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes");
+          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes")
+          .when([](const C& c) { return c.intersection_calls != 0; })
+          .sum(&C::intersection_calls, "intersection_calls", "calls", "intersection shader calls of lanes");
   return table;
 }
 
-RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
-    : RtSchedulerModule(name), selection_(make_warp_selection(config.policy)), entries_(entries) {}
+RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes)
+    : RtSchedulerModule(name),
+      config_(config),
+      selection_(make_warp_selection(config.policy)),
+      entries_(entries),
+      boxes_(boxes) {}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -43,10 +50,12 @@ void RtScheduler::end_of_elaboration() {
   any_hit_ = any_hit.operator->();
   if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
-  if (prefetcher_ != nullptr && checkpoint_ != nullptr) source_nodes_.resize(std::size_t{entries_} * kMaxLanes);
   if (stack.size() > 0) stack_ = stack.operator->();
-  if (cooperation.size() > 0) cooperation_ = cooperation.operator->();
-  prefetches_stacks_ = prefetcher_ != nullptr && prefetcher_->reads_stacks();
+}
+
+void RtScheduler::restart() {
+  selection_ = make_warp_selection(config_.policy);
+  counters_ = {};
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
@@ -68,14 +77,10 @@ void RtScheduler::begin(unsigned entry) {
       if (replays && checkpoint_->needs_source_entries()) {
         entries = source_entries({warp.lane[i].next, warp.lane[i].left});
       }
-      checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries);
+      checkpoint_->begin_lane(id, warp.slot, warp.round, replays, entries, warp.group->rays[i]);
     }
-    if (prefetcher_ != nullptr) {
-      prefetcher_->begin_lane(id, warp.slot, replays, *warp.group, {warp.lane[i].next, warp.lane[i].left});
-    }
-    if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes({warp.lane[i].next, warp.lane[i].left});
+    if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
-    if (cooperation_ != nullptr) cooperation_->begin_lane(id, *warp.group, {warp.lane[i].next, warp.lane[i].left});
   });
 }
 
@@ -120,11 +125,11 @@ void RtScheduler::schedule(Cycle now) {
       case EventKind::visit_internal:
       case EventKind::visit_instance:
       case EventKind::visit_leaf:
-        if (come_to_visit(now, id, warp, event)) fetching |= bit(i);
+        visit(id, warp, event);
+        fetching |= bit(i);
         break;
       case EventKind::cull:
         ++counters_.culls;
-        if (cooperation_ != nullptr) cooperation_->drop(id);
         move_stack(id);
         complete(id, EventEffect(event).checkpoints(), LaneState::ready);
         break;
@@ -142,11 +147,9 @@ void RtScheduler::schedule(Cycle now) {
     }
   });
   if (fetching != 0) buffer_->move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
-  if (cooperation_ != nullptr) cooperate(entry);
 }
 
-// Whether the lane waits for its node: for its own fetch, or for a helper that has taken it.
-bool RtScheduler::come_to_visit(Cycle now, LaneId id, const Warp& warp, const Event& event) {
+void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
   switch (event.kind()) {
     case EventKind::visit_internal:
       ++counters_.visits_internal;
@@ -157,24 +160,6 @@ bool RtScheduler::come_to_visit(Cycle now, LaneId id, const Warp& warp, const Ev
     default:
       ++counters_.visits_leaf;
   }
-  const HelpState help = cooperation_ != nullptr ? cooperation_->claim(id) : HelpState::none;
-  if (help == HelpState::none) visit(id, warp, event);
-  if (help != HelpState::tested) return true;
-  visited(now, id, LaneState::ready);
-  return false;
-}
-
-// Idle lanes of the warp take nodes of its busy ones.
-void RtScheduler::cooperate(unsigned entry) {
-  while (const std::optional<Help> help = cooperation_->next(entry)) {
-    const NodeVisit& node = help->node;
-    memory_->visit(help->helper, node.kind, node.address, node.header);
-    if (prefetcher_ == nullptr || node.kind == traces::NodeKind::internal) continue;
-    prefetcher_->note_leaf(help->busy, *buffer_->warp(entry).group, traffic_->units(node.address));
-  }
-}
-
-void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
   const std::optional<NodeVisit> node = node_visit(event, *warp.group, *traffic_);
   if (!node) refuse(id, rule_of_missing_node(event));
   memory_->visit(id, node->kind, node->address, node->header);
@@ -187,27 +172,20 @@ void RtScheduler::move_stack(LaneId id) {
   const EventEffect effect(lane.event);
   if (!effect.move_stack(lane.stack_depth)) refuse(id, kRuleNodeOnStack);
   if (effect.pushed() != 0) buffer_->note_stack_depth(lane.stack_depth);
-  if (prefetches_stacks_) {
-    prefetcher_->note_stack(id, lane.left, lane.stack_depth - (stack_ != nullptr ? stack_->in_memory(id) : 0));
-  }
 }
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
-  if (cooperation_ == nullptr || !cooperation_->helps(id)) return visited(now, id, LaneState::in_unit);
-  if (const std::optional<LaneId> waits = cooperation_->tested(id)) visited(now, *waits, LaneState::waiting_memory);
-}
-
-// The lane's node has been tested, by itself or for it.
-void RtScheduler::visited(Cycle now, LaneId id, LaneState from) {
-  if (from != LaneState::in_unit) buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::in_unit);
+  if (!buffer_->in_unit(id))
+    throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);
   if (event.kind() == EventKind::visit_internal && prefetcher_ != nullptr) {
     prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
   }
-  if (effect.calls_any_hit()) {
-    ++counters_.any_hit_calls;
+  if (effect.calls_shader(boxes_)) {
+    counters_.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
+    counters_.intersection_calls += boxes_ ? 1 : 0;
     any_hit_->arrive(now, id);
   } else {
     complete(id, effect.checkpoints(), LaneState::in_unit);
@@ -224,16 +202,8 @@ void RtScheduler::replay(LaneId id, LaneState from) {
 
 void RtScheduler::entry_read(LaneId id) { replay(id, LaneState::waiting_checkpoint_read); }
 
-void RtScheduler::entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) {
-  if (source_nodes_.empty()) return;
-  source_nodes_[id].for_each_taken(
-      first, count, *buffer_->warp(entry_of(id)).group, *traffic_,
-      [&](traces::NodeKind kind, std::uint64_t address) { prefetcher_->note_entry(kind, address); });
-}
-
 void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   Lane& lane = buffer_->lane(id);
-  const bool forwarded = lane.event.kind() == EventKind::replay_forward;
   const bool last = !lane.advance();
   if (!last && lane.event.kind() == EventKind::visit_internal) {
     const auto& nodes = buffer_->warp(entry_of(id)).group->nodes;
@@ -241,25 +211,23 @@ void RtScheduler::complete(LaneId id, unsigned checkpoints, LaneState from) {
   }
   if (stack_ != nullptr && stack_->settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top())) {
     buffer_->warp(entry_of(id)).checkpoints[lane_of(id)] = static_cast<std::uint8_t>(checkpoints);
-    LaneMask& forwarding = buffer_->warp(entry_of(id)).forwarding;
-    forwarding = (forwarding & ~bit(lane_of(id))) | (forwarded ? bit(lane_of(id)) : 0);
     buffer_->move(entry_of(id), bit(lane_of(id)), from, LaneState::waiting_stack);
     return;
   }
-  hand_over(id, checkpoints, forwarded, from);
+  hand_over(id, checkpoints, from);
 }
 
 void RtScheduler::stack_settled(LaneId id) {
   const Warp& warp = buffer_->warp(entry_of(id));
-  hand_over(id, warp.checkpoints[lane_of(id)], (warp.forwarding & bit(lane_of(id))) != 0, LaneState::waiting_stack);
+  hand_over(id, warp.checkpoints[lane_of(id)], LaneState::waiting_stack);
 }
 
-void RtScheduler::hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from) {
+void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   const Lane& lane = buffer_->lane(id);
   const bool last = lane.left == 0;
   LaneState to = last ? LaneState::finished : LaneState::ready;
   if (checkpoint_ != nullptr) {
-    if (checkpoint_->submit(id, checkpoints, forwarded, last)) to = LaneState::waiting_checkpoint_write;
+    if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
   } else if (checkpoints != 0) {
     refuse(id, kRuleEntriesNeedCheckpoints);
   }
@@ -277,7 +245,10 @@ void RtScheduler::any_hit_done(const AnyHitDone& done) {
   if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
     throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
   }
-  for_each_bit(done.lanes, [&](unsigned i) { complete(lane_id(entry, i), 0, LaneState::in_any_hit); });
+  for_each_bit(done.lanes, [&](unsigned i) {
+    const LaneId id = lane_id(entry, i);
+    complete(id, EventEffect(buffer_->lane(id).event).checkpoints(), LaneState::in_any_hit);
+  });
   if (buffer_->warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_->finished(entry);
 }
 

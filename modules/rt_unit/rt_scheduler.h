@@ -13,7 +13,6 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/rt_unit/decide/source_nodes.h"
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
@@ -49,7 +48,7 @@ class RtScheduler final : public RtSchedulerModule {
     std::array<std::uint64_t, kStalls> stall{};
     // Events of the trace that were executed.
     std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
-    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0;
+    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
     std::uint64_t events() const {
       return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
     }
@@ -61,14 +60,13 @@ class RtScheduler final : public RtSchedulerModule {
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// entries: warps of the warp buffer.
-  RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries);
+  /// entries: warps of the warp buffer. boxes: primitive leaves are boxes.
+  RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes);
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
-  void entries_arrived(LaneId id, std::uint32_t first, std::uint32_t count) override;
   void entries_taken(LaneId id) override;
   void stack_settled(LaneId id) override;
   void any_hit_done(const AnyHitDone& done) override;
@@ -83,25 +81,24 @@ class RtScheduler final : public RtSchedulerModule {
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   void end_of_elaboration() override;
   /// The lane's event is done: writes its entries, moves it on from `from`.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
   /// Submits the entries of the lane's last event, its stack being settled.
-  void hand_over(LaneId id, unsigned checkpoints, bool forwarded, LaneState from);
-  bool come_to_visit(Cycle now, LaneId id, const Warp& warp, const traces::Event& event);
+  void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
-  void visited(Cycle now, LaneId id, LaneState from);
-  void cooperate(unsigned entry);
   void replay(LaneId id, LaneState from);
   /// What the lane's event does to its stack.
   void move_stack(LaneId id);
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
+  Config config_;
   std::unique_ptr<WarpSelection> selection_;
   unsigned entries_;
-  std::vector<SourceNodes> source_nodes_;  ///< by lane; none without checkpoint unit or prefetcher
+  bool boxes_;
   // The neighbours, looked up once; the last three are null where the configuration has none.
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;
@@ -110,8 +107,6 @@ class RtScheduler final : public RtSchedulerModule {
   checkpoint_if* checkpoint_ = nullptr;
   prefetch_if* prefetcher_ = nullptr;
   stack_if* stack_ = nullptr;
-  bool prefetches_stacks_ = false;
-  cooperation_if* cooperation_ = nullptr;
   Counters counters_;
 };
 

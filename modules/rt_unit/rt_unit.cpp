@@ -5,6 +5,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/factory.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
@@ -27,15 +29,10 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("any_hit", any_hit);
   list.part("checkpoint", checkpoint);
   list.part("private_store", checkpoint.store);
-  list.rule(
-      "private_store.checkpoint_entries", [this] { return checkpoint.allows_store(); },
-      "needs rt.checkpoint.forward = rewrite without read_ahead and prefetch_nodes, which look for entries in memory");
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);
   });
-  list.part("stack_prefetch", prefetcher.stack);
-  list.part("cooperation", cooperation);
   const Origin as_triangle = assumed("this project: as the ray-triangle unit");
   list.under("box", [&](ParameterList& box) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
@@ -66,7 +63,8 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests()}) {
+      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests(),
+                                  traces::has_box_leaves(header.accel)}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
   bind_parts();
@@ -102,13 +100,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                                          context_.sm);
     });
   }
-  if (config_.cooperation.ahead > 0) {
-    cooperation_ = made(parts.lane_cooperation, "lane_cooperation", context_, [&](const char* name) {
-      return std::make_unique<LaneCooperation>(name, config_.cooperation, header, traffic_, entries);
-    });
-  }
-  scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_,
-                    [&](const char* name) { return std::make_unique<RtScheduler>(name, config_.scheduler, entries); });
+  scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
+    return std::make_unique<RtScheduler>(name, config_.scheduler, entries, traces::has_box_leaves(header.accel));
+  });
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
                         const IntersectionUnit::Config& config, const DataPath& path) {
     return made(factory, of, context_,
@@ -117,7 +111,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header), config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
-  } else {
+  } else if (!traces::has_box_leaves(header.accel)) {
     ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.sphere_unit(header),
                        config_.tests_quadrics(header) ? ray_quadric_path() : ray_sphere_path());
   }
@@ -135,7 +129,6 @@ void RtUnit::bind_parts() {
   if (checkpoint_) parts_.push_back(checkpoint_.get());
   if (prefetcher_) parts_.push_back(prefetcher_.get());
   if (stack_) parts_.push_back(stack_.get());
-  if (cooperation_) parts_.push_back(cooperation_.get());
 
   warp_buffer_->trace_call.bind(trace_call);
   warp_buffer_->trace_done.bind(trace_done);
@@ -156,6 +149,7 @@ void RtUnit::bind_parts() {
   }
 
   dispatch_.warp_buffer.bind(*warp_buffer_);
+  dispatch_.client.bind(*scheduler_);
   dispatch_.ray_box.bind(*ray_box_);
   if (ray_triangle_) dispatch_.ray_triangle.bind(*ray_triangle_);
   if (ray_sphere_) dispatch_.ray_sphere.bind(*ray_sphere_);
@@ -190,11 +184,6 @@ void RtUnit::bind_parts() {
     stack_->request.bind(stack_request);
     stack_->response.bind(stack_response);
   }
-  if (cooperation_) {
-    scheduler_->cooperation.bind(*cooperation_);
-    cooperation_->warp_buffer.bind(*warp_buffer_);
-    if (stack_) cooperation_->stack.bind(*stack_);
-  }
 }
 
 void RtUnit::end_of_elaboration() {
@@ -212,6 +201,13 @@ void RtUnit::end_of_elaboration() {
   for (const MemoryClient& client : clients_) {
     if (client.responses) client.responses.wake(&alarm_);
   }
+}
+
+void RtUnit::restart(Caches) {
+  make_anew(traffic_, context_.header, config_.memory.traffic);  // before those that refer to it
+  for (RtPart* part : parts_) part->restart();
+  due_ = kNever;
+  accounted_ = settled_ = 0;
 }
 
 // First cycle in which a link shows something to this unit.
@@ -238,12 +234,22 @@ Cycle RtUnit::tick(Cycle now) {
   return due_ == now + 1 ? due_ : std::min(due_, std::max(next_arrival(), now + 1));
 }
 
+void RtUnit::tick_units(Cycle now) {
+  IntersectionModule* ticking = nullptr;
+  try {
+    for (IntersectionModule* unit : units_) {
+      ticking = unit;
+      if (unit->due() <= now) unit->tick(now);
+    }
+  } catch (const WrongAnswer& answer) {
+    unit_fault(ticking->name(), answer.rule);
+  }
+}
+
 // Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
 // make a lane ready are seen by the scheduler in the same cycle.
 void RtUnit::run_stages(Cycle now) {
-  for (IntersectionModule* unit : units_) {
-    if (unit->due() <= now) unit->tick(now);
-  }
+  tick_units(now);
   for (const MemoryClient& client : clients_) {
     if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);
   }

@@ -1,7 +1,6 @@
 // RT unit of an SM: the netlist of warp buffer, RT scheduler, memory scheduler, node dispatch, intersection units,
-// any-hit collector, checkpoint unit, stack unit, sibling prefetcher and lane cooperation. Paper: Section IV, Figure
-// "arch". Cost: the sum of its parts. It builds, binds and states the order of stages in a cycle; decisions are those
-// of the parts.
+// any-hit collector, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure "arch". Cost: the
+// sum of its parts. It builds, binds and states the order of stages in a cycle; decisions are those of the parts.
 #pragma once
 
 #include <cstdint>
@@ -94,7 +93,6 @@ struct RtUnitConfig {
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
-  LaneCooperation::Config cooperation;
   /// The ray-box unit that a trace with this header meets: where boxes are oriented, it rotates the ray first.
   IntersectionUnit::Config ray_box_of(const traces::Header& header) const {
     IntersectionUnit::Config unit = ray_box;
@@ -107,9 +105,7 @@ struct RtUnitConfig {
     return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced(), sizes.oriented());
   }
   /// Whether anything of a trace with this header is prefetched.
-  bool has_prefetcher(const traces::Header& header) const {
-    return sibling_prefetch || prefetcher.stack.depth > 0 || (header.checkpoint && checkpoint.prefetch_nodes);
-  }
+  bool has_prefetcher(const traces::Header&) const { return sibling_prefetch; }
   /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {
     return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
@@ -154,7 +150,9 @@ class RtUnit final : public RtUnitModule {
   void bind_parts();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   void run_stages(Cycle now);
+  void tick_units(Cycle now);
   Cycle next_due(Cycle now) const;
   Cycle next_arrival() const;
   template <typename F>
@@ -177,7 +175,6 @@ class RtUnit final : public RtUnitModule {
   std::unique_ptr<CheckpointModule> checkpoint_;
   std::unique_ptr<PrefetchModule> prefetcher_;
   std::unique_ptr<StackModule> stack_;
-  std::unique_ptr<CooperationModule> cooperation_;
 
   std::vector<RtPart*> parts_;              ///< that exist, in block-diagram order
   std::vector<IntersectionModule*> units_;  ///< that exist

@@ -21,7 +21,7 @@ const CounterTable<RtUnitCounters>& RtUnitCounters::table() {
           .part(&C::checkpoint, ".checkpoint")
           .part(&C::prefetch, ".prefetch")
           .part(&C::stack, ".stack")
-          .part(&C::cooperation, ".cooperation");
+          .own_counts(&C::own);
   return table;
 }
 

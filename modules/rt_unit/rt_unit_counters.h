@@ -8,7 +8,6 @@
 #include "grtx/modules/rt_unit/any_hit_collector.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/lane_cooperation.h"
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 #include "grtx/modules/rt_unit/rt_scheduler.h"
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
@@ -32,7 +31,7 @@ struct RtUnitCounters {
   CheckpointUnit::Counters checkpoint;
   SiblingPrefetcher::Counters prefetch;
   StackUnit::Counters stack;
-  LaneCooperation::Counters cooperation;
+  OwnCounts own;  ///< of parts that are not the project's
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }

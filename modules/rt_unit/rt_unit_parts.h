@@ -8,7 +8,6 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/cooperation_if.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
@@ -46,14 +45,13 @@ struct RtUnitParts {
   Factory<CheckpointModule> checkpoint_unit;
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
-  Factory<CooperationModule> lane_cooperation;
 };
 
 /// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
   auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_transform,
-         any_hit_collector, checkpoint_unit, sibling_prefetcher, stack_unit, lane_cooperation] = parts;
+         any_hit_collector, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
   f("warp_buffer", warp_buffer);
   f("rt_scheduler", rt_scheduler);
   f("memory_scheduler", memory_scheduler);
@@ -65,7 +63,6 @@ void for_each_factory(RtUnitParts& parts, F&& f) {
   f("checkpoint_unit", checkpoint_unit);
   f("sibling_prefetcher", sibling_prefetcher);
   f("stack_unit", stack_unit);
-  f("lane_cooperation", lane_cooperation);
 }
 
 }  // namespace grtx::modules

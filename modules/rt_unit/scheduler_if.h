@@ -6,7 +6,6 @@
 
 #include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/cooperation_if.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
 #include "grtx/modules/rt_unit/prefetch_if.h"
@@ -32,7 +31,6 @@ class RtSchedulerModule : public RtPart,
   Optional<checkpoint_if> checkpoint{"checkpoint"};
   Optional<prefetch_if> prefetch{"prefetch"};
   Optional<stack_if> stack{"stack"};
-  Optional<cooperation_if> cooperation{"cooperation"};
 
   /// Handles the next event of all ready lanes of the selected warp, if any can be selected.
   virtual void schedule(Cycle now) = 0;

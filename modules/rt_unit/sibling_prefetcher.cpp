@@ -1,10 +1,10 @@
 #include "grtx/modules/rt_unit/sibling_prefetcher.h"
 
-#include <bit>
 #include <ostream>
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
@@ -13,11 +13,15 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
                                      const Triggers& triggers, const NodeTraffic& traffic, unsigned entries)
     : PrefetchModule(name),
       config_(config),
+      triggers_(triggers),
+      lanes_(std::size_t{entries} * kMaxLanes),
       traffic_(traffic),
-      decisions_(std::size_t{entries} * kMaxLanes, config, triggers, traffic),
+      decisions_(lanes_, config, triggers, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
   require_allowed("rt.prefetch", config);
 }
+
+void SiblingPrefetcher::restart() { make_anew(decisions_, lanes_, config_, triggers_, traffic_); }
 
 bool SiblingPrefetcher::waits(std::uint64_t address) const {
   for (std::size_t i = 0; i < queue_.size(); ++i) {
@@ -67,18 +71,6 @@ Inventory SiblingPrefetcher::inventory() const {
   if (decisions_.triggers().replayed) {
     const std::uint64_t lanes = decisions_.records().size() / config_.records;
     inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});
-  }
-  if (const StackPrefetch& stacks = decisions_.stacks(); stacks.enabled()) {
-    // A copy of the addresses that are looked at, the top one included, with a bit that says which have been asked for:
-    // the stack's own port serves the lanes. And pops in succession.
-    const std::uint64_t bits = (stacks.config().depth + std::uint64_t{1}) * (48 + 3 + 1);
-    const std::uint64_t lanes = decisions_.records().size() / config_.records;
-    inventory.storage.push_back(
-        {"stack_tops", StorageKind::ram, lanes * bits, 1, 1, false, static_cast<unsigned>(bits)});
-    if (stacks.config().trigger == StackTrigger::pop) {
-      const auto count = static_cast<unsigned>(std::bit_width(stacks.config().pops));
-      inventory.storage.push_back({"pops", StorageKind::flip_flop, lanes * count});
-    }
   }
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (48 + 3 + 3)});
   return inventory;

@@ -1,5 +1,5 @@
 // Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit.
-// Its queue and port also serve nodes of source entries (checkpoint unit) and of the traversal stack (StackPrefetch).
+// Its queue and port also serve nodes of source entries (checkpoint unit).
 // Paper: Section V, "Simulation Infrastructure" (stands for undisclosed optimisations of real GPUs; not part of GRTX).
 // Cost: a few records {node, hit children} a lane and a small queue.
 #pragma once
@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cstdint>
 #include <iosfwd>
-#include <span>
 #include <systemc>
 
 #include "grtx/modules/kernel/bounded_queue.h"
@@ -31,9 +30,8 @@ class SiblingPrefetcher final : public PrefetchModule {
   SiblingPrefetcher(const sc_core::sc_module_name& name, const Config& config, const Triggers& triggers,
                     const NodeTraffic& traffic, unsigned entries);
 
-  void begin_lane(LaneId id, std::uint16_t slot, bool replays, const traces::RayGroup& group,
-                  std::span<const traces::Event> events) override {
-    decisions_.begin_lane(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays, group, events);
+  void begin_lane(LaneId id, std::uint16_t slot, bool replays) override {
+    decisions_.begin_lane(id, std::size_t{slot} * kMaxLanes + lane_of(id), replays);
   }
   void begin_warp() override { decisions_.begin_warp(); }
   void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
@@ -45,13 +43,6 @@ class SiblingPrefetcher final : public PrefetchModule {
     if (const Siblings siblings = decisions_.take(id, group, address); siblings.mask != 0) {
       decisions_.ask_for(siblings, group, *this);
     }
-  }
-  void note_entry(traces::NodeKind kind, std::uint64_t address) override {
-    decisions_.note_entry(kind, address, *this);
-  }
-  bool reads_stacks() const override { return decisions_.stacks().enabled(); }
-  void note_stack(LaneId id, std::uint32_t left, std::uint32_t on_chip) override {
-    decisions_.note_stack(id, left, on_chip, *this);
   }
 
   void respond(Cycle now) override;
@@ -65,6 +56,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   const Counters& counters() const { return decisions_.counters(); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override;
 
  private:
   struct Pending {
@@ -80,6 +72,8 @@ class SiblingPrefetcher final : public PrefetchModule {
   void push(traces::NodeKind kind, std::uint64_t address) { queue_.push({address, kind, 0}); }
 
   Config config_;
+  Triggers triggers_;
+  std::size_t lanes_;
   const NodeTraffic& traffic_;
   PrefetchDecisions decisions_;
   LinkWriter<MemoryRequest> requests_;

@@ -19,8 +19,6 @@ class stack_if : public virtual sc_core::sc_interface {
   /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Returns whether the lane
   /// must wait for a spill or a fill; then stack_settled() names it later.
   virtual bool settle(LaneId id, std::uint32_t depth, bool takes_top) = 0;
-  /// Entries of the lane that lie in memory, or are on their way there.
-  virtual std::uint32_t in_memory(LaneId id) const = 0;
 };
 
 /// Who goes on with the lanes.

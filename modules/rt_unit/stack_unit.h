@@ -49,7 +49,6 @@ class StackUnit final : public StackModule {
 
   void begin_lane(LaneId id, std::uint16_t slot) override;
   bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;
-  std::uint32_t in_memory(LaneId id) const override { return lanes_[id].stack.in_memory; }
 
   void respond(Cycle now) override;
   /// Sectors go in the order of settle().
@@ -62,6 +61,7 @@ class StackUnit final : public StackModule {
   const Counters& counters() const { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override { counters_ = {}; }
 
  private:
   struct LaneContext {

@@ -57,6 +57,7 @@ class WarpBuffer final : public WarpBufferModule {
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
+  void restart() override { table_ = WarpTable(config_.entries); }
 
  private:
   void end_of_elaboration() override;

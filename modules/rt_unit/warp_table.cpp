@@ -37,7 +37,6 @@ void begin_call(Warp& w, const TraceCall& call, const RoundCursor& cursor, Cycle
   w.lanes = call.lanes;
   w.in.fill(0);
   w.replaying = 0;
-  w.helping = 0;
   w.accepted = now;
   for_each_bit(call.lanes, [&](unsigned i) {
     const auto events = cursor.events(i);

@@ -100,10 +100,7 @@ struct Warp {
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
-  std::array<std::uint8_t, kMaxLanes> checkpoints{};      ///< entries of a lane to hand over once its stack is settled
-  LaneMask forwarding = 0;                                ///< lanes whose entry to hand over then is the one they read
-  LaneMask helping = 0;                                   ///< idle lanes that fetch or test a node of a busy one
-  std::array<std::uint8_t, kMaxLanes> helped_children{};  ///< of the node that a helping lane has taken
+  std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< entries of a lane to hand over once its stack is settled
 
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
@@ -170,10 +167,9 @@ class WarpTable {
     ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
     note_done(entry);
   }
-  /// Lanes of the warp no longer help.
-  void end_help(unsigned entry, LaneMask lanes) {
-    warps_[entry].helping &= ~lanes;
-    note_done(entry);
+  /// Whether the lane is one that waits for an intersection unit.
+  bool in_unit(LaneId id) const {
+    return entry_of(id) < warps_.size() && (warps_[entry_of(id)].in_state(LaneState::in_unit) & bit(lane_of(id))) != 0;
   }
   void note_stack_depth(std::uint32_t depth) {
     if (depth > counters_.max_stack_depth) counters_.max_stack_depth = depth;
@@ -198,7 +194,7 @@ class WarpTable {
  private:
   void note_done(unsigned entry) {
     const Warp& w = warps_[entry];
-    if (w.in_state(LaneState::finished) == w.lanes && w.helping == 0) done_ |= bit(entry);
+    if (w.in_state(LaneState::finished) == w.lanes) done_ |= bit(entry);
   }
   void count_wait(Warp& w) {
     if (w.counted == waits_until_) return;

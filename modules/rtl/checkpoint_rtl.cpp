@@ -79,7 +79,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       : CheckpointModule(name),
         config_(rt.config.checkpoint),
         map_(rt.map),
-        two_level_(rt.header.two_level),
+        header_(rt.header),
         sm_(rt.sm),
         rays_(std::size_t{rt.config.warp_buffer.entries} * kMaxLanes),
         model_("checkpoint_unit"),
@@ -104,7 +104,8 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     model_.reset();
   }
 
-  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t) override {
+  void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t,
+                  const traces::Ray&) override {
     Ray& ray = rays_[id];
     const std::uint64_t ray_slot = map_.ray_slot(sm_, slot, lane_of(id));
     ray = {};
@@ -125,7 +126,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
   bool needs_source_entries() const override { return false; }  // read from the front
 
-  bool submit(LaneId id, unsigned entries, bool, bool last) override {
+  bool submit(LaneId id, unsigned entries, bool last) override {
     Model& pins = disturbed();
     pins.submit_valid = 1;
     pins.submit_ray = id;
@@ -257,7 +258,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
   void count(RtUnitCounters& all) const override { all.checkpoint.add(counters_); }
-  Inventory inventory() const override { return checkpoint_inventory(name(), config_, rays_.size(), two_level_, 0); }
+  Inventory inventory() const override { return checkpoint_inventory(name(), config_, rays_.size(), header_); }
   void dump_state(std::ostream& out) const override {
     out << name() << " (RTL): " << lanes_submitting() << " lanes handing over, " << lanes_reading()
         << " lanes to read, " << writes_queued() << " sectors to write, " << outstanding() << " requests outstanding, "
@@ -495,7 +496,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
   CheckpointConfig config_;
   const MemoryMap& map_;
-  bool two_level_;
+  const traces::Header& header_;
   unsigned sm_;
   std::uint64_t base_ = 0;  ///< first byte of the first ray's buffer 0
   checkpoint_client_if* client_ = nullptr;

@@ -7,7 +7,7 @@
 
 namespace grtx::modules {
 
-inline constexpr const char* kRtlReport = "grtx/rtl";
+inline constexpr const char* kRtlReport = "/grtx/rtl";
 
 /// unit: its name in the hierarchy. place: of what.
 [[noreturn]] inline void rtl_fault(const char* unit, const std::string& place, const std::string& rule) {

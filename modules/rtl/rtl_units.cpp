@@ -44,9 +44,6 @@ RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& rt) {
   using Limits = CheckpointRtlLimits;
   constexpr const char* kSystemCOnly = "is not in the RTL: needs rt.checkpoint.implementation = tlm";
   if (!has_rtl()) return {"checkpoint.implementation", kNoVerilator};
-  if (config.forward != CheckpointForward::rewrite) return {"checkpoint.forward", kSystemCOnly};
-  if (config.read_ahead > 0) return {"checkpoint.read_ahead", kSystemCOnly};
-  if (config.prefetch_nodes) return {"checkpoint.prefetch_nodes", kSystemCOnly};
   if (config.traffic != TrafficCharging::charged) return {"checkpoint.traffic", kSystemCOnly};
   if (config.store.entries > 0) return {"private_store.checkpoint_entries", kSystemCOnly};
   if (config.lanes > Limits::kLanes) return {"checkpoint.lanes", "must be at most 32 with implementation = rtl"};
@@ -106,6 +103,9 @@ std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const Rt
   require_none(checkpoint_rtl_refusal(rt.config));
   if (rt.header.checkpoint_order == traces::CheckpointOrder::lifo) {
     throw Error("trace", "header", "checkpoint order lifo is not in the RTL: needs rt.checkpoint.implementation = tlm");
+  }
+  if (rt.header.checkpoint_bins != 0) {
+    throw Error("trace", "header", "checkpoint_bins are not in the RTL: need rt.checkpoint.implementation = tlm");
   }
   if (rt.header.checkpoint_capacity > CheckpointRtlLimits::kEntries) {
     throw Error("trace", "header", "checkpoint_capacity must be at most 65535 with rt.checkpoint.implementation = rtl");

@@ -33,6 +33,11 @@ class LoadStoreUnit {
   /// Sends the oldest requests, at most `most`, as far as `requests` takes them in cycle `now`. Returns how
   /// many it took.
   unsigned send(Cycle now, const LinkWriter<MemoryRequest>& requests, unsigned most = 1);
+  /// Whether such a response is due.
+  bool expects(const MemoryResponse& response) const {
+    const std::vector<std::uint32_t>& pending = response.write ? stores_pending_ : loads_pending_;
+    return in_flight_ > 0 && response.tag < pending.size() && pending[response.tag] > 0;
+  }
   /// Accounts a response; returns its warp slot.
   unsigned receive(const MemoryResponse& response);
 

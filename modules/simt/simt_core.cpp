@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/messages/lane_loop.h"
 
 namespace grtx::modules {
@@ -31,6 +33,8 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
                    const traces::Header& header, const MemoryMap& map)
     : SimtCoreModule(name, domain),
       config_(checked(config)),
+      header_(header),
+      map_(map),
       program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
       issue_slots_(config.schedulers, config.instruction_latency),
       lsu_(config.resident_warps, config.l1_client),
@@ -41,6 +45,17 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       ends_(config.resident_warps) {
   batches_.reserve(config.resident_warps);
+}
+
+void SimtCore::restart(Caches) {
+  make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.private_store);
+  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
+  lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
+  store_ = PrivateStore(config_.private_store);
+  std::fill(slots_.begin(), slots_.end(), Slot());
+  next_ready_ = next_store_read_ = kNever;
+  last_active_ = 0;
+  counters_ = {};
 }
 
 void SimtCore::start_of_simulation() {
@@ -113,6 +128,10 @@ void SimtCore::accept_response(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
     const MemoryResponse* response = memory_response_.front(now);
     if (response == nullptr) return;
+    if (!lsu_.expects(*response)) {
+      unit_fault(name(),
+                 "the L1 has answered a request of warp slot " + std::to_string(response->tag) + ", which made none");
+    }
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);
     memory_response_.pop(now);
@@ -197,7 +216,11 @@ bool SimtCore::service_waits(unsigned slot) const {
 void SimtCore::finish_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
   store(slot, now);
-  if (warp.service == Service::any_hit) {
+  if (warp.service == Service::intersection && warp.hits.lanes != 0) {
+    starting_service_ |= bit(slot);
+    return;
+  }
+  if (warp.service != Service::node_fetch) {
     AnyHitDone done;
     done.slot = static_cast<std::uint16_t>(slot);
     done.lanes = warp.any_hit_lanes;
@@ -249,17 +272,24 @@ void SimtCore::next_round(unsigned slot) {
 }
 
 // A warp has one program counter: it serves one request at a time, any-hit shaders before node fetches, each kind in
-// order of arrival.
+// order of arrival. An intersection shader goes on as the any-hit shader of its hits.
 void SimtCore::start_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
+  if (warp.service == Service::intersection) {
+    const AnyHitBatch hits = warp.hits;
+    warp.hits.lanes = 0;
+    return start_any_hit(slot, hits, now);
+  }
   assert(warp.service == Service::none);
   const auto same_warp = [&](const auto& waiting) { return waiting.slot == slot; };
   if (const auto batch = std::find_if(batches_.begin(), batches_.end(), same_warp); batch != batches_.end()) {
-    warp.service = Service::any_hit;
-    warp.any_hit_lanes = batch->lanes;
-    program_.any_hit(*batch, phase_);
+    const AnyHitBatch called = *batch;
     batches_.erase(batch);
-    if (program_.inserts_at_store()) return insert_at_store(slot, now);
+    warp.any_hit_lanes = called.lanes;
+    if (!program_.intersects()) return start_any_hit(slot, called, now);
+    warp.service = Service::intersection;
+    warp.hits = ShaderProgram::hits_of(called);
+    program_.intersection(called, phase_);
   } else {
     const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
     assert(fetch != fetches_.end());
@@ -271,7 +301,13 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
   load(slot, now);
 }
 
-void SimtCore::insert_at_store(unsigned slot, Cycle now) {
+void SimtCore::start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now) {
+  slots_[slot].service = Service::any_hit;
+  program_.any_hit(batch, phase_);
+  program_.inserts_at_store() ? insert_at_store(slot, batch.lanes, now) : load(slot, now);
+}
+
+void SimtCore::insert_at_store(unsigned slot, LaneMask lanes, Cycle now) {
   Slot& warp = slots_[slot];
   warp.kind = phase_.kind;
   warp.instructions = 0;
@@ -279,7 +315,7 @@ void SimtCore::insert_at_store(unsigned slot, Cycle now) {
   warp.store_writes = phase_.store_writes;
   warp.steps.clear();
   warp.next_step = 0;
-  warp.ready = store_.insert(warp.any_hit_lanes, phase_.insertion_accesses, now);
+  warp.ready = store_.insert(lanes, phase_.insertion_accesses, now);
   next_ready_ = std::min(next_ready_, warp.ready);
   enter(slot, WarpActivity::any_hit, now);
 }
@@ -478,9 +514,10 @@ void SimtCore::dump_state(std::ostream& out) const {
     if (warp.step == Step::free) continue;
     out << "  slot " << slot << ": group " << program_.group(slot)->index << " round " << program_.round(slot) << " "
         << name_of(warp.step)
-        << (warp.service == Service::any_hit      ? " in any-hit"
-            : warp.service == Service::node_fetch ? " fetching nodes"
-                                                  : "")
+        << (warp.service == Service::any_hit        ? " in any-hit"
+            : warp.service == Service::node_fetch   ? " fetching nodes"
+            : warp.service == Service::intersection ? " in intersection"
+                                                    : "")
         << " since cycle " << warp.since << ", loads pending " << lsu_.loads_pending(slot) << ", stores pending "
         << lsu_.stores_pending(slot) << "\n";
   }

@@ -138,7 +138,7 @@ class SimtCore final : public SimtCoreModule {
   }
 
   /// What a warp does for the RT unit while it is being traced.
-  enum class Service : std::uint8_t { none, any_hit, node_fetch };
+  enum class Service : std::uint8_t { none, any_hit, node_fetch, intersection };
 
   /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.
   struct RtLinks {
@@ -169,12 +169,14 @@ class SimtCore final : public SimtCoreModule {
     std::size_t next_step = 0;         ///< whose loads have not gone out
     Cycle store_read = 0;              ///< when the last read of the private store is back; 0: it is
     std::uint64_t step_instructions = 0;
-    LaneMask any_hit_lanes = 0;  ///< of the running any-hit shader
+    LaneMask any_hit_lanes = 0;  ///< of the running batch
+    AnyHitBatch hits;            ///< that the intersection shader has found, for the any-hit shader
     NodeFetchDone fetched;       ///< of the running node fetch
   };
 
   void start_of_simulation() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   Cycle earliest_due() const;
   void accept_response(Cycle now);
   void finish_store_reads(Cycle now);
@@ -186,7 +188,8 @@ class SimtCore final : public SimtCoreModule {
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);
   /// The banks of the private store insert the hits of phase_.
-  void insert_at_store(unsigned slot, Cycle now);
+  void insert_at_store(unsigned slot, LaneMask lanes, Cycle now);
+  void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void load(unsigned slot, Cycle now);
@@ -200,6 +203,8 @@ class SimtCore final : public SimtCoreModule {
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
   SimtCoreConfig config_;
+  const traces::Header& header_;
+  const MemoryMap& map_;
   ShaderProgram program_;
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;

@@ -26,6 +26,9 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
     return !is_node(region) && region != Region::checkpoint && region != Region::stack;
   };
   using Column = CounterColumn<decltype(of_memory(&M::loads))>;
+  using Phases = CounterColumn<decltype(&C::phases)>;
+  constexpr auto kIntersection = static_cast<std::size_t>(PhaseKind::intersection);
+  const auto of_every_trace = [](PhaseKind kind) { return kind != PhaseKind::intersection; };
   static const CounterTable<C> table =
       CounterTable<C>()
           .sum(&C::warps, "warps", "warps", "warps (ray groups) that ran to their end")
@@ -41,8 +44,9 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .sum(of_shader(&S::k_buffer_mismatches), "k_buffer_mismatches", "rounds",
                "ray rounds whose any-hit calls do not add up to the k-buffer of the trace; 0 in a correct run")
           .value(&C::all_instructions, "instructions.total", "instructions", "warp instructions issued")
-          .by_name<PhaseKind>(&C::instructions, "instructions", "instructions", "warp instructions of phase {}")
-          .by_name<PhaseKind>(&C::phases, "phases", "phases", "executions of phase {}")
+          .by_name<PhaseKind>(of_every_trace,
+                              Phases{&C::instructions, "instructions", "instructions", "warp instructions of phase {}"})
+          .by_name<PhaseKind>(of_every_trace, Phases{&C::phases, "phases", "phases", "executions of phase {}"})
           .sum(&C::issue_busy_cycles, "issue.busy_cycles", "cycles", "issue slots used, summed over warp schedulers")
           .sum(&C::issue_wait_cycles, "issue.wait_cycles", "cycles",
                "cycles that phases waited for their warp scheduler")
@@ -71,7 +75,16 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
                      "entries that lanes read from the private store");
             list.add(store + ".entries_written", c.shader.store_entries_written, "entries",
                      "entries that lanes wrote to the private store");
-          });
+          })
+          .own_counts(&C::own)
+          .when([](const C& c) { return c.shader.intersection_batches != 0; })
+          .sum(of_shader(&S::intersection_batches), "intersection.batches", "batches",
+               "intersection shader invocations of warps")
+          .sum(of_shader(&S::intersection_calls), "intersection.calls", "calls", "intersection shader calls of lanes")
+          .value([](const C& c) { return c.instructions[kIntersection]; }, "instructions.intersection", "instructions",
+                 "warp instructions of phase intersection")
+          .value([](const C& c) { return c.phases[kIntersection]; }, "phases.intersection", "phases",
+                 "executions of phase intersection");
   return table;
 }
 

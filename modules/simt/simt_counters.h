@@ -17,7 +17,7 @@ namespace grtx::modules {
 enum class WarpActivity : std::uint8_t {
   raygen,   ///< prologue, evict move, trace call, sort or epilogue: waiting for its issue slot or executing
   blend,    ///< the same for the blending phase
-  any_hit,  ///< the same for the any-hit shader
+  any_hit,  ///< the same for the any-hit and intersection shaders
   memory,   ///< any phase: waiting for its loads
   trace,    ///< handed to the RT unit, no any-hit shader running
   fetch,    ///< fetches nodes for the RT unit (when shaders do): waiting for its issue slot or executing
@@ -30,7 +30,7 @@ inline constexpr std::size_t kWarpActivities = kCountOf<WarpActivity>;
 /// Of a warp that executes a phase, or waits for its issue slot.
 constexpr WarpActivity activity_of(PhaseKind kind) {
   if (kind == PhaseKind::blend) return WarpActivity::blend;
-  if (kind == PhaseKind::any_hit) return WarpActivity::any_hit;
+  if (kind == PhaseKind::any_hit || kind == PhaseKind::intersection) return WarpActivity::any_hit;
   if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
   return WarpActivity::raygen;
 }
@@ -45,6 +45,7 @@ struct SimtCounters {
   ShaderCounters shader;
   LoadStoreCounters memory;
   PrivateStore::Counters private_store;
+  OwnCounts own;  ///< of a core that is not the project's
 
   static const CounterTable<SimtCounters>& table();
   void add(const SimtCounters& o) { table().add(*this, o); }

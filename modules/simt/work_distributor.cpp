@@ -47,6 +47,18 @@ void WorkDistributor::start_of_simulation() {
   }
 }
 
+void WorkDistributor::restart(Caches) {
+  assert(running_ == 0 && ready_ == nullptr);
+  for (Sm& sm : sms_) sm.launched = 0;
+  groups_ = source_.count();
+  next_ = 0;
+  turn_ = 0;
+  order_ = {};
+  finished_ = false;
+  first_launch_ = last_launch_ = end_cycle_ = 0;
+  alarm_.request(0);
+}
+
 Cycle WorkDistributor::tick(Cycle now) {
   if (finished_) return kNever;
   collect(now);

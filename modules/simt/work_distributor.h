@@ -113,6 +113,7 @@ class WorkDistributor final : public WorkDistributorModule {
 
   void start_of_simulation() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
   void collect(Cycle now);
   void dispatch(Cycle now);
   bool held_back(Cycle now);

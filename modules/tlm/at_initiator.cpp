@@ -37,6 +37,18 @@ AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock) : socket(s
   socket.register_nb_transport_bw(this, &AtInitiator::nb_transport_bw);
 }
 
+void AtInitiator::restart() {
+  assert(idle());
+  free_from_ = last_visible_ = 0;
+}
+
+void AtInitiator::fill(AtPayload& payload) {
+  payload.set_command(::tlm::TLM_READ_COMMAND);
+  if (socket->transport_dbg(payload) != payload.get_data_length()) payload.data.fill(0);
+  payload.set_command(::tlm::TLM_WRITE_COMMAND);
+  payload.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
+}
+
 void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
@@ -44,6 +56,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   AtPayload& payload = pool_.acquire();
   payload.context = context;
   set_attributes(payload, address, bytes, write);
+  if (keeps_data_ && write) fill(payload);
   requesting_ = &payload;
   ++outstanding_;
 
@@ -94,7 +107,7 @@ void AtInitiator::end_response(Cycle now) {
   AtPayload& payload = *std::exchange(responding_, nullptr);
   end_cycle_ = kNever;
   ::tlm::tlm_phase phase = tlm::END_RESP;
-  sc_core::sc_time delay = clock_.ahead_of_kernel(end_fs_ - now * clock_.period_fs());
+  sc_core::sc_time delay = clock_.ahead_of_kernel(end_fs_ - clock_.time_fs(now));
   socket->nb_transport_fw(payload, phase, delay);
   payload.release();
 }

@@ -44,8 +44,12 @@ class AtInitiator final {
   /// The request phase of the last request has ended, as seen at `now`.
   bool can_send(Cycle now) const { return requesting_ == nullptr && free_from_ <= now; }
   /// bytes: a power of two up to AtPayload::kMaxBytes; address: a multiple of it; context: returned with the
-  /// completion.
+  /// completion. What is read is dropped, and what is written is 0, but for what keep_data() says.
   void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context);
+  /// The memory belongs to others, too: writes carry what it holds already, which its transport_dbg tells.
+  void keep_data() { keeps_data_ = true; }
+  /// Before a write is sent: gives it that data.
+  void fill(AtPayload& payload);
   /// Oldest completion that has arrived by `now`, else nullptr.
   const Completion* front(Cycle now) const {
     return !completions_.empty() && completions_.front().visible <= now ? &completions_.front() : nullptr;
@@ -64,6 +68,8 @@ class AtInitiator final {
   bool idle() const {
     return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr && responding_ == nullptr;
   }
+  /// The clock begins anew (ClockDomain::restart()).
+  void restart();
   /// Ends the simulation with a report on a completion that is not ok().
   void report_refusal(const Completion& completion) const;
 
@@ -81,6 +87,7 @@ class AtInitiator final {
 
   ClockDomain& clock_;
   Alarm* process_ = nullptr;
+  bool keeps_data_ = false;
   AtPayloadPool pool_;
   const AtPayload* requesting_ = nullptr;
   Cycle free_from_ = 0;

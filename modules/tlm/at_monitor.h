@@ -25,6 +25,11 @@ class AtMonitor final : public sc_core::sc_module {
   std::uint64_t outstanding() const { return traffic_.reads + traffic_.writes - traffic_.responses; }
   /// Every transaction has ended, response phases included.
   bool idle() const { return ended_ == traffic_.reads + traffic_.writes; }
+  /// Counts from 0 again; only when idle().
+  void restart() {
+    traffic_ = {};
+    ended_ = latency_ = 0;
+  }
   /// Mean of (begin of response - begin of request); exact when nothing is outstanding.
   double mean_latency_ns() const;
 

@@ -15,6 +15,7 @@ LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, 
       config_(config),
       slots_(config.outstanding) {
   for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
+  memory.keep_data();
   if (config_.blocking) SC_THREAD(call);
 }
 
@@ -75,6 +76,7 @@ void LinkToTlm::call() {
     const MemoryRequest& head = slots_[calling_slot_];
     AtPayload& payload = pool_.acquire();
     set_attributes(payload, head.address, kSectorBytes, head.write);
+    if (head.write) memory.fill(payload);
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory.socket->b_transport(payload, delay);
     if (!payload.is_response_ok()) {

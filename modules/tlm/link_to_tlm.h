@@ -19,6 +19,8 @@ namespace grtx::modules {
 /// A request that is visible in cycle c is sent in cycle c, one sector of 32 B a transaction, when fewer than
 /// `outstanding` are under way and the previous request phase has ended. A response that takes effect at time t enters
 /// the response link at the first clock edge after t. An error status ends the simulation with a report.
+/// Links carry no data: a write rewrites what the target holds (its transport_dbg says what), so that a memory with
+/// data of others stays as it is. Who has data writes it functionally: TlmToLink::Config::data.
 class LinkToTlm final : public ClockedModule {
  public:
   struct Config {

@@ -15,10 +15,14 @@ TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, 
       request("request"),
       response("response"),
       config_(config),
+      data_(config.data),
       slots_(config.outstanding) {
   for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
   socket.register_nb_transport_fw(this, &TlmToLink::nb_transport_fw);
   socket.register_b_transport(this, &TlmToLink::b_transport);
+  if (!data_) data_ = [this](tlm_generic_payload& payload) { return memory_.access(payload); };
+  socket.register_transport_dbg(this, &TlmToLink::transport_dbg);
+  if (config_.dmi) socket.register_get_direct_mem_ptr(this, &TlmToLink::get_direct_mem_ptr);
 }
 
 void TlmToLink::end_of_elaboration() { response->wake(&alarm_); }
@@ -99,7 +103,10 @@ void TlmToLink::take_responses(Cycle now) {
     response->pop(now);
     Transaction& transaction = slots_.at(slot);
     if (--transaction.to_come > 0) continue;
-    transaction.payload->set_response_status(::tlm::TLM_OK_RESPONSE);
+    tlm_generic_payload& payload = *transaction.payload;
+    const bool held = data_(payload) == payload.get_data_length();
+    payload.set_response_status(held ? ::tlm::TLM_OK_RESPONSE : ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
+    payload.set_dmi_allowed(config_.dmi != nullptr);
     if (transaction.done != nullptr) {
       transaction.done->notify(clock_.ahead_of_kernel());
       leave();

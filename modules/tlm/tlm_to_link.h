@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <iosfwd>
 #include <systemc>
 #include <tlm>
@@ -15,6 +16,7 @@
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/tlm/functional_memory.h"
 
 namespace grtx::modules {
 
@@ -22,14 +24,23 @@ namespace grtx::modules {
 /// sectors that it touches, one a cycle; when all have been answered, BEGIN_RESP is called, or b_transport returns, in
 /// the cycle in which the last response is visible. So a single sector costs, from the edge that sees it,
 ///   latency of the request link + latency of the module behind it, its response link included.
-/// The model carries no data: reads leave the data buffer as it is.
+/// Caches and links carry no data. It is read, or written, where Config::data says when the last response has come.
+/// transport_dbg goes there too, at once. A direct memory interface would pass the model by: only where Config::dmi
+/// gives one.
 class TlmToLink final : public ClockedModule {
  public:
   struct Config {
-    unsigned outstanding = 16;     ///< transactions inside; further ones wait in their request phase
+    /// Transactions inside; further ones wait in their request phase. More than an L1's round trip, so that hits
+    /// stream.
+    unsigned outstanding = 64;
     Region region = Region::tlas;  ///< what caches count the sectors as
     std::uint8_t client = 0;       ///< as in MemoryRequest; an L1 sets it by itself
     std::uint8_t sm = 0;           ///< as in MemoryRequest, where no L1 is in front
+    /// Functional access without time, as transport_dbg of the memory that is modelled: returns the bytes that it has
+    /// read or written; fewer than asked for are an address error. None: a memory of the bridge's own, all 0 at first.
+    std::function<unsigned(::tlm::tlm_generic_payload&)> data = nullptr;
+    std::function<bool(::tlm::tlm_generic_payload&, ::tlm::tlm_dmi&)> dmi =
+        nullptr;  ///< get_direct_mem_ptr; none: refused
   };
 
   TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
@@ -58,6 +69,10 @@ class TlmToLink final : public ClockedModule {
   ::tlm::tlm_sync_enum nb_transport_fw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  unsigned transport_dbg(::tlm::tlm_generic_payload& payload) { return data_(payload); }
+  bool get_direct_mem_ptr(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
+    return config_.dmi(payload, dmi);
+  }
   bool room() const { return inside_ < config_.outstanding; }
   static ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload);
   bool refuse(::tlm::tlm_generic_payload& payload);
@@ -71,6 +86,8 @@ class TlmToLink final : public ClockedModule {
   void leave();
 
   Config config_;
+  FunctionalMemory memory_;
+  std::function<unsigned(::tlm::tlm_generic_payload&)> data_;
   std::vector<Transaction> slots_;
   std::vector<std::uint32_t> free_;
   std::deque<std::uint32_t> sending_;                 ///< slots with sectors to send, oldest first

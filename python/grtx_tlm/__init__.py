@@ -1,10 +1,12 @@
-"""Reads what the program `grtx` writes: statistics, results and sweeps as pandas frames, and traces.
+"""Runs the program `grtx` and reads what it writes: statistics, results and sweeps as pandas frames, and traces.
 
 Plots are in ``grtx_tlm.plots``, which needs matplotlib. Guide: docs/guide/python.md.
 """
-from .errors import GrtxError, StatisticsError, TraceError
-from .frames import DESIGNS, Results, read_results, read_statistics, read_sweep
+from .errors import GrtxError, ProgramError, StatisticsError, TraceError
+from .frames import DESIGNS, Results, over_time, read_results, read_statistics, read_sweep
+from .runs import run, simulate, simulate_all
 from .trace import EVENT_KINDS, OUTCOMES, RayGroup, Trace, read_trace
 
-__all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "RayGroup", "Results", "StatisticsError", "Trace", "TraceError",
-           "read_results", "read_statistics", "read_sweep", "read_trace"]
+__all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "ProgramError", "RayGroup", "Results", "StatisticsError", "Trace",
+           "TraceError", "over_time", "read_results", "read_statistics", "read_sweep", "read_trace", "run", "simulate",
+           "simulate_all"]

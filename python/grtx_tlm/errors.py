@@ -17,5 +17,13 @@ class TraceError(GrtxError):
     """A trace that the program refuses: damaged, cut, of an unknown version, or contradicting itself."""
 
 
+class ProgramError(GrtxError):
+    """The program has refused, or failed: ``code`` is its exit code, ``rule`` what it said last."""
+
+    def __init__(self, command, code, rule):
+        super().__init__(f"grtx {command}", "", rule.removeprefix("grtx: "))
+        self.code = code
+
+
 class StatisticsError(GrtxError):
     """A statistics, result or sweep file that is damaged or of an unknown schema."""

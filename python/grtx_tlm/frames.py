@@ -40,21 +40,39 @@ def _quantities(stats, path, place):
             raise StatisticsError(path, f"{place}.{name}", "must have value, unit and description")
         if isinstance(entry["value"], bool) or not isinstance(entry["value"], (int, float, type(None))):
             raise StatisticsError(path, f"{place}.{name}", "must have a number or null as its value")
-    frame = pd.DataFrame.from_dict(stats, orient="index", columns=["value", "unit", "description"])
-    frame["value"] = pd.to_numeric(frame["value"])
-    return frame.rename_axis("statistic")
+    # Of Python's numbers: a column of floats would round large integers.
+    values = [float("nan") if entry["value"] is None else entry["value"] for entry in stats.values()]
+    return pd.DataFrame({"value": pd.Series(values, index=list(stats), dtype=object),
+                         "unit": [entry["unit"] for entry in stats.values()],
+                         "description": [entry["description"] for entry in stats.values()]}).rename_axis("statistic")
 
 
 def read_statistics(path):
     """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
 
-    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (float or int; NaN for null), ``unit``,
-    ``description``. ``frame.attrs`` holds ``config`` and ``inputs`` (dicts). Raises StatisticsError, OSError.
+    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (int or float, as in the file; NaN for
+    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts). Raises
+    StatisticsError, OSError.
     """
     path = os.fspath(path)
     document = _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
     frame = _quantities(_part(document, "stats", path), path, "stats")
-    frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path))
+    frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path),
+                       over_time=document.get("over_time") or {})
+    return frame
+
+
+def over_time(statistics):
+    """The course of a run, from its statistics (a frame of read_statistics(), or the file): a row an interval, index
+    ``end_of_interval`` in cycles. ``attrs["units"]`` and ``attrs["descriptions"]`` by column. Empty in fast mode."""
+    if not isinstance(statistics, pd.DataFrame):
+        statistics = read_statistics(statistics)
+    series = statistics.attrs["over_time"]
+    frame = pd.DataFrame({name: entry["values"] for name, entry in series.items()})
+    if "end_of_interval" in frame:
+        frame = frame.set_index("end_of_interval")
+    frame.attrs.update(units={name: entry["unit"] for name, entry in series.items()},
+                       descriptions={name: entry["description"] for name, entry in series.items()})
     return frame
 
 

@@ -21,6 +21,7 @@ ROUND = np.dtype([("lane", "u1"), ("round", "u4"), ("events", "u4"), ("replay", 
                   ("eviction_dropped", "u4")])
 EVENT = np.dtype([("lane", "u1"), ("round", "u4"), ("kind", "u1"), ("address", "u8"), ("detail", "u1"),
                   ("checkpoints", "u1"), ("shifts", "u2")])
+BIN = np.dtype([("lane", "u1"), ("bin", "u1")])
 PROCESSED = np.dtype([("lane", "u1"), ("round", "u4"), ("gaussian", "u4"), ("blended", "?")])
 
 
@@ -40,6 +41,7 @@ class RayGroup:
       masks of pushed and checkpointed children; of a leaf ``detail`` is the outcome (see OUTCOMES); of an instance 1 if
       only the ray is transformed; else ``checkpoints`` is 1 if the node was checkpointed. ``shifts``: entries moved.
     - ``processed``: k-buffer entries that the blending shader looked at: ``gaussian``, ``blended``.
+    - ``bins``: with checkpoint bins, of each checkpoint entry in the order of writing: ``lane``, ``bin``.
     """
 
     index: int
@@ -50,6 +52,7 @@ class RayGroup:
     rounds: np.ndarray
     events: np.ndarray
     processed: np.ndarray
+    bins: np.ndarray
 
 
 class Trace:
@@ -128,14 +131,15 @@ def read_trace(path, **options):
 def group_of(line):
     """The RayGroup of a line of ``trace-dump --json`` (dict; docs/model/trace-format.md, "As JSON")."""
     nodes = [(n[0], n[1], len(n) - 2, n[2:] + [0] * (SLOTS + 2 - len(n))) for n in line["nodes"]]
-    rays, rounds, events, processed = [], [], [], []
+    rays, rounds, events, processed, bins = [], [], [], [], []
     for ray in line["rays"]:
         lane, event, looked_at = ray["lane"], 0, 0
         rays.append((ray["pixel"], len(ray["rounds"])))
+        bins += [(lane, bin) for bin in ray.get("bins", ())]
         for number, r in enumerate(ray["rounds"]):
             rounds.append((lane, number, *r))
             events += [(lane, number, *e) for e in ray["events"][event:event + r[0]]]
             processed += [(lane, number, *p) for p in ray["processed"][looked_at:looked_at + r[6]]]
             event, looked_at = event + r[0], looked_at + r[6]
     return RayGroup(line["group"], line["frame"], line["kind"], np.array(nodes, NODE), np.array(rays, RAY),
-                    np.array(rounds, ROUND), np.array(events, EVENT), np.array(processed, PROCESSED))
+                    np.array(rounds, ROUND), np.array(events, EVENT), np.array(processed, PROCESSED), np.array(bins, BIN))

@@ -26,7 +26,7 @@ MemoryTraffic traffic_of(const modules::DramChannelCounters& c) {
 BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
     : config_(gpu.config()),
       clock_("memory_clock", config_.memory_mhz, build.idle_skip),
-      dram_("dram", config_.dram_config(gpu.map().bytes()), clock_),
+      dram_("dram", config_.dram_config(gpu.memory_bytes()), clock_),
       ahead_(gpu.core(), clock_, build.run_ahead) {
   for (std::size_t i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(dram_.sockets[i]);
 }

@@ -24,12 +24,16 @@ class BuiltInMemory final : public MemorySystem {
   std::uint64_t outstanding(unsigned channel) const override { return dram_.outstanding(channel); }
   bool idle() const override { return dram_.idle(); }
   std::uint64_t progress() const override;
-  std::uint64_t awaited_fs() const override { return clock_.latest() * clock_.period_fs(); }
+  std::uint64_t awaited_fs() const override { return clock_.time_fs(clock_.latest()); }
   void dump_state(std::ostream& out) const override { dram_.dump_state(out); }
   void statistics(modules::StatisticList& list, const std::string& prefix) const override {
     dram_.statistics(list, prefix);
   }
   double busy_core_cycles() const override;
+  bool restart(modules::Caches caches) override {
+    clock_.restart(caches);
+    return true;
+  }
   std::optional<modules::Inventory> inventory() const override { return dram_.inventory(); }
 
   const modules::Dram& dram() const { return dram_; }

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <ostream>
+#include <tuple>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -38,7 +40,6 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
     map.stack_sectors = kStackEntries / modules::stack_entry_layout(header.pop_test).in_a_sector;
   }
   map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
-  map.checkpoint_log = config.rt.checkpoint.forward == modules::CheckpointForward::reference;
   map.k_buffers = config.simt.k_buffer_layout;
   map.evictions = config.simt.eviction_layout;
   // As many as a checkpoint buffer holds, unless the trace needs more.
@@ -47,12 +48,20 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
   return map;
 }
 
+std::uint64_t memory_bytes(const GpuConfig& config, const traces::Reader& reader) {
+  const traces::Header& header = reader.header();
+  const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
+  return modules::MemoryMap(header, memory_map_config(config, header, evictions)).bytes();
+}
+
 Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
          std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build)
     : sc_module(name),
       dram("dram", config.interleave.slices),
       config_(config),
-      map_(header, memory_map_config(config, header, eviction_entries)),
+      header_(header),
+      map_(header_, memory_map_config(config, header, eviction_entries)),
+      memory_bytes_(build.memory_bytes),
       core_("core_clock", config.core_mhz, build.idle_skip),
       sms_(config.sms),
       slices_(config.interleave.slices) {
@@ -67,7 +76,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 
   if (build.threads > 1) threads_ = std::make_unique<SmThreads>(config, core_, build);
 
-  const GpuParts& parts = build.parts;
+  const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
@@ -77,7 +86,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {
       const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
-      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header, map_,
+      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header_, map_,
                                      threads_ ? threads_->clock(i) : core_, order, parts.sm);
     });
   }
@@ -93,10 +102,6 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     });
   }
   construct(std::move(builders), build.construction_order);
-
-  SC_METHOD(pause);
-  sensitive << distributor_->done();
-  dont_initialize();
 
   if (threads_) threads_->watch(*distributor_, source.count());
   const auto bind_sm = [this](unsigned i, auto& launch, auto& ended, auto& request, auto& response) {
@@ -127,6 +132,30 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 }
 
 Gpu::~Gpu() = default;
+
+void Gpu::restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches) {
+  assert(idle() && !threads_ && same_hardware(header, header_));
+  header_ = header;
+  map_ = modules::MemoryMap(header_, memory_map_config(config_, header_, eviction_entries));
+  const auto restart_link = [](auto& link) { link.restart(); };
+  for_each_link(restart_link);
+  for (const auto& sm : sms_) sm->for_each_link(restart_link);
+  core_.restart(caches);
+}
+
+bool same_hardware(const traces::Header& a, const traces::Header& b) {
+  const auto built_from = [](const traces::Header& h) {
+    return std::tuple(h.accel, h.tracing, h.k, h.checkpoint, h.checkpoint_order, h.pop_test, h.warp_size, h.layout,
+                      h.bvh_width, h.two_level, h.three_level(), h.checkpoint_capacity);
+  };
+  return built_from(a) == built_from(b);
+}
+
+PauseAtEnd::PauseAtEnd(const sc_core::sc_module_name& name, const Gpu& gpu) : sc_module(name) {
+  SC_METHOD(pause);
+  sensitive << gpu.distributor().done();
+  dont_initialize();
+}
 
 bool Gpu::idle() const {
   bool idle = distributor_->idle() && crossbar_->idle();

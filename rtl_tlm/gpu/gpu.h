@@ -2,6 +2,7 @@
 // towards DRAM. Paper: Table I. Cost: the sum of its parts.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -20,6 +21,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_parts.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 
@@ -30,6 +32,7 @@ struct BuildOptions {
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
   unsigned threads = 1;                  ///< that share the SMs; more than one needs run_ahead and the built-in memory
   std::function<bool()> crowded;         ///< for tests: ClockThreads::judge_by(), and as many threads as are asked for
+  std::uint64_t memory_bytes = 0;        ///< that launches to come need, if more than the first
   GpuParts parts;                        ///< who makes the units; units of others may change results
 };
 
@@ -37,12 +40,15 @@ struct BuildOptions {
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
                                            std::uint64_t eviction_entries);
 
+/// Size of the memory that a trace needs.
+std::uint64_t memory_bytes(const GpuConfig& config, const traces::Reader& reader);
+
 class SmThreads;
 
 class Gpu final : public sc_core::sc_module {
  public:
-  using SC_CURRENT_USER_MODULE = Gpu;  // SC_HAS_PROCESS, which SystemC 3 deprecates
-  /// source must outlive the GPU. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
+  /// source must outlive the GPU; the header is copied. eviction_entries: most entries that a ray of the trace has in
+  /// its eviction buffer.
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
   ~Gpu() override;
@@ -53,6 +59,8 @@ class Gpu final : public sc_core::sc_module {
   modules::ClockDomain& core() { return core_; }
   const modules::ClockDomain& core() const { return core_; }
   const modules::MemoryMap& map() const { return map_; }
+  /// Size of the memory.
+  std::uint64_t memory_bytes() const { return std::max(memory_bytes_, map_.bytes()); }
   const GpuConfig& config() const { return config_; }
   const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
   const std::vector<std::unique_ptr<modules::L2SliceModule>>& slices() const { return slices_; }
@@ -73,11 +81,15 @@ class Gpu final : public sc_core::sc_module {
     each(slice_responses_);
   }
 
-  /// The last warp has ended: the cycle is distributor().end_cycle(), and the kernel was paused there. Prefetches and
-  /// write-backs may still be under way.
+  /// The last warp has ended: the cycle is distributor().end_cycle(). Prefetches and write-backs may still be under
+  /// way.
   bool finished() const { return distributor_->finished(); }
   /// Nothing inside, links included.
   bool idle() const;
+  /// Another launch, of what the source has then: all units are as built, but for what the caches hold, and cycle 0 is
+  /// now. Only when idle(), on one thread. header: of the same hardware (same_hardware()); it is copied. The memory
+  /// has its own restart().
+  void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
   /// Other programs took the host's cores from its threads: one stepped all SMs for a while.
   bool left_to_one_thread() const;
   /// Grows with all that the GPU does; for a watchdog.
@@ -91,10 +103,10 @@ class Gpu final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
-  void pause() { sc_core::sc_pause(); }
-
   GpuConfig config_;
+  traces::Header header_;
   modules::MemoryMap map_;
+  std::uint64_t memory_bytes_;
   modules::ClockDomain core_;
   std::vector<LinkPointer<modules::LaunchWarp>> launches_;             ///< by SM
   std::vector<LinkPointer<modules::WarpEnded>> ends_;                  ///< by SM
@@ -107,6 +119,20 @@ class Gpu final : public sc_core::sc_module {
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
   std::unique_ptr<SmThreads> threads_;  ///< none: all is on the kernel's thread. Ends before the units do.
+};
+
+/// Whether traces with these headers run on the same machine: they differ in what is in memory alone, not in what is
+/// built.
+bool same_hardware(const traces::Header& a, const traces::Header& b);
+
+/// Pauses the kernel in the cycle in which the last warp has ended: for a program that steps it (run_for()).
+class PauseAtEnd final : public sc_core::sc_module {
+ public:
+  using SC_CURRENT_USER_MODULE = PauseAtEnd;  // SC_HAS_PROCESS, which SystemC 3 deprecates
+  PauseAtEnd(const sc_core::sc_module_name& name, const Gpu& gpu);
+
+ private:
+  void pause() { sc_core::sc_pause(); }
 };
 
 /// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.

@@ -6,8 +6,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/modules/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/config/config_file.h"
+#include "grtx/rtl_tlm/gpu/config_trial.h"
 
 namespace grtx::sim {
 namespace {
@@ -22,30 +22,6 @@ std::string cell(const std::string& text) {
     escaped += c;
   }
   return escaped;
-}
-
-/// Memory of the host for tables that a machine can make large: each alone is in its range, but they multiply.
-struct HostTable {
-  const char* key;
-  double bytes;
-};
-constexpr double kMostHostBytes = 2e9;
-
-double tag_bytes(const modules::SectorCacheTags::Geometry& cache) {
-  const double line = 44.0, small_set = 128.0;
-  return static_cast<double>(cache.sets()) * (cache.ways > 16 ? line * cache.ways : small_set);
-}
-
-double mshr_bytes(double entries, double merges) { return entries * (48.0 + 8.0 * merges); }
-
-HostTable largest_table(const GpuConfig& c) {
-  const double sms = c.sms, slices = c.interleave.slices;
-  const HostTable tables[] = {{"l1.bytes", sms * tag_bytes(c.l1.geometry)},
-                              {"l1.mshr_entries", sms * mshr_bytes(c.l1.mshr_entries, c.l1.mshr_merges)},
-                              {"l2.bytes", slices * tag_bytes(c.l2_slice(0).geometry)},
-                              {"l2.mshr_entries", slices * mshr_bytes(c.l2.mshr_entries, c.l2.mshr_merges)}};
-  return *std::max_element(std::begin(tables), std::end(tables),
-                           [](const HostTable& a, const HostTable& b) { return a.bytes < b.bytes; });
 }
 
 }  // namespace
@@ -84,6 +60,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   // Offered where a program has registered memory systems that are configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
   list.part("fast", fast);
+  own.parameters(list);
   list.rule(
       "gpu.rt_units", [this] { return rt_units <= resident_warps; }, "must not be more than gpu.resident_warps");
   list.rule(
@@ -100,7 +77,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
       "names no file, but dram.model needs one");
   list.rule(
       "dram.perfect", [this, by_file] { return !by_file() || !dram.perfect; },
-      "is a limit study of the built-in DRAM, but dram.model is " + dram_model);
+      "is a limit study of the built-in DRAM, but dram.model is another");
 }
 
 std::vector<modules::Parameter> config_keys(GpuConfig& config) {
@@ -137,22 +114,7 @@ modules::Dram::Config GpuConfig::dram_config(std::uint64_t bytes) const {
   return config;
 }
 
-// Parts know their own rules, here with what the assembly decides.
-void check_config(const GpuConfig& config, const std::string& origin) {
-  memory_system(config.dram_model);  // throws for an unknown name
-  GpuConfig copy = config;
-  copy.l2 = config.l2_slice(0);
-  modules::ParameterList list;
-  copy.parameters(list);
-  require_rules(list, origin);
-  const modules::RtlRefusal refusal = modules::rtl_refusal(config.rt);
-  if (*refusal.key != 0) throw Error(origin, std::string("rt.") + refusal.key, refusal.rule);
-  const HostTable table = largest_table(config);
-  if (table.bytes <= kMostHostBytes) return;
-  throw Error(origin, table.key,
-              fmt::format("would take {:.1f} GB of the host's memory in all caches together, at most {:.0f}",
-                          table.bytes * 1e-9, kMostHostBytes * 1e-9));
-}
+void check_config(const GpuConfig& config, const std::string& origin) { ConfigTrial(config).check(origin); }
 
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
   return load_config(GpuConfig(), "", path, settings);
@@ -170,17 +132,7 @@ GpuConfig load_config(GpuConfig config, const std::string& origin, const std::st
 nlohmann::ordered_json config_json(const GpuConfig& config) {
   GpuConfig copy = config;  // keys point to mutable values
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const modules::Parameter& key : config_keys(copy)) {
-    std::visit(
-        [&](const auto& target) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(target)>, modules::Choice>) {
-            json[key.name] = target.get();
-          } else {
-            json[key.name] = *target;
-          }
-        },
-        key.value);
-  }
+  for (const modules::Parameter& key : config_keys(copy)) json[key.name] = value_json(key);
   return json;
 }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
@@ -46,6 +47,17 @@ struct GpuParts {
                                                         modules::ClockDomain& clock)>
       l2_slice;
 };
+
+struct GpuConfig;
+
+/// Fills factories for a machine with this configuration.
+using PartsOfMachine = std::function<void(const GpuConfig& config, GpuParts& parts)>;
+/// Makes units of yours part of every GPU that is built from now on, whichever command of the program builds it.
+void register_parts(PartsOfMachine parts);
+/// `parts`, and what is registered.
+GpuParts with_registered_parts(GpuParts parts, const GpuConfig& config);
+/// Whether any of them is not the project's.
+bool has_own_parts(GpuParts parts, const GpuConfig& config);
 
 /// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
 template <typename F>

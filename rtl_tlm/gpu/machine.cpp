@@ -20,10 +20,20 @@ traces::Header header_of(const MachineUse& use) {
   traces::Header header;
   header.two_level = use.design == "sw" || use.design == "grtx";
   header.checkpoint = use.design == "hw" || use.design == "grtx";
-  header.accel = header.two_level ? (use.spheres ? AccelKind::tlas_sphere : AccelKind::tlas_tri20)
-                                  : (use.spheres ? AccelKind::ellipsoid : AccelKind::tri20);
+  switch (use.leaves) {
+    case LeafTest::triangles:
+      header.accel = header.two_level ? AccelKind::tlas_tri20 : AccelKind::tri20;
+      break;
+    case LeafTest::spheres:
+      header.accel = header.two_level ? AccelKind::tlas_sphere : AccelKind::ellipsoid;
+      break;
+    case LeafTest::boxes:
+      header.accel = header.two_level ? AccelKind::tlas_box : AccelKind::box;
+      break;
+  }
   header.pop_test = use.pop_test;
-  header.checkpoint_capacity = header.checkpoint ? 1024 : 0;
+  header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
+  header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;
   header.bvh_width = traces::default_width(use.layout);
   // The smallest node image there is; its size is no hardware.

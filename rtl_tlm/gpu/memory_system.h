@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/tlm/memory_traffic.h"
@@ -75,6 +76,10 @@ class MemorySystem {
   virtual std::vector<std::string> violations() const { return {}; }
   /// The part of it that is on the die, for area and energy.
   virtual std::optional<modules::Inventory> inventory() const { return std::nullopt; }
+
+  /// Another launch follows (Gpu::restart()); nothing is under way. Counts from 0 again and returns true, or cannot.
+  /// cold: open rows are closed, where it can do that.
+  virtual bool restart(modules::Caches) { return false; }
 
   MemoryTraffic total() const;
 

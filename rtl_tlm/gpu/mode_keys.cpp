@@ -30,10 +30,6 @@ const std::vector<ModeKey>& mode_keys() {
                            kSampled = SimulationMode::sampled;
   static const std::vector<ModeKey> keys = {
       {kFast, "rt.memory.by_shader", "is not modelled by --mode fast"},
-      {kFast, "rt.checkpoint.read_ahead", "must be 0 with --mode fast, which is 6 % off with it"},
-      {kFast, "rt.checkpoint.prefetch_nodes", "must be false with --mode fast, which is 12 % off with it"},
-      {kFast, "rt.cooperation.ahead", "must be 0 with --mode fast, which has no idle lanes"},
-      {kSampled, "rt.cooperation.ahead", "must be 0 with --mode sampled, whose estimates count visits"},
       {kFast, "rt.checkpoint.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
       {kFast, "rt.box.implementation", "must be tlm with --mode fast, which has no clock for RTL"},
       {kFast, "rt.transform.implementation", "must be tlm with --mode fast, which has no clock for RTL"},

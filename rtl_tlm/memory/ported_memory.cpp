@@ -10,7 +10,7 @@ PortedMemory::PortedMemory(const std::string& model, const PortedDramBuilder& bu
   dram.file = machine.dram_simulator.file;
   dram.interleave = machine.interleave;
   dram.per_slice = machine.dram_simulator.per_slice;
-  dram.bytes = gpu.map().bytes();
+  dram.bytes = gpu.memory_bytes();
   dram.fixed_latency_fs = machine.dram.fixed_latency * modules::ClockDomain::period_fs(machine.memory_mhz);
   dram_ = build(dram);
   for (unsigned i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(dram_->port(i).socket);

@@ -31,13 +31,13 @@ Observation::Observation(const sc_core::sc_module_name& name, modules::ClockDoma
   SC_METHOD(look);
   sensitive << settled_;
   dont_initialize();
-  alarm_.request(window.first == 0 ? 0 : window.first - 1);
+  begin();
 }
 
 Cycle Observation::tick(Cycle now) {
   if (now > window_.last) return modules::kNever;
   settled_.notify(sc_core::SC_ZERO_TIME);
-  return now < window_.last ? now + 1 : modules::kNever;
+  return now < window_.last && !observer_.rests() ? now + 1 : modules::kNever;
 }
 
 void Observation::look() {

@@ -27,6 +27,8 @@ class CycleObserver {
   /// Called for each cycle of the window, in order, skipped ones included. The first call may be for the cycle before
   /// it: what it sees is the state in which the window begins.
   virtual void sample(Cycle now) = 0;
+  /// Whether there is nothing to see before the next launch.
+  virtual bool rests() const { return false; }
 };
 
 /// Wakes in each cycle of the window, and a delta cycle later, when all modules have done their cycle, calls the
@@ -42,6 +44,8 @@ class Observation final : public modules::ClockedModule {
 
  private:
   Cycle tick(Cycle now) override;
+  void restart(modules::Caches) override { begin(); }
+  void begin() { alarm_.request(window_.first == 0 ? 0 : window_.first - 1); }
   void look();
 
   CycleWindow window_;

@@ -24,6 +24,9 @@ class StallFollower {
   /// under way gives the reason of the present state, all others are exact.
   unsigned look(Cycle now, Cycle accounted, const modules::RtScheduler& scheduler) {
     const auto& stall = scheduler.counters().stall;
+    if (now < last_) started_ = false;  // another launch
+    last_ = now;
+    if (now == 0) seen_ = {};
     if (accounted <= now) {  // asleep in this cycle
       const auto reason = static_cast<std::size_t>(scheduler.stall_reason());
       if (!started_) {
@@ -50,6 +53,7 @@ class StallFollower {
 
  private:
   std::array<std::uint64_t, modules::kStalls> seen_{};
+  Cycle last_ = 0;
   bool started_ = false;
 };
 

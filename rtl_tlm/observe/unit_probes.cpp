@@ -33,8 +33,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
       checkpoint_(elaborated_part<modules::CheckpointState>(rt, "checkpoint_unit")),
-      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")),
-      cooperation_(elaborated_part<modules::LaneCooperation>(rt, "lane_cooperation")) {
+      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
   const std::size_t before = wires.selected();
   if (buffer_ != nullptr) warps_of_ = &buffer_->warps();
   const unsigned warps = warps_of_ != nullptr ? warps_of_->entries() : 64;
@@ -99,11 +98,6 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   if (prefetcher_ != nullptr) {
     prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
     prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
-    if (prefetcher_->reads_stacks()) prefetch_stack_nodes_ = add("sibling_prefetcher.stack_nodes", kCounterBits);
-  }
-  if (cooperation_ != nullptr) {
-    helping_ = add("lane_cooperation.helping", lanes);
-    help_held_ = add("lane_cooperation.held", kLevelBits);
   }
   if (warps_of_ != nullptr) {
     for (unsigned entry = 0; entry < warps; ++entry) {
@@ -158,11 +152,6 @@ void RtUnitProbe::sample(Cycle now) {
   if (prefetcher_ != nullptr) {
     prefetch_queue_.set(prefetcher_->queued());
     prefetch_outstanding_.set(prefetcher_->outstanding());
-    prefetch_stack_nodes_.set(prefetcher_->counters().stack_nodes);
-  }
-  if (cooperation_ != nullptr) {
-    helping_.set(cooperation_->helping());
-    help_held_.set(cooperation_->held());
   }
   for (WarpProbe& warp : warps_) warp.sample();
 }

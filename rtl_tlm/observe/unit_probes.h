@@ -41,7 +41,6 @@ class RtUnitProbe {
   const modules::AnyHitCollector* any_hit_;
   const modules::CheckpointState* checkpoint_;
   const modules::SiblingPrefetcher* prefetcher_;
-  const modules::LaneCooperation* cooperation_;
   const modules::WarpTable* warps_of_ = nullptr;
   StallFollower stalls_;
   bool selected_ = false;
@@ -49,8 +48,7 @@ class RtUnitProbe {
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
   Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
-  Wire prefetch_queue_, prefetch_outstanding_, prefetch_stack_nodes_;
-  Wire helping_, help_held_;
+  Wire prefetch_queue_, prefetch_outstanding_;
   std::vector<Unit> units_;
   std::vector<Rtl> rtl_;
   std::vector<WarpProbe> warps_;

@@ -21,16 +21,17 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
       memory_(memory),
       comment_(comment),
       writer_(options.path),
-      wires_(writer_, options.scope, options.level),
+      wires_(writer_, options.scope, options.level, gpu.name()),
       observation_("waveform", gpu.core(), options.window, *this) {
   const auto add_link = [this](const std::string& scope, const auto& link) {
     using Probe = LinkProbe<std::decay_t<decltype(*link.front(0))>>;
     Probe probe(wires_, scope, link);
     if (probe.selected()) std::get<std::vector<Probe>>(links_).push_back(probe);
   };
-  cycle_ = wires_.add("gpu.cycle", 48);
-  launched_ = wires_.add("gpu.distributor.launched", 32);
-  running_ = wires_.add("gpu.distributor.running", 16);
+  const std::string root = std::string(gpu.name()) + ".";
+  cycle_ = wires_.add(root + "cycle", 48);
+  launched_ = wires_.add(root + "distributor.launched", 32);
+  running_ = wires_.add(root + "distributor.running", 16);
   for (const auto& sm : gpu.sms()) {
     const std::string scope = sm->name();
     for (const auto& rt : sm->rt_units()) rt_units_.emplace_back(wires_, rt->name(), *rt, header);
@@ -43,29 +44,41 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
     }
     sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });
   }
-  gpu.for_each_link([&](const auto& link) { add_link("gpu." + link.name(), link); });
-  crossbar_requests_ = wires_.add("gpu.crossbar.requests", 48, WaveLevel::signals);
-  crossbar_replies_ = wires_.add("gpu.crossbar.replies", 48, WaveLevel::signals);
+  gpu.for_each_link([&](const auto& link) { add_link(root + link.name(), link); });
+  crossbar_requests_ = wires_.add(root + "crossbar.requests", 48, WaveLevel::signals);
+  crossbar_replies_ = wires_.add(root + "crossbar.replies", 48, WaveLevel::signals);
   for (const auto& slice : gpu.slices()) {
     if (const auto* own = dynamic_cast<const modules::L2Slice*>(slice.get())) {
       l2_slices_.emplace_back(wires_, slice->name(), *own);
     }
   }
   for (unsigned i = 0; i < memory.channels(); ++i) {
-    dram_outstanding_.push_back(wires_.add(fmt::format("gpu.dram.channel{}.outstanding", i), 16));
+    dram_outstanding_.push_back(wires_.add(fmt::format("{}dram.channel{}.outstanding", root, i), 16));
   }
   for (MemoryProbe& probe : memory.probes()) {
     const std::size_t before = wires_.selected();
-    const Wire wire = wires_.add("gpu.dram." + probe.name, probe.width);
+    const Wire wire = wires_.add(root + "dram." + probe.name, probe.width);
     if (wires_.selected() != before) memory_probes_.emplace_back(std::move(probe), wire);
   }
+  add_own_probes(gpu);
   if (wires_.selected() == 0) {
     throw Error("--vcd-scope", options.scope, "matches no signal; scopes begin with gpu, sm0, l2_slice0 or dram");
   }
 }
 
+void Waveform::add_own_probes(const sc_core::sc_object& object) {
+  if (const auto* const probed = dynamic_cast<const modules::Probed*>(&object)) {
+    for (modules::UnitProbe& probe : probed->probes()) {
+      const std::size_t before = wires_.selected();
+      const Wire wire = wires_.add(std::string(object.name()) + "." + probe.name, probe.width);
+      if (wires_.selected() != before) own_probes_.emplace_back(std::move(probe), wire);
+    }
+  }
+  for (const sc_core::sc_object* const child : object.get_child_objects()) add_own_probes(*child);
+}
+
 void Waveform::sample(Cycle now) {
-  const std::uint64_t time = now * gpu_.core().period_fs();
+  const std::uint64_t time = gpu_.core().time_fs(now);
   if (writer_.begun()) writer_.advance(time);
   cycle_.set(now);
   launched_.set(gpu_.distributor().launched());
@@ -79,26 +92,26 @@ void Waveform::sample(Cycle now) {
   crossbar_replies_.set(crossbar.reply.packets_in);
   for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(memory_.outstanding(i));
   for (auto& [probe, wire] : memory_probes_) wire.set(probe.value());
+  for (auto& [probe, wire] : own_probes_) wire.set(probe.value());
   const auto sample_all = [now](auto& probes) {
     for (auto& probe : probes) probe.sample(now);
   };
   std::apply([&](auto&... probes) { (sample_all(probes), ...); }, links_);
   if (!writer_.begun() && options_.window.contains(now)) {
     writer_.begin(comment_, time);
-    first_ = now;
+    first_fs_ = time;
   }
-  last_ = now;
+  last_fs_ = time;
 }
 
 void Waveform::finish() {
   if (!writer_.begun()) {
-    first_ = last_ = gpu_.distributor().end_cycle();
-    writer_.begin(comment_ + "\nthe run ended before the window", last_ * gpu_.core().period_fs());
+    first_fs_ = last_fs_ = gpu_.core().time_fs(gpu_.distributor().end_cycle());
+    writer_.begin(comment_ + "\nthe run ended before the window", last_fs_);
   }
-  const std::uint64_t period = gpu_.core().period_fs();
-  writer_.finish(last_ * period);
+  writer_.finish(last_fs_);
   write_gtkwave_files(options_.path, save_file_of(options_.path), writer_.signals(),
-                      {first_ * period, last_ * period, period});
+                      {first_fs_, last_fs_, gpu_.core().period_fs()});
 }
 
 }  // namespace grtx::sim

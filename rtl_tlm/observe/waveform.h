@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observation.h"
@@ -34,6 +35,8 @@ class Waveform final : private CycleObserver {
   Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem& memory, const traces::Header& header,
            const std::string& comment);
 
+  /// Between launches there is nothing to see: the kernel then has nothing to do for it.
+  void rest_while_idle() { rests_while_idle_ = true; }
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
   void finish();
   /// What writing threw during the run, if anything.
@@ -42,6 +45,8 @@ class Waveform final : private CycleObserver {
 
  private:
   void sample(Cycle now) override;
+  bool rests() const override { return rests_while_idle_ && gpu_.finished() && gpu_.idle() && memory_.idle(); }
+  void add_own_probes(const sc_core::sc_object& object);
 
   WaveformOptions options_;
   Gpu& gpu_;
@@ -56,6 +61,7 @@ class Waveform final : private CycleObserver {
   std::vector<L2Probe> l2_slices_;
   std::vector<Wire> dram_outstanding_;  ///< by channel
   std::vector<std::pair<MemoryProbe, Wire>> memory_probes_;
+  std::vector<std::pair<modules::UnitProbe, Wire>> own_probes_;  ///< of units that are not the project's
   template <typename... T>
   using LinkProbes = std::tuple<std::vector<LinkProbe<T>>...>;
   /// By what they carry; those with a selected signal.
@@ -63,8 +69,9 @@ class Waveform final : private CycleObserver {
              modules::AnyHitBatch, modules::AnyHitDone, modules::NodeFetchBatch, modules::NodeFetchDone,
              modules::LaunchWarp, modules::WarpEnded>
       links_;
-  Cycle first_ = 0;  ///< cycle of the first sample that was written
-  Cycle last_ = 0;   ///< cycle of the last sample
+  std::uint64_t first_fs_ = 0;  ///< time of the first sample that was written
+  std::uint64_t last_fs_ = 0;   ///< time of the last sample
+  bool rests_while_idle_ = false;
   Observation observation_;
 };
 

@@ -44,8 +44,8 @@ class Wire {
 class Wires {
  public:
   /// scope: shell patterns separated by commas; a signal is selected when one of them matches its name or that of a
-  /// scope around it, with or without the leading "gpu.".
-  Wires(VcdWriter& writer, const std::string& scope, WaveLevel level);
+  /// scope around it, with or without the leading name of the GPU.
+  Wires(VcdWriter& writer, const std::string& scope, WaveLevel level, const std::string& gpu = "gpu");
 
   Wire add(const std::string& name, unsigned width, WaveLevel level = WaveLevel::units,
            const Enumeration* enumeration = nullptr);
@@ -56,6 +56,7 @@ class Wires {
   VcdWriter& writer_;
   std::vector<std::string> patterns_;
   WaveLevel level_;
+  std::string root_;  ///< what all names begin with
   std::size_t selected_ = 0;
 };
 

@@ -29,7 +29,7 @@ const std::vector<UnitNames>& units() {
       {"RT scheduler and warp buffer", {"gpu.rt."}, {"rt."}},
       {"stack unit", {"gpu.rt.stack."}, {}},
       {"memory scheduler", {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."}, {"rt.memory"}},
-      {"prefetchers", {"gpu.rt.prefetch.", "gpu.rt.stack_prefetch."}, {"rt.prefetch.", "rt.stack_prefetch."}},
+      {"prefetchers", {"gpu.rt.prefetch."}, {"rt.prefetch."}},
       {"ray-box unit", {"gpu.rt.ray_box."}, {"rt.box."}},
       {"ray-triangle unit", {"gpu.rt.ray_triangle."}, {"rt.triangle."}},
       {"ray-sphere unit", {"gpu.rt.ray_sphere."}, {"rt.sphere."}},

@@ -65,20 +65,17 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("internal node visits", events.visits_internal, totals.visits_internal);
   equal("instance leaf visits", events.visits_instance, totals.visits_instance);
   equal("primitive leaf visits", events.visits_leaf, totals.visits_leaf);
-  const modules::LaneCooperation::Counters& help = c.rt.cooperation;
-  equal("node visits fetched", c.rt.memory.node_visits(), totals.visits() + help.wasted);
-  equal("nodes that idle lanes took", help.taken, help.helped + help.waited + help.wasted);
+  equal("node visits fetched", c.rt.memory.node_visits(), totals.visits());
   equal("culls", events.culls, totals.culls);
   equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
   equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);
-  equal("any-hit batches at the SIMT cores", c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
+  const bool boxes = events.intersection_calls != 0;
+  equal("batches of calls at the SIMT cores",
+        boxes ? c.simt.shader.intersection_batches : c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
+  equal("intersection calls of the RT units", events.intersection_calls, boxes ? totals.visits_leaf : 0);
+  equal("intersection calls of the SIMT cores", c.simt.shader.intersection_calls, events.intersection_calls);
   equal("evictions", c.simt.shader.evictions, totals.evictions);
-  const modules::CheckpointUnit::Counters& entries = c.rt.checkpoint;
-  equal("checkpoints written or named by a run", entries.entries_written + entries.log.entries_referenced,
-        totals.checkpoints_written);
-  equal("run entries read or left", entries.log.runs_read + entries.log.runs_left, entries.log.runs_written);
-  equal("entries read or left through run entries", entries.log.references_read + entries.log.references_left,
-        entries.log.entries_referenced);
+  equal("checkpoints written", c.rt.checkpoint.entries_written, totals.checkpoints_written);
   equal("checkpoints read", c.rt.checkpoint.entries_read, totals.checkpoints_read);
   equal("source entries taken or forwarded", events.replay_takes + events.replay_forwards, totals.checkpoints_read);
   equal("k-buffer entries processed", c.simt.shader.entries_processed, totals.processed);
@@ -88,14 +85,13 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
 
   // Requests and responses, level by level.
   const std::uint64_t rt_requests = c.rt.memory.node_sectors() - c.rt.memory.shader_sectors + c.rt.stack.spills +
-                                    c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_ahead +
-                                    c.rt.checkpoint.sectors_written + c.rt.prefetch.sectors;
+                                    c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_written +
+                                    c.rt.prefetch.sectors;
   equal("L1 accesses", c.l1.accesses(), rt_requests + c.simt.memory.sectors());
   equal("L1 responses", c.l1.responses, c.l1.accesses());
   equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);
   equal("checkpoint reads returned", c.rt.checkpoint.returned, c.rt.checkpoint.sectors_read);
   equal("checkpoint entries returned by the private store", c.rt.checkpoint.store_returned, c.rt.checkpoint.store_read);
-  equal("checkpoint reads ahead returned", c.rt.checkpoint.ahead_returned, c.rt.checkpoint.sectors_ahead);
   equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
   equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);
   equal("stack entries filled", c.rt.stack.moved_in, c.rt.stack.moved_out);
@@ -133,7 +129,7 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem
     const auto* own = dynamic_cast<const modules::L1Cache*>(&sm->l1());
     if (own == nullptr) continue;
     const modules::L1Counters l1 = own->counters();
-    if (l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
+    if (own->dirty_at_start() + l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
       violations.push_back(fmt::format("{}: {} sectors kept, {} of them again, {} written back, {} dirty", own->name(),
                                        l1.kept_writes, l1.rewrites, l1.write_backs, own->dirty_sectors()));
     }

@@ -25,7 +25,6 @@ class LaunchList final : public modules::WarpObserver {
 std::string simulate_front(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
                            const GpuConfig& config) {
   modules::set_time_resolution_to_fs();
-  constexpr unsigned kDecodeAhead = 32;
   TraceSource source(reader, groups, kDecodeAhead);
   LaunchList launches;
   Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});

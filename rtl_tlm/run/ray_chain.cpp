@@ -11,18 +11,24 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const bool procedural = traces::has_procedural_leaves(header.accel);
   // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
   // scheduled warp to its request, one from the response to the unit's start.
-  // A miss is no hit: where the L1 is the slower of the two, it is answered as soon as the L2 has.
-  const Cycle hit = std::min(config.l1.latency, config.l2.latency);
-  const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + hit;
+  // A miss is no hit: where the L1 is the slower of the two, it is answered as soon as the L2 has. What joins another
+  // warp's miss, or a prefetch, may do so a cycle before the sector comes.
+  const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
+  const Cycle answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
+  const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + answer;
   internal = fetch + 1 + rt.ray_box_of(header).latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
-  if (rt.cooperation.ahead > 0) internal = instance = leaf = stack;  // other lanes may have visited the node before
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
+  const bool boxes = traces::has_box_leaves(header.accel);
+  if (boxes) {
+    leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
+           config.simt.instruction_latency;
+  }
   const modules::PrivateStore::Config& store = config.simt.private_store;
-  any_hit =
-      messages + (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
+  any_hit = (boxes ? 0 : messages) +
+            (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

@@ -8,33 +8,34 @@
 #include <ctime>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <stdexcept>
 #include <thread>
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/base/stopwatch.h"
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
-#include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/pixel_cycles.h"
+#include "grtx/rtl_tlm/run/run_report.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/switched_source.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/rtl_tlm/run/watchdog.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 namespace {
 
-constexpr unsigned kDecodeAhead = 32;    ///< groups; the decoding thread never affects results
 constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
 constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
 
@@ -63,49 +64,6 @@ std::uint64_t peak_rss_bytes() {
   throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
 }
 
-/// Fails when the model stands still although work remains: nothing moves, and nobody waits for a time that has yet to
-/// come. What is scheduled for later (an access of a slow memory, a long phase of a shader) is waited for, however
-/// long.
-class Watchdog {
- public:
-  /// step: between two looks.
-  Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit, Cycle step)
-      : gpu_(gpu), memory_(memory), limit_(limit), step_(step) {}
-
-  void look(const std::string& remaining) {
-    const std::uint64_t progress = gpu_.progress() + memory_.progress();
-    const Cycle now = gpu_.core().edge_at_or_after_now();
-    check_time(now);
-    if (progress != progress_) {
-      progress_ = progress;
-      since_ = now;
-    }
-    const Cycle awaited = std::max(gpu_.awaited(), memory_.awaited_fs() / gpu_.core().period_fs());
-    if (awaited > now + step_) since_ = std::max(since_, awaited);  // who polls asks for cycles that come soon
-    if (!sc_core::sc_pending_activity()) stand_still(gpu_, memory_, "nothing is scheduled but " + remaining);
-    if (now > since_ + limit_) {
-      stand_still(gpu_, memory_, fmt::format("no progress for {} cycles but {}", now - since_, remaining));
-    }
-  }
-
- private:
-  /// The kernel's clock counts femtoseconds in 64 bits: what is scheduled must not wrap around.
-  void check_time(Cycle now) const {
-    constexpr std::uint64_t kLastFs = std::uint64_t{1} << 63;
-    if (now >= kLastFs / gpu_.core().period_fs()) {
-      throw Error("sim", "",
-                  fmt::format("{} cycles are {:.0f} s of the machine's time: more than a run can take", now,
-                              1e-15 * static_cast<double>(kLastFs)));
-    }
-  }
-
-  const Gpu& gpu_;
-  const MemorySystem& memory_;
-  Cycle limit_, step_;
-  std::uint64_t progress_ = ~std::uint64_t{0};
-  Cycle since_ = 0;
-};
-
 /// Steps the kernel until the last warp has ended (the GPU pauses it there).
 void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, const SimulationOptions& options,
                 OccupancySeries& series) {
@@ -125,7 +83,10 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
     }
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
-    if (!gpu.finished()) watchdog.look(fmt::format("{} of {} warps have not ended", groups - ended, groups));
+    if (gpu.finished()) break;
+    if (const std::string why = watchdog.look(); !why.empty()) {
+      stand_still(gpu, memory, fmt::format("{} but {} of {} warps have not ended", why, groups - ended, groups));
+    }
   }
   progress.finish();
 }
@@ -135,14 +96,32 @@ void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& option
   Watchdog watchdog(gpu, memory, options.watchdog_cycles, kDrainStepCycles);
   while (!(gpu.idle() && memory.idle())) {
     run_for(gpu, kDrainStepCycles);
-    if (!(gpu.idle() && memory.idle())) watchdog.look("requests are under way after the last warp");
+    if (gpu.idle() && memory.idle()) break;
+    if (const std::string why = watchdog.look(); !why.empty()) {
+      stand_still(gpu, memory, why + " but requests are under way after the last warp");
+    }
   }
+}
+
+/// Opens and checks the trace that runs before, if there is one.
+std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, const traces::Reader& reader) {
+  if (options.warm_trace.empty()) return nullptr;
+  if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles || options.observer) {
+    throw Error("sim", "--warm", "has no waveforms, timelines or heat maps");
+  }
+  auto warm = std::make_unique<traces::Reader>(options.warm_trace);
+  warm->verify_content();
+  if (!same_hardware(warm->header(), reader.header())) {
+    throw Error(options.warm_trace, "header", "is for other hardware than " + reader.path());
+  }
+  return warm;
 }
 
 std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
                                              const SimulationOptions& options, const Engine& engine) {
   std::map<std::string, std::string> inputs = simulation_inputs(reader, config);
   inputs["mode"] = engine.name();
+  if (!options.warm_trace.empty()) inputs["warm"] = traces::Reader(options.warm_trace).content_hash();
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -172,15 +151,17 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   if (report.get_msg_type() == std::string_view(modules::AtInitiator::kReport)) {
     throw Error("memory", "", report.get_msg());  // a memory system that does not fit the run is bad input, too
   }
-  if (report.get_msg_type() == std::string_view(modules::kRtlReport)) {
-    const std::string text = report.get_msg();
-    const std::size_t unit = text.find(": ");
-    throw Error(text.substr(0, unit), "", text.substr(unit + 2));
-  }
-  traces::check(reader, true);
   const char* process = report.get_process_name();
   const std::string where =
       fmt::format("{}at {}", process == nullptr ? "" : fmt::format("{}, ", process), report.get_time().to_string());
+  const std::string_view type = report.get_msg_type();
+  if (type == modules::kUnitReport) traces::check(reader, true);
+  if (type == modules::kRtlReport || type == modules::kUnitReport) {
+    const std::string text = report.get_msg();
+    const std::size_t unit = text.find(": ");
+    throw Error(text.substr(0, unit), type == modules::kUnitReport ? where : "", text.substr(unit + 2));
+  }
+  traces::check(reader, true);
   const std::string what = fmt::format("{}: {}", report.get_msg_type(), report.get_msg());
   if (is_of_a_users_unit(report)) throw Error("simulation", where, what);
   throw std::runtime_error(fmt::format("{} ({})", what, where));
@@ -205,12 +186,11 @@ std::string key_of_long_waits(const GpuConfig& config) {
 
 /// Why a run has one thread, whatever was asked for; empty: it may have several.
 std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
-  GpuParts parts = options.build.parts;
-  bool own_units = false;
-  for_each_factory(parts, [&](const char*, const auto& factory) { own_units = own_units || factory; });
+  const bool own_units = has_own_parts(options.build.parts, config);
   if (!options.waveform.path.empty()) return "a waveform is written";
   if (!options.timeline.path.empty()) return "a timeline is written";
   if (options.memory || config.dram_model != kBuiltInMemory) return "the memory is not the built-in one";
+  if (!options.warm_trace.empty()) return "another trace runs before";
   if (own_units) return "units are not the built-in ones";
   if (!options.build.run_ahead) return "the clocks follow the kernel";
   if (config.sms < 2) return "there is one SM";
@@ -250,8 +230,14 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   const SimulationOptions& options = work.options;
   const traces::Header& header = reader.header();
   FinishedRun finished;
-  const BuildOptions build = with_threads(config, options);
-  Gpu gpu("gpu", config, header, reader.totals().max_evictions_per_ray, source, build);
+  BuildOptions build = with_threads(config, options);
+  const std::unique_ptr<TraceSource> before =
+      work.warm == nullptr ? nullptr : std::make_unique<TraceSource>(*work.warm, all_groups(*work.warm), kDecodeAhead);
+  SwitchedSource launch(before ? *before : source);
+  const traces::Reader& first = before ? *work.warm : reader;
+  build.memory_bytes = memory_bytes(config, reader);
+  Gpu gpu("gpu", config, first.header(), first.totals().max_evictions_per_ray, launch, build);
+  const PauseAtEnd pause("pause_at_end", gpu);
   const std::unique_ptr<MemorySystem> memory =
       (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
   std::unique_ptr<Waveform> waveform;
@@ -269,6 +255,16 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   if (options.pixel_cycles) {
     pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
     gpu.distributor().observe(pixel_cycles.get());
+  }
+  if (before) {
+    OccupancySeries unused(gpu, *memory);
+    run_to_end(gpu, *memory, before->count(), options, unused);
+    drain(gpu, *memory, options);
+    launch.switch_to(&source);
+    if (!memory->restart(modules::Caches::warm)) {
+      throw Error("sim", "--warm", "is not for dram.model = " + memory->model());
+    }
+    gpu.restart(header, reader.totals().max_evictions_per_ray, modules::Caches::warm);
   }
   OccupancySeries series(gpu, *memory);
   EndOfRun end;
@@ -316,12 +312,9 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
 
-  std::vector<std::uint64_t> groups = options.groups;
-  if (groups.empty()) {
-    groups.resize(reader.group_count());
-    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-  }
-  const Engine::Work work{reader, config, options, groups};
+  const std::vector<std::uint64_t> groups = options.groups.empty() ? all_groups(reader) : options.groups;
+  const std::unique_ptr<traces::Reader> warm = warm_reader(options, reader);
+  const Engine::Work work{reader, config, options, groups, warm.get()};
   engine.prepare(work);
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
@@ -338,26 +331,10 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     result.width = finished.width;
     result.height = finished.height;
     result.pixel_cycles = std::move(finished.pixel_cycles);
-    const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
-    result.cycles = counters.cycles;
-    result.binding_bound = binding_bound(bounds).name;
-    result.violations = count_violations(counters, source.totals(), groups.size());
-    result.caution = engine.caution();
-    std::vector<std::string> below = bound_violations(counters.cycles, bounds);
-    if (engine.estimates() && !below.empty()) {
-      result.caution += (result.caution.empty() ? "" : ", ") + below.front();
-      below.clear();
-    }
-    for (const auto& more : {finished.violations, below}) {
-      result.violations.insert(result.violations.end(), more.begin(), more.end());
-    }
+    report_run(finished, source, config, &engine, options.price, result);
     if (options.groups.empty() && !(source.totals() == reader.totals())) {
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
-    describe(counters, result.statistics);
-    engine.describe(result.statistics);
-    describe(bounds, counters.cycles, result.statistics);
-    if (options.price) options.price(config, finished.inventories, source.totals().rays, result.statistics);
     add_host_statistics(
         result.host,
         {counters.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start}, config,

@@ -30,6 +30,7 @@ struct SimulationOptions {
   bool quiet = true;
   Cycle watchdog_cycles = 2'000'000;  ///< so many cycles without progress, or anything scheduled, are a deadlock
   std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
+  std::string warm_trace;             ///< run before, for what it leaves in caches and DRAM rows; empty: none
   WaveformOptions waveform;           ///< off when its path is empty
   TimelineOptions timeline;           ///< off when its path is empty
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
@@ -59,6 +60,7 @@ class Engine {
     const GpuConfig& config;
     const SimulationOptions& options;
     const std::vector<std::uint64_t>& groups;  ///< of the trace, ascending
+    const traces::Reader* warm = nullptr;      ///< options.warm_trace
   };
   virtual ~Engine() = default;
   /// The run's input "mode".

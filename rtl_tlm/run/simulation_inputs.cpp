@@ -1,5 +1,7 @@
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
 
+#include "grtx/rtl_tlm/gpu/memory_files.h"
+
 namespace grtx::sim {
 
 std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config) {
@@ -13,6 +15,10 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);
   inputs["trace_hash"] = trace.content_hash();
   inputs["config_hash"] = config_hash(config);
+  const FilesRead memory = memory_files(config);
+  for (const auto& [name, value] : memory.files().empty() ? std::map<std::string, std::string>() : memory.inputs()) {
+    inputs["memory." + name] = value;
+  }
   inputs["program"] = std::string("grtx ") + GRTX_VERSION;
   return inputs;
 }

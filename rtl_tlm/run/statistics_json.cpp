@@ -7,6 +7,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/json_file.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 
 namespace grtx::sim {
 
@@ -34,6 +35,7 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const nlohmann::ordered_json& over_time) {
   nlohmann::ordered_json document;
   document["schema"] = "grtx.stats/1";
+  document["model_version"] = kModelVersion;
   document["config"] = config;
   document["inputs"] = inputs;
   if (!over_time.is_null()) document["over_time"] = over_time;

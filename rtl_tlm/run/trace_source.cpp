@@ -154,4 +154,10 @@ void TraceSource::release(std::uint64_t position) {
   held_.pop_back();
 }
 
+std::vector<std::uint64_t> all_groups(const traces::Reader& reader) {
+  std::vector<std::uint64_t> groups(reader.group_count());
+  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
+  return groups;
+}
+
 }  // namespace grtx::sim

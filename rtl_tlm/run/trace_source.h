@@ -16,6 +16,9 @@
 
 namespace grtx::sim {
 
+/// Groups that are decoded before they are needed; the decoding thread never affects results.
+inline constexpr unsigned kDecodeAhead = 32;
+
 class TraceSource final : public modules::GroupSource {
  public:
   /// All groups of the trace, in file order. decode_ahead: groups that a thread of its own decodes before they are
@@ -62,6 +65,9 @@ class TraceSource final : public modules::GroupSource {
   std::size_t depth_;
   std::thread thread_;
 };
+
+/// The numbers of all groups of a trace.
+std::vector<std::uint64_t> all_groups(const traces::Reader& reader);
 
 /// Throws Error unless the rounds of `group` fit the header and the group's own arrays, which is what the hardware
 /// modules index by. It is not a proof of consistency (traces::check is).

@@ -116,6 +116,28 @@ const look_at_sweep = async (page) => {
   });
 };
 
+// Views of scenes: which marks and rows each shows, and speed-ups over another point.
+const look_at_views = async (page) => {
+  const state = async () => ({
+    marks: await ids_of(page, 'sweep1_area'), rows: await shown_rows(page),
+    bars: await page.evaluate(() => [...new Set([...document.querySelectorAll('#sweep1_stalls_bars g.mark-rect.role-mark path')].map((mark) => mark.__data__.datum.id))]),
+    axes: await page.evaluate(() => [...document.querySelectorAll('#sweep1_area g.role-axis-label text')].map((t) => t.textContent)),
+    speedups: await page.evaluate(() => [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).map((row) => row.querySelector('.speedup').textContent)),
+  });
+  found.titles = await page.evaluate(() => [...document.querySelectorAll('#sweep1_points thead th')].map((th) => th.textContent));
+  found.views = [await state()];
+  const views = page.locator('.controls .view');
+  for (let i = 1; i < await views.locator('option').count(); i += 1) {
+    await views.selectOption({ index: i });
+    await page.waitForTimeout(300);
+    found.views.push(await state());
+  }
+  await page.locator('.controls .reference').selectOption({ index: 1 });
+  found.over_second = (await state()).speedups;
+  await views.selectOption({ index: 0 });
+  await page.waitForTimeout(300);
+};
+
 // A new, empty profile; nothing that reaches for a network on its own.
 const context = await chromium.launchPersistentContext(profile, {
   executablePath: chromium_path, headless: true, viewport: { width: 1280, height: 900 }, colorScheme: 'light',
@@ -135,8 +157,12 @@ try {
   found.tables = await page.locator('table').count();
   found.described_tables = await page.evaluate(() => [...document.querySelectorAll('table')].filter((t) =>
     t.caption && t.caption.textContent && [...t.querySelectorAll('th')].every((th) => th.hasAttribute('scope'))).length);
-  if (await page.locator('#sweep1_area').count() === 1) await look_at_sweep(page);
+  if (await page.locator('.controls .view').count() === 1) await look_at_views(page);
+  else if (await page.locator('#sweep1_area').count() === 1) await look_at_sweep(page);
   if (prefix) await page.screenshot({ path: `${prefix}_1280.png`, fullPage: true });
+  await page.emulateMedia({ colorScheme: 'dark' });
+  if (prefix) await page.screenshot({ path: `${prefix}_1280_dark.png`, fullPage: true });
+  await page.emulateMedia({ colorScheme: 'light' });
   found.overflow[1280] = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
   const pdf = await page.pdf({ format: 'A4' });

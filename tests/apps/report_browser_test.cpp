@@ -105,6 +105,47 @@ TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
   EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
 }
 
+// Two scenes, three machines: 1 to 3 in the room, 4 to 6 in the hall, where times are ten to fifty times as long.
+TEST_F(ReportInBrowser, PointsOfTwoScenesAreComparedWithinEach) {
+  json points = json::array();
+  for (int id = 1; id <= 6; ++id) {
+    const int machine = (id - 1) % 3;
+    const double time = (id <= 3 ? 10.0 : 100.0) * (1 + machine * machine * (id <= 3 ? 1 : 6));
+    points.push_back({{"id", id},
+                      {"scene", id <= 3 ? "room" : "hall"},
+                      {"coordinates", {{"l1.bytes", 32768 << machine}, {"rt.checkpoint.lanes", 4}}},
+                      {"values",
+                       {{"gpu.time_us", time},
+                        {"cost.mm2", 9 - machine},
+                        {"gpu.energy_nj_per_ray", 5 + machine},
+                        {"gpu.rt.selections", 10},
+                        {"gpu.rt.stall.memory", time}}}});
+  }
+  testing_sweep::make_points(folder.path("two.sqlite"), points);
+  const Outcome made = folder.run("report two.sqlite -o two.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const json found = look("two.html");
+  ASSERT_TRUE(found.contains("plain"));
+  expect_sound(found);
+  EXPECT_THAT(found.at("titles"), ElementsAre("point", "view", "time, µs", "speed-up", "mm²", "nJ a ray",
+                                              "on the front of", "cycles", "L1 hit rate", "DRAM MB", "mm², low – high",
+                                              "l1.bytes"));  // lanes never vary
+  const json& views = found.at("views");
+  ASSERT_EQ(views.size(), 3u);
+  const std::set<int> expected[3] = {{-3, -2, -1}, {1, 2, 3}, {4, 5, 6}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(set_of(views[i].at("marks")), expected[i]);
+    EXPECT_EQ(set_of(views[i].at("rows")), expected[i]);
+    EXPECT_EQ(set_of(views[i].at("bars")), expected[i]);  // all are on the front
+  }
+  EXPECT_THAT(views[1].at("speedups"), ElementsAre("1.00×", "0.50×", "0.20×"));  // 10, 20, 50 µs
+  EXPECT_THAT(views[2].at("speedups"), ElementsAre("1.00×", "0.14×", "0.04×"));  // 100, 700, 2500
+  EXPECT_THAT(views[0].at("speedups"), ElementsAre("1.00×", "0.27×", "0.09×"));  // their geometric means
+  EXPECT_THAT(found.at("over_second"), ElementsAre("7.00×", "1.00×", "0.28×"));
+  EXPECT_THAT(views[2].at("axes"), testing::Contains("0"));  // mm² from 0; the times are logarithmic
+  EXPECT_EQ(found.at("plain").at("rows"), 9);
+}
+
 TEST_F(ReportInBrowser, ARunIsDrawn) {
   ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
   const Outcome run = folder.run("run --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 --config " +

@@ -16,8 +16,8 @@ TREE = {
     "modules/kernel/link.h": '#include "grtx/base/error.h"\n',
     "modules/cache/l1_cache.h": '#include "grtx/modules/kernel/link.h"\n',
     "rtl_tlm/gpu/gpu.h": '#include "grtx/modules/cache/l1_cache.h"\n',
-    "rtl_tlm/estimate/fast/fast_run.h": '#include "grtx/rtl_tlm/gpu/gpu.h"\n',
-    "rtl_tlm/estimate/mode.h": '#include "grtx/rtl_tlm/estimate/fast/fast_run.h"\n',
+    "rtl_tlm/estimate/fast/fast_gpu.h": '#include "grtx/rtl_tlm/gpu/gpu.h"\n',
+    "rtl_tlm/estimate/mode.h": '#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"\n',
     "apps/grtx/main.cpp": '#include "grtx/frontend/tracer/tracer.h"\n#include "grtx/rtl_tlm/gpu/gpu.h"\n',
 }
 

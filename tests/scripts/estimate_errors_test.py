@@ -18,12 +18,13 @@ class EstimateErrors(unittest.TestCase):
         self.path = os.path.join(folder.name, "d.sqlite")
         self.database = sqlite3.connect(self.path)
         self.database.executescript("""
-            CREATE TABLE point(id INTEGER PRIMARY KEY, mode TEXT, scene TEXT, design TEXT, coordinates TEXT, status TEXT);
+            CREATE TABLE point(id INTEGER PRIMARY KEY, mode TEXT, scene TEXT, design TEXT, coordinates TEXT, status TEXT,
+                               seconds REAL);
             CREATE TABLE value(point_id INTEGER, name TEXT, value REAL);""")
 
-    def point(self, mode, design, cycles, coordinates=None, status="done", **values):
-        number = self.database.execute("INSERT INTO point(mode, scene, design, coordinates, status) VALUES (?, 's', ?, ?, ?)",
-                                       (mode, design, json.dumps(coordinates or {}), status)).lastrowid
+    def point(self, mode, design, cycles, coordinates=None, status="done", seconds=0, **values):
+        number = self.database.execute("INSERT INTO point(mode, scene, design, coordinates, status, seconds) VALUES (?, 's', ?, ?, ?, ?)",
+                                       (mode, design, json.dumps(coordinates or {}), status, seconds)).lastrowid
         for name, value in {"cycles": cycles, **values}.items():
             self.database.execute("INSERT INTO value VALUES (?, ?, ?)", (number, "gpu." + name.replace("__", "."), value))
 
@@ -32,14 +33,14 @@ class EstimateErrors(unittest.TestCase):
         return subprocess.run([sys.executable, SCRIPT, f"m={self.path}", *arguments], capture_output=True, text=True)
 
     def test_errors_are_those_of_cycles_and_of_speed_ups(self):
-        self.point("cycle", "baseline", 1000)
+        self.point("cycle", "baseline", 1000, seconds=8)
         self.point("cycle", "grtx", 500)
-        self.point("fast", "baseline", 1010)
+        self.point("fast", "baseline", 1010, seconds=2)
         self.point("fast", "grtx", 490)  # speed-up 2.0612 in place of 2
         out = self.run_script("--cases").stdout
         self.assertIn("| fast | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
         self.assertIn("| fast | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
-        self.assertIn("| fast | m | s | 0 |  | baseline | 1000 | +1.0 % |  |", out)
+        self.assertIn("| fast | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
 
     def test_seeds_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
         self.point("cycle", "grtx", 500, {"tracer.k": 8})

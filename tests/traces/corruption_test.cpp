@@ -80,7 +80,7 @@ TEST(Corruption, NamesMagicAndVersion) {
   EXPECT_EQ(place, "byte 0");
   other = small_file();
   other[8] = 1;
-  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads versions 4 to 7");
+  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads versions 4 to 9");
   EXPECT_EQ(place, "byte 8");
   EXPECT_THAT(fault_of("ply\nformat ascii 1.0\n"), HasSubstr("is not a GRTX trace"));
   EXPECT_THAT(fault_of(""), HasSubstr("is not a GRTX trace"));
@@ -192,7 +192,7 @@ TEST(Forgery, SwappedGroupIndex) {
   const std::size_t length = forgery.footer() - payload;
   std::string& content = forgery.content();
   ByteReader table(reinterpret_cast<const std::uint8_t*>(content.data()) + payload, length, "table");
-  for (std::size_t i = 0; i < 2 * kColumnCount; ++i) table.varint();
+  for (std::size_t i = 0; i < 2 * kColumnsWithoutBins; ++i) table.varint();
   content[payload + length - table.remaining()] = 0;
   forgery.put(begin + 4, xxh3(content.data() + payload, length));
   forgery.seal();

@@ -44,13 +44,14 @@ TEST(DecoderFuzz, DamagedColumns) {
     Bytes payload;
     encode_group(trace.header, group, payload);
     ColumnSet columns;
-    unpack_columns(payload.data(), payload.size(), columns);
+    const std::size_t count = options.bins != 0 ? kColumnCount : kColumnsWithoutBins;
+    unpack_columns(payload.data(), payload.size(), columns, count);
     for (int i = 0; i < 60; ++i) {
       ColumnSet damaged = columns;
       const auto hits = 1 + random() % 3;
-      for (std::size_t h = 0; h < hits; ++h) damage(damaged[static_cast<Column>(random() % kColumnCount)], random);
+      for (std::size_t h = 0; h < hits; ++h) damage(damaged[static_cast<Column>(random() % count)], random);
       Bytes packed;
-      pack_columns(damaged, packed);
+      pack_columns(damaged, packed, count);
       RayGroup decoded;
       try {
         decode_group(trace.header, packed.data(), packed.size(), 0, decoded);
@@ -89,7 +90,7 @@ TEST(DecoderFuzz, AbsurdSizesAreRefusedBeforeAllocation) {
   for (const std::uint64_t claimed : {kMaxGroupBytes, kMaxGroupBytes + 1, std::uint64_t{1} << 60}) {
     for (const std::uint64_t stored : {0U, 20U}) {
       Bytes payload;
-      for (std::size_t i = 0; i < kColumnCount; ++i) {
+      for (std::size_t i = 0; i < kColumnsWithoutBins; ++i) {
         put_varint(payload, i == 3 ? claimed : 0);
         put_varint(payload, i == 3 ? stored : 0);
       }

@@ -21,7 +21,8 @@ void expect_names(const std::vector<std::string>& expected) {
 }
 
 TEST(Modes, AreSpeltAsInTraceFiles) {
-  expect_names<AccelKind>({"tri20", "tri80", "ellipsoid", "tlas-tri20", "tlas-tri80", "tlas-sphere"});
+  expect_names<AccelKind>(
+      {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
   expect_names<Tracing>({"multi", "single", "closest", "stochastic"});
   expect_names<CheckpointOrder>({"fifo", "lifo", "nearest"});
   expect_names<ChildOrder>({"near_first", "slot", "vulkan_sim"});
@@ -29,11 +30,13 @@ TEST(Modes, AreSpeltAsInTraceFiles) {
   expect_names<WarpMapping>({"tile8x4", "linear"});
 }
 
-TEST(Modes, StructuresOfSpheresHaveProceduralLeaves) {
+TEST(Modes, StructuresOfSpheresAndBoxesHaveProceduralLeaves) {
   for (const std::string& name : names_of<AccelKind>()) {
     const AccelKind kind = *from_name<AccelKind>(name);
     EXPECT_EQ(is_two_level(kind), name.starts_with("tlas-")) << name;
-    EXPECT_EQ(has_procedural_leaves(kind), name == "ellipsoid" || name == "tlas-sphere") << name;
+    const bool box = name == "box" || name == "tlas-box";
+    EXPECT_EQ(has_box_leaves(kind), box) << name;
+    EXPECT_EQ(has_procedural_leaves(kind), box || name == "ellipsoid" || name == "tlas-sphere") << name;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <random>
 #include <set>
@@ -28,6 +29,7 @@ struct RandomOptions {
   bool checkpoint = true;
   std::uint64_t capacity = 1000;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
+  unsigned bins = 0;  ///< checkpoint bins of `capacity` entries each; 0: there are two buffers
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   bool two_level = false;
@@ -179,6 +181,8 @@ class RandomRay {
   Round trace_round(bool replay) {
     Round round;
     round.replay = replay;
+    begin_bins(replay);
+    if (replay) round.bins = order_;
     const std::size_t first_event = ray_.events.size();
     source_ = replay ? destination_ : std::vector<Entry>{};
     destination_.clear();
@@ -200,7 +204,17 @@ class RandomRay {
         stack_.pop_back();
         handle(top);
       } else if (!source_.empty()) {
-        read_source();
+        const auto next = next_of_source();
+        const Entry entry = *next;
+        source_.erase(next);
+        read_source(entry);
+      } else if (!to_read_.empty()) {
+        if (random_() % 8 == 0) break;  // the rest stays
+        std::deque<Entry>& bin = bins_[to_read_.front()];
+        to_read_.pop_front();
+        const Entry entry = bin.front();
+        bin.pop_front();
+        read_source(entry);
       } else {
         break;
       }
@@ -242,6 +256,7 @@ class RandomRay {
 
   bool write(const Entry& entry) {
     if (!options_.checkpoint || overflow_) return false;
+    if (options_.bins != 0) return write_to_bin(entry);
     if (destination_.size() == options_.capacity) {
       overflow_ = true;
       return false;
@@ -250,14 +265,45 @@ class RandomRay {
     return true;
   }
 
-  void read_source() {
+  // Bins in plain words: a queue each, for stretches of distance, the last one for all beyond them; what was in them
+  // when the round began may be read, in any order.
+  void begin_bins(bool replay) {
+    if (options_.bins == 0) return;
+    if (!replay) bins_.assign(options_.bins + 1, {});
+    order_ = {static_cast<std::uint8_t>(random_() % options_.bins),
+              static_cast<std::uint8_t>(random_() % (options_.bins + 1))};
+    to_read_.clear();
+    for (unsigned i = 0; i < options_.bins; ++i) {
+      if (i == order_.before_far) to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
+      const unsigned bin = (order_.first + i) % options_.bins;
+      to_read_.insert(to_read_.end(), bins_[bin].size(), bin);
+    }
+    if (order_.before_far == options_.bins) {
+      to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
+    }
+  }
+  bool write_to_bin(const Entry& entry) {
+    const unsigned bin =
+        static_cast<unsigned>(std::min<std::uint64_t>(entry.t / 500 % (options_.bins + 3), options_.bins));
+    if (bins_[bin].size() == options_.capacity) {
+      overflow_ = true;
+      return false;
+    }
+    bins_[bin].push_back(entry);
+    ray_.bins.push_back(static_cast<std::uint8_t>(bin));
+    return true;
+  }
+
+  std::vector<Entry>::iterator next_of_source() {
     auto next = source_.begin();
     if (options_.checkpoint_order == CheckpointOrder::lifo) next = source_.end() - 1;
     if (options_.checkpoint_order == CheckpointOrder::nearest) {
       next = std::min_element(source_.begin(), source_.end(), [](const Entry& a, const Entry& b) { return a.t < b.t; });
     }
-    const Entry entry = *next;
-    source_.erase(next);
+    return next;
+  }
+
+  void read_source(const Entry& entry) {
     if (entry.t > t_max_) {
       push_event(EventKind::replay_forward, entry.address, 0, write(entry) ? 1 : 0);
       return;
@@ -403,6 +449,9 @@ class RandomRay {
   std::vector<Entry> stack_;
   std::vector<Entry> source_;
   std::vector<Entry> destination_;
+  std::vector<std::deque<Entry>> bins_;
+  std::deque<unsigned> to_read_;  ///< bins of the entries that this round may read
+  BinOrder order_;
   std::vector<Hit> k_buffer_;
   std::vector<Hit> looked_at_;  ///< stochastic: in this round
   std::vector<Hit> evictions_;
@@ -440,6 +489,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.k = options.k;
   header.checkpoint = options.checkpoint;
   header.checkpoint_order = options.checkpoint_order;
+  header.checkpoint_bins = options.bins;
   header.child_order = options.child_order;
   header.pop_test = options.pop_test;
   header.width = 640;
@@ -485,8 +535,9 @@ inline std::string describe(const RandomOptions& o) {
          (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
          std::to_string(o.bvh_width) + " " + std::string(grtx::name_of(o.layout)) + " k " + std::to_string(o.k) +
          (o.checkpoint ? " checkpoint " : " restart ") + std::string(grtx::name_of(o.checkpoint_order)) + " capacity " +
-         std::to_string(o.capacity) + " " + std::string(grtx::name_of(o.child_order)) + " " +
-         (o.pop_test == PopTest::on ? "" : "no pop test ") + std::string(grtx::name_of(o.tracing));
+         std::to_string(o.capacity) + (o.bins != 0 ? " in " + std::to_string(o.bins) + " bins" : "") + " " +
+         std::string(grtx::name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
+         std::string(grtx::name_of(o.tracing));
 }
 
 /// Every combination that changes how a group is coded.
@@ -560,6 +611,23 @@ inline std::vector<RandomOptions> all_random_options() {
       o.tracing = Tracing::stochastic;
       o.k = 1;
       all.push_back(o);
+    }
+  }
+  // Bins in place of two buffers, behind them.
+  for (const bool two_level : {false, true}) {
+    for (const unsigned bins : {2U, 3U, 8U, 32U}) {
+      for (const std::uint64_t capacity : {std::uint64_t{1}, std::uint64_t{5}, std::uint64_t{1000}}) {
+        RandomOptions o;
+        o.seed = ++seed;
+        o.two_level = two_level;
+        o.objects = two_level && o.seed % 3 == 0 ? 2 : 0;
+        o.depth = o.objects != 0 ? 2 : 3;
+        o.bins = bins;
+        o.capacity = capacity;
+        o.child_order = static_cast<ChildOrder>(o.seed % 3);
+        o.k = 1 + o.seed % 7;
+        all.push_back(o);
+      }
     }
   }
   return all;

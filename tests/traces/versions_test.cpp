@@ -120,6 +120,31 @@ TEST(Versions, ASequenceOfFramesNeedsTheSeventh) {
   }
 }
 
+TEST(Versions, StructuresOfBoxesNeedTheEighth) {
+  for (const AccelKind kind : {AccelKind::box, AccelKind::tlas_box}) {
+    testing::RandomOptions options;
+    options.two_level = is_two_level(kind);
+    auto trace = testing::random_trace(options);
+    trace.header.accel = kind;
+    for (RayGroup& group : trace.groups) {
+      for (NodeDefinition& node : group.nodes) {
+        for (NodeKind& child : node.child_kinds) {
+          if (child == NodeKind::triangle) child = NodeKind::procedural;
+        }
+      }
+    }
+    const testing::TemporaryFile file;
+    testing::write_trace(file.path(), trace.header, trace.groups);
+    const std::string bytes = read_file(file.path());
+    EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 8u);
+    const Reader reader(file.path());
+    EXPECT_EQ(reader.header().accel, kind);
+    EXPECT_NO_THROW(check(reader, true));
+    EXPECT_THAT(fault_of(header_to_json(trace.header), 7),
+                HasSubstr("key 'accel' holds a value that version 7 does not have"));
+  }
+}
+
 TEST(Versions, HaveTheirOwnKeys) {
   Header header;
   const std::string four = header_to_json(header);

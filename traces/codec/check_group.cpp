@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/checked_nodes.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/pop_order.h"
@@ -29,6 +30,8 @@ class GroupChecker {
     multi_ = header.tracing == Tracing::multi;
     closest_ = header.tracing == Tracing::closest;
     stochastic_ = header.tracing == Tracing::stochastic;
+    has_bins_ = header.checkpoint_bins != 0;
+    binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
@@ -59,6 +62,7 @@ class GroupChecker {
     const std::uint64_t pixels = static_cast<std::uint64_t>(header_->width) * header_->height;
     require(ray.pixel < pixels, "the pixel must lie in the image");
     destination_.clear();
+    bins_ = ray.bins;
     evictions_ = 0;
     std::size_t next_event = 0;
     std::size_t next_processed = 0;
@@ -77,6 +81,7 @@ class GroupChecker {
     round_ = kNowhere;
     require(next_event == ray.events.size(), "events remain behind the last round");
     require(next_processed == ray.processed.size(), "processed entries remain behind the last round");
+    require(bins_.empty(), "each bin must be that of an entry written");
   }
 
   void begin_round(const Round& round, const Round* before) {
@@ -143,6 +148,9 @@ class GroupChecker {
     if (round.replay) source_.swap(destination_);
     destination_.clear();
     read_ = 0;
+    require(has_bins_ && round.replay ? binned_.places().allows(round.bins) : round.bins == BinOrder{},
+            "a replay must read bins of the header");
+    binned_.begin_round(round.replay, round.bins);
     assigned_ = nullptr;
     if (!read_order_.by_place() && round.replay) {
       addresses_.clear();
@@ -234,7 +242,7 @@ class GroupChecker {
     totals_.visits_internal += visits_internal;
     totals_.visits_leaf += misses;
     require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
-    require(read_ == source_.size(), "every source entry must be read");
+    require(has_bins_ || read_ == source_.size(), "every source entry must be read");
   }
 
   // The first event that visits the root tells what it is.
@@ -262,7 +270,7 @@ class GroupChecker {
   StackFrame check_read(const Event& event) {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
-    require(read_ < source_.size(), "no source entry is left to read");
+    require(has_bins_ ? binned_.more() : read_ < source_.size(), "no source entry is left to read");
     std::size_t position = read_order_.position(read_, source_.size());
     if (assigned_ != nullptr) {
       require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
@@ -270,7 +278,7 @@ class GroupChecker {
     }
     ++read_;
     ++totals_.checkpoints_read;
-    const NodeReference entry = source_[position];
+    const NodeReference entry = has_bins_ ? binned_.read() : source_[position];
     require(event.node == nodes_[entry.parent].child_address(entry.slot), "must be the next source entry");
     require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
     if (take) {
@@ -376,8 +384,15 @@ class GroupChecker {
     require(occupied_ == header_->k, "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
     ++written_;
     ++totals_.checkpoints_written;
-    require(written_ <= header_->checkpoint_capacity, "a round may not write more entries than the buffer holds");
-    destination_.push_back(node);
+    if (!has_bins_) {
+      require(written_ <= header_->checkpoint_capacity, "a round may not write more entries than the buffer holds");
+      return destination_.push_back(node);
+    }
+    require(!bins_.empty(), "each entry written must have a bin");
+    require(bins_[0] < binned_.places().count(), "the bin of an entry must be one of the header's");
+    require(!binned_.places().full(bins_[0]), "a bin may not hold more entries than its capacity");
+    binned_.write(bins_[0], node);
+    bins_ = bins_.subspan(1);
   }
 
   const std::string* file_ = nullptr;
@@ -404,8 +419,11 @@ class GroupChecker {
   bool multi_ = false;
   bool closest_ = false;
   bool stochastic_ = false;
-  std::uint64_t any_hits_ = 0;  ///< of this round
-  bool lossless_ = false;       ///< this round must keep every node beyond t_max
+  bool has_bins_ = false;
+  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
+  std::uint64_t any_hits_ = 0;           ///< of this round
+  bool lossless_ = false;                ///< this round must keep every node beyond t_max
 };
 
 }  // namespace

@@ -60,18 +60,17 @@ std::size_t ColumnWriter::bytes() const {
   return sum;
 }
 
-void pack_columns(const ColumnSet& columns, Bytes& out) {
+void pack_columns(const ColumnSet& columns, Bytes& out, std::size_t count) {
   std::array<ColumnView, kColumnCount> views;
-  for (std::size_t i = 0; i < kColumnCount; ++i) views[i] = columns[static_cast<Column>(i)];
-  pack_columns(views, out);
+  for (std::size_t i = 0; i < count; ++i) views[i] = columns[static_cast<Column>(i)];
+  pack_columns(std::span(views).first(count), out);
 }
 
-void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& out) {
+void pack_columns(std::span<const ColumnView> columns, Bytes& out) {
   thread_local Bytes blobs;
   thread_local Bytes frame;
   blobs.clear();
-  for (std::size_t i = 0; i < kColumnCount; ++i) {
-    const ColumnView column = columns[i];
+  for (const ColumnView column : columns) {
     std::size_t stored = 0;  // 0: as is
     if (column.size() >= kStoreBelow) {
       const std::size_t bound = ZSTD_compressBound(column.size());
@@ -91,12 +90,12 @@ void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& ou
   out.insert(out.end(), blobs.begin(), blobs.end());
 }
 
-void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns) {
+void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns, std::size_t count) {
   ByteReader reader(bytes, size, "column table");
   std::array<std::uint64_t, kColumnCount> raw{};
   std::array<std::uint64_t, kColumnCount> stored{};
   std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < kColumnCount; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     raw[i] = reader.varint(kMaxGroupBytes);
     stored[i] = reader.varint(size);
     if (stored[i] != 0 && raw[i] > stored[i] * kMaxExpansion) reader.fail("claims more than zstd can expand to");
@@ -104,7 +103,8 @@ void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& colu
     sum += raw[i];
   }
   if (sum > kMaxGroupBytes) reader.fail("claims more bytes than a group may have");
-  for (std::size_t i = 0; i < kColumnCount; ++i) {
+  for (std::size_t i = count; i < kColumnCount; ++i) columns[static_cast<Column>(i)].clear();
+  for (std::size_t i = 0; i < count; ++i) {
     Bytes& column = columns[static_cast<Column>(i)];
     const std::uint8_t* blob = reader.position();
     if (stored[i] == 0) {

@@ -39,6 +39,7 @@ enum class Column : std::uint8_t {
   processed,         ///< a processed entry: blended, predicted
   gaussian_low,      ///< a processed entry not predicted: position in gaussian_id, low byte
   gaussian_high,     ///< the rest of that position
+  bin,               ///< with bins: a replay, a checkpoint entry written
 };
 /// As in docs/model/trace-format.md.
 constexpr auto enum_names(Column) {
@@ -67,9 +68,12 @@ constexpr auto enum_names(Column) {
                                  "gaussian_id",
                                  "processed",
                                  "gaussian_low",
-                                 "gaussian_high"});
+                                 "gaussian_high",
+                                 "bin"});
 }
 inline constexpr std::size_t kColumnCount = kCountOf<Column>;
+/// Columns of a group whose header has no checkpoint_bins: all but the last.
+inline constexpr std::size_t kColumnsWithoutBins = kColumnCount - 1;
 
 using ColumnView = std::span<const std::uint8_t>;
 
@@ -139,11 +143,12 @@ class ColumnWriter {
 };
 
 /// Appends the packed columns to `out`. Uses a compression context of the calling thread. Same input, same bytes.
-void pack_columns(const std::array<ColumnView, kColumnCount>& columns, Bytes& out);
-void pack_columns(const ColumnSet& columns, Bytes& out);
+void pack_columns(std::span<const ColumnView> columns, Bytes& out);
+void pack_columns(const ColumnSet& columns, Bytes& out, std::size_t count = kColumnsWithoutBins);
 
-/// Undoes pack_columns. Throws Malformed. Allocates no more than the stored bytes can stand for (kMaxGroupBytes at
-/// most).
-void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns);
+/// Undoes pack_columns; columns behind `count` are empty. Throws Malformed. Allocates no more than the stored bytes can
+/// stand for (kMaxGroupBytes at most).
+void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns,
+                    std::size_t count = kColumnsWithoutBins);
 
 }  // namespace grtx::traces

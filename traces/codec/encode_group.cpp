@@ -51,7 +51,7 @@ void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out
       }
       event.node = group.nodes[event.node].address;
     }
-    encoder.add({ray.pixel, ray.rounds, events, ray.processed});
+    encoder.add({ray.pixel, ray.rounds, events, ray.processed, ray.bins});
   }
   encoder.finish(out);
 }

@@ -34,8 +34,8 @@ inline constexpr unsigned kPopHits = 0x80;
 inline constexpr unsigned kLongGap = 255;
 /// Pops of one group.
 inline constexpr std::uint64_t kMaxPops = 1ULL << 30;
-/// Symbols of column replay_op.
-enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2 };
+/// Symbols of column replay_op. stop: the round ends, and entries that it might have read stay in their bins.
+enum class ReplayOp : std::uint8_t { take = 0, forward_dropped = 1, forward_checkpointed = 2, stop = 3 };
 /// Bits of column round_flags.
 inline constexpr unsigned kRoundReplay = 1;
 inline constexpr unsigned kRoundOverflow = 2;

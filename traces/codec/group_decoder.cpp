@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/dictionary_decoder.h"
 #include "grtx/traces/codec/group_codec.h"
@@ -50,7 +51,9 @@ class GroupDecoder {
     read_order_ = ReadOrder(header.checkpoint_order);
     pop_order_ = PopOrder(header.child_order);
     two_level_ = header.two_level;
-    unpack_columns(payload, size, columns_);
+    has_bins_ = header.checkpoint_bins != 0;
+    binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
+    unpack_columns(payload, size, columns_, has_bins_ ? kColumnCount : kColumnsWithoutBins);
     readers_.begin(columns_);
     ByteReader& top = reader(Column::group);
     if (top.varint() != index) top.fail("holds the index of another group");
@@ -100,6 +103,7 @@ class GroupDecoder {
     ray.rounds.resize(static_cast<std::size_t>(rounds));
     ray.processed.clear();
     destination_.clear();
+    bins_.clear();
     event_count_ = 0;
     replayed_ = 0;
     std::uint64_t processed = 0;
@@ -115,6 +119,7 @@ class GroupDecoder {
     const std::uint64_t pops = event_count_ - replayed_;
     if (pops > pops_left_) fail_pops();
     pops_left_ -= pops;
+    ray.bins.assign(bins_.begin(), bins_.end());
     ray.events.assign(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(event_count_));
     processed_.take_ray(processed, readers_, ray.processed);
   }
@@ -132,6 +137,13 @@ class GroupDecoder {
     const std::int64_t processed = round.k_count - unzigzag(counts.varint(4 * kU16));
     if (processed < 0 || processed > static_cast<std::int64_t>(kU16)) counts.fail("leaves 16 bits");
     round.processed_count = static_cast<std::uint16_t>(processed);
+    round.bins = {};
+    if (has_bins_ && round.replay) {
+      ByteReader& bins = reader(Column::bin);
+      round.bins.first = static_cast<std::uint8_t>(bins.u8());
+      round.bins.before_far = static_cast<std::uint8_t>(bins.u8());
+      if (!binned_.places().allows(round.bins)) bins.fail("names a bin that is not there");
+    }
     round.eviction_dropped = 0;
     if (round.overflow) {
       round.eviction_dropped = static_cast<std::uint32_t>(reader(Column::eviction_dropped).varint(kU32));
@@ -147,6 +159,7 @@ class GroupDecoder {
     taken_ = 0;
     last_taken_ = -1;
     if (!read_order_.by_place()) read_.assign(source_.size(), false);
+    binned_.begin_round(round.replay, round.bins);
     NodeModel* const nodes = model_.nodes();
     const std::uint32_t first_node = model_.first_node();
     StackFrame top{GroupModel::kRootParent, {}, 1};
@@ -158,9 +171,9 @@ class GroupDecoder {
       if (top.remaining == 0) {
         if (depth != 0) {
           top = frames_[--depth];
-        } else if (taken_ != source_.size()) {
+        } else if (has_bins_ ? binned_.more() : taken_ != source_.size()) {
           if (end - event < 3) grow_events(event, end);
-          top = take_replay(event);
+          if (!take_replay(event, top)) break;
           continue;
         } else {
           break;
@@ -255,8 +268,23 @@ class GroupDecoder {
   }
   [[noreturn]] static void fail_pops() { throw Malformed("a group has more than 2^30 events"); }
 
-  // Returns what is pushed on the empty stack.
-  StackFrame take_replay(Event*& event) {
+  void checkpoint(const NodeReference& entry) {
+    if (!has_bins_) [[likely]]
+      return destination_.push_back(entry);
+    ByteReader& bins = reader(Column::bin);
+    const unsigned bin = bins.u8();
+    if (bin >= binned_.places().count() || binned_.places().full(bin)) bins.fail("names a bin that has no room");
+    binned_.write(bin, entry);
+    bins_.push_back(static_cast<std::uint8_t>(bin));
+  }
+
+  // What is pushed on the empty stack. False: the round ends, and what is left to be read stays in its bins.
+  bool take_replay(Event*& event, StackFrame& top) {
+    top = {};
+    ByteReader& ops = reader(Column::replay_op);
+    const unsigned op = ops.u8();
+    if (op == static_cast<unsigned>(ReplayOp::stop) && has_bins_) return false;
+    if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
     std::size_t index = read_order_.position(taken_, source_.size());
     if (!read_order_.by_place()) {
       ByteReader& entries = reader(Column::replay_entry);
@@ -270,21 +298,19 @@ class GroupDecoder {
     }
     ++taken_;
     ++replayed_;
-    const NodeReference entry = source_[index];
+    const NodeReference entry = has_bins_ ? binned_.read() : source_[index];
     const std::uint32_t address = model_[entry.parent].child_address(entry.slot);
-    ByteReader& ops = reader(Column::replay_op);
-    const unsigned op = ops.u8();
-    if (op > static_cast<unsigned>(ReplayOp::forward_checkpointed)) ops.fail("holds an unknown symbol");
     if (static_cast<ReplayOp>(op) == ReplayOp::take) {
       *event++ = make_event(EventKind::replay_take, address, 0, 0);
       if (model_.levels().is_object(address)) take_instance(event, entry.path.scene);
       if (model_.levels().is_blas(address)) take_instance(event, entry.path.instance);
-      return {entry.parent, entry.path, 1U << entry.slot};
+      top = {entry.parent, entry.path, 1U << entry.slot};
+      return true;
     }
     const bool checkpointed = static_cast<ReplayOp>(op) == ReplayOp::forward_checkpointed;
     *event++ = make_event(EventKind::replay_forward, address, 0, checkpointed ? 1 : 0);
-    if (checkpointed) destination_.push_back(entry);
-    return {};
+    if (checkpointed) checkpoint(entry);
+    return true;
   }
 
   // The visit of the instance leaf above a node that was taken.
@@ -300,7 +326,7 @@ class GroupDecoder {
                         static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
     }
     if (op != kLeafBeyondCheckpointed && op != kLeafCullCheckpointed) pops.fail("holds an unknown operation");
-    destination_.push_back(popped);
+    checkpoint(popped);
     if (op == kLeafCullCheckpointed) return make_event(EventKind::cull, address, 0, 1);
     return make_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
   }
@@ -317,7 +343,7 @@ class GroupDecoder {
     if (!visit) {
       const bool checkpointed = op == static_cast<unsigned>(InnerOp::cull_checkpointed);
       event = make_event(EventKind::cull, address, 0, checkpointed ? 1 : 0);
-      if (checkpointed) destination_.push_back(popped);
+      if (checkpointed) checkpoint(popped);
       return {};
     }
     if (op != static_cast<unsigned>(InnerOp::visit) || !two_level_) {
@@ -347,7 +373,7 @@ class GroupDecoder {
       checkpoints = scatter_bits(gathered, hits);
     }
     for (unsigned left = checkpoints; left != 0; left &= left - 1) {
-      destination_.push_back({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.path});
+      checkpoint({index, static_cast<std::uint32_t>(std::countr_zero(left)), popped.path});
     }
     const unsigned pushed = hits & ~checkpoints;
     event = make_event(EventKind::visit_internal, index - model_.first_node(), pushed, checkpoints);
@@ -389,6 +415,9 @@ class GroupDecoder {
   std::size_t taken_ = 0;         ///< source entries read in this round
   std::int64_t last_taken_ = -1;  ///< position of the one read last
   std::vector<bool> read_;        ///< nearest order: entries already read
+  bool has_bins_ = false;
+  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
+  std::vector<std::uint8_t> bins_;       ///< of the ray's entries
 };
 
 }  // namespace

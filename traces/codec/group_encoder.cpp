@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/pop_encoder.h"
 #include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/source_assignment.h"
@@ -31,7 +32,8 @@ struct GroupEncoder::Impl {
   void put_events(const Round& round, std::span<const Event> events);
   void pop_leaf(const Event* event, ChildPlace at, const InstancePath& path);
   StackFrame pop_inner(const Event* event, ChildPlace at, const InstancePath& path);
-  void checkpoint(ChildPlace at, const InstancePath& path) { destination_.push_back({at.parent(), at.slot(), path}); }
+  void checkpoint(ChildPlace at, const InstancePath& path) { write({at.parent(), at.slot(), path}); }
+  void write(const NodeReference& entry);
   void take_instance(const Event* event, std::uint32_t leaf);
   bool read_source(const Event* event, StackFrame& taken);
 
@@ -50,6 +52,9 @@ struct GroupEncoder::Impl {
   SourceAssignment assignment_;
   std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  bool has_bins_ = false;
+  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
 };
 
 void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
@@ -58,12 +63,15 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
   two_level_ = header.two_level;
   read_order_ = ReadOrder(header.checkpoint_order);
   pop_order_ = PopOrder(header.child_order);
+  has_bins_ = header.checkpoint_bins != 0;
+  binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
 }
 
 void GroupEncoder::Impl::add(const TracedRay& ray) {
   out_.begin_ray();
-  out_.reserve(ray.events.size());
+  out_.reserve(ray.events.size() + ray.rounds.size());
   destination_.clear();
+  bins_ = ray.bins;
   std::size_t next_event = 0;
   std::size_t processed = 0;
   GroupPlace& place = out_.place();
@@ -81,6 +89,7 @@ void GroupEncoder::Impl::add(const TracedRay& ray) {
   place.round = GroupPlace::kNowhere;
   require(next_event == ray.events.size(), "events remain behind the last round");
   require(processed == ray.processed.size(), "processed entries remain behind the last round");
+  require(bins_.empty(), "bins must be those of the checkpoint entries written");
   out_.end_ray(ray.pixel, ray.rounds.size(), ray.processed);
 }
 
@@ -91,6 +100,10 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
   destination_.clear();
   taken_ = 0;
   last_taken_ = -1;
+  const bool ordered = has_bins_ && round.replay;
+  require(ordered ? binned_.places().allows(round.bins) : round.bins == BinOrder{}, "a replay reads bins that exist");
+  binned_.begin_round(round.replay, round.bins);
+  if (ordered) out_.bin_order(round.bins);
   if (!read_order_.by_place() && round.replay) {
     addresses_.clear();
     for (const NodeReference& entry : source_) addresses_.push_back(model_[entry.parent].child_address(entry.slot));
@@ -135,8 +148,18 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     top = pushed;
   }
   require(top.remaining == 0 && frames_.empty(), "the stack must be empty at the end of a round");
-  require(taken_ == source_.size(), "every source entry must be read");
+  require(taken_ == source_.size() || has_bins_, "every source entry must be read");
+  if (has_bins_ && binned_.more()) out_.stop();
   if (round.overflow) destination_.clear();
+}
+
+void GroupEncoder::Impl::write(const NodeReference& entry) {
+  if (!has_bins_) return destination_.push_back(entry);
+  require(!bins_.empty() && bins_[0] < binned_.places().count() && !binned_.places().full(bins_[0]),
+          "an entry must be written to a bin that exists and has room");
+  out_.bin(bins_[0]);
+  binned_.write(bins_[0], entry);
+  bins_ = bins_.subspan(1);
 }
 
 // For a node taken from the source buffer that lies below the instance leaf at `leaf`.
@@ -200,7 +223,7 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
   const bool take = event->kind() == EventKind::replay_take;
   require(take || event->kind() == EventKind::replay_forward, event,
           "the stack is empty: only a source entry can come next");
-  require(taken_ < source_.size(), event, "no source entry is left to read");
+  require(has_bins_ ? binned_.more() : taken_ < source_.size(), event, "no source entry is left to read");
   std::size_t index = read_order_.position(taken_, source_.size());
   if (!read_order_.by_place()) {
     require((*assigned_)[taken_] != SourceAssignment::kNone, event, "no unread source entry has this address");
@@ -209,7 +232,7 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
     last_taken_ = static_cast<std::int64_t>(index);
   }
   ++taken_;
-  const NodeReference entry = source_[index];
+  const NodeReference entry = has_bins_ ? binned_.read() : source_[index];
   require(event->node == model_[entry.parent].child_address(entry.slot), event, "must read the next source entry");
   require(event->detail == 0 && event->shifts() == 0, event, "a replay event has no detail and no shifts");
   require(event->checkpoints <= (take ? 0 : 1), event, "a forward writes at most one checkpoint, a take none");
@@ -219,7 +242,7 @@ bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
     return true;
   }
   out_.forward(event->checkpoints);
-  if (event->checkpoints != 0) destination_.push_back(entry);
+  if (event->checkpoints != 0) write(entry);
   return false;
 }
 

@@ -20,6 +20,7 @@ struct TracedRay {
   std::span<const Round> rounds;
   std::span<const Event> events;
   std::span<const Processed> processed;
+  std::span<const std::uint8_t> bins = {};  ///< as Ray::bins
 };
 
 /// One a thread; keeps its memory. Throws std::logic_error naming group, lane, round and event when the events do not

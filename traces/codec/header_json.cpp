@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/count_totals.h"
 #include "grtx/traces/event.h"
@@ -42,6 +43,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
     visit("scene_leaves", h.scene_leaves);
   }
   if (version >= 7) visit("frame_groups", h.frame_groups);
+  if (version >= 9) visit("checkpoint_bins", h.checkpoint_bins);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -156,7 +158,9 @@ Header header_from_json(std::string_view text, std::uint32_t version) {
   if (!json.contains("layout")) json["layout"] = name_of(NodeLayout::vulkan_sim);
   take_all(std::move(json), [&](auto&& visit) { for_each_header_field(header, version, visit); });
   if (format_version(header) > version) {
-    throw Malformed("key 'child_order' holds a value that version " + std::to_string(version) + " does not have");
+    const char* const key = has_box_leaves(header.accel) ? "accel" : "child_order";
+    throw Malformed("key '" + std::string(key) + "' holds a value that version " + std::to_string(version) +
+                    " does not have");
   }
   if (const std::string fault = header_fault(header); !fault.empty()) throw Malformed(fault);
   return header;
@@ -227,6 +231,15 @@ std::string header_fault(const Header& h) {
   }
   if (h.node_image_bytes + h.gaussians * (h.gaussian_record_bytes + h.sh_record_bytes) > kMostSceneBytes) {
     return "node image and records must take at most 64 GiB";
+  }
+  if (h.checkpoint_bins != 0 && (!h.checkpoint || h.checkpoint_capacity == 0)) {
+    return "checkpoint_bins need checkpoint and a checkpoint_capacity of 1 or more";
+  }
+  if (h.checkpoint_bins > kMaxCheckpointBins || h.checkpoint_bins == 1) {
+    return "checkpoint_bins must be 0 or 2.." + std::to_string(kMaxCheckpointBins);
+  }
+  if (h.checkpoint_bins != 0 && h.checkpoint_order != CheckpointOrder::fifo) {
+    return "checkpoint_bins are read in an order of their own: checkpoint_order must be fifo";
   }
   if (h.checkpoint_capacity > kMostCheckpoints) return "checkpoint_capacity must be at most 2^24";
   if (h.checkpoint && h.checkpoint_capacity == 0) return "checkpoint_capacity must be above 0 when checkpoint is true";

@@ -17,6 +17,7 @@ void PopEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, 
   kind_ = kind;
   root_ = root;
   nearest_ = !ReadOrder(header.checkpoint_order).by_place();
+  bins_ = header.checkpoint_bins != 0;
   reached_ = false;
   last_pixel_ = 0;
   rays_ = 0;
@@ -43,6 +44,7 @@ void PopEncoder::reserve(std::size_t pops) {
   for (const Column column : {Column::hits, Column::checkpoints, Column::replay_op}) columns_.reserve(column, pops + 1);
   columns_.reserve(Column::shifts, 2 * pops);
   if (nearest_) columns_.reserve(Column::replay_entry, 10 * pops);
+  if (bins_) columns_.reserve(Column::bin, kMaxWidth * pops);
   for (Symbols& symbols : symbols_) {
     const auto used = static_cast<std::size_t>(symbols.end - symbols.bytes.data());
     if (symbols.bytes.size() - used >= pops) continue;
@@ -136,7 +138,7 @@ void PopEncoder::finish(EncodedGroup& group) {
   group.index = place_.group;
   group.totals = totals_;
   group.chunk.assign(kChunkPreambleBytes, 0);
-  pack_columns(views, group.chunk);
+  pack_columns(std::span(views).first(bins_ ? kColumnCount : kColumnsWithoutBins), group.chunk);
   const std::size_t payload = group.chunk.size() - kChunkPreambleBytes;
   Bytes preamble;
   put_u32(preamble, static_cast<std::uint32_t>(payload));

@@ -131,6 +131,15 @@ class PopEncoder {
     counts_.written += checkpoints;
     read(checkpoints != 0 ? ReplayOp::forward_checkpointed : ReplayOp::forward_dropped);
   }
+  /// The round ends, although it might have read more from its bins.
+  void stop() { columns_.put(Column::replay_op, static_cast<unsigned>(ReplayOp::stop)); }
+  /// In front of a replay's events; takes the room of one.
+  void bin_order(const BinOrder& order) {
+    bin(order.first);
+    bin(order.before_far);
+  }
+  /// The bin of an entry written.
+  void bin(unsigned bin) { columns_.put(Column::bin, bin); }
   /// In nearest order: the entry's position against that behind the one read last.
   void source_position(std::int64_t difference) { columns_.put_varint(Column::replay_entry, zigzag(difference)); }
 
@@ -179,6 +188,7 @@ class PopEncoder {
   RayKind kind_ = RayKind::primary;
   NodeKind root_ = NodeKind::internal;
   bool nearest_ = false;
+  bool bins_ = false;
   bool reached_ = false;  ///< by the visit under way, for the first time
   std::int64_t last_pixel_ = 0;
   std::size_t rays_ = 0;

@@ -33,29 +33,47 @@
     views.set(figure.id, { figure, spec, view: result.view });
   };
 
+  // The view of a scene that a group shows.
+  const shown_view = (group) => {
+    const select = document.querySelector(`.controls[data-group="${group}"] .view`);
+    return select ? Number(select.value) : 0;
+  };
+
   // Charts of a group share one set of chosen points (null: all), chosen by a box in one of them, its holder.
   const choose = (group, ids, holder) => {
+    const shown_now = shown_view(group);
     for (const { figure, spec, view } of views.values()) {
       if (figure.dataset.group !== group) continue;
       if (figure.dataset.role === 'bars') {
-        const drawn = spec.data.values.filter((bar) => (ids === null ? bar.front : ids.includes(bar.id)));
-        if (drawn.length === 0) continue;  // an empty box leaves the bars: without any they have no axis
+        const drawn = spec.data.values.filter((bar) => bar.view === shown_now && (ids === null ? bar.front : ids.includes(bar.id)));
+        if (ids !== null && drawn.length === 0) continue;  // an empty box leaves the bars: without any they have no axis
         view.height(kBarPixels * Math.max(1, new Set(drawn.map((bar) => bar.id)).size));
       } else if (figure !== holder) {
         view.signal('brush_x', [0, 0]).signal('brush_y', [0, 0]);  // its own box goes
       }
-      view.signal('picked', ids).runAsync();
+      view.signal('shown', shown_now).signal('picked', ids).runAsync();
     }
     const table = document.getElementById(group + '_points');
     if (!table) return;
     let shown = 0, all = 0;
     for (const row of table.tBodies[0].rows) {
-      row.hidden = ids !== null && !ids.includes(Number(row.dataset.id));
-      all += 1;
+      const in_view = Number(row.dataset.view) === shown_now;
+      row.hidden = !in_view || (ids !== null && !ids.includes(Number(row.dataset.id)));
+      all += in_view ? 1 : 0;
       shown += row.hidden ? 0 : 1;
     }
     const status = document.querySelector(`.controls[data-group="${group}"] .chosen`);
     if (status) status.textContent = ids === null ? `${all} points` : `${shown} of ${all} points chosen`;
+  };
+
+  // The time of a point with the chosen design and coordinates, in the same view, over that of each row.
+  const speedups = (group, machine) => {
+    const rows = [...document.getElementById(group + '_points').tBodies[0].rows];
+    const times = new Map(rows.filter((row) => row.dataset.machine === machine).map((row) => [row.dataset.view, Number(row.dataset.time)]));
+    for (const row of rows) {
+      const ratio = times.get(row.dataset.view) / Number(row.dataset.time);
+      row.querySelector('.speedup').textContent = Number.isFinite(ratio) ? `${ratio.toFixed(2)}×` : '';
+    }
   };
 
   const link = (group) => {
@@ -76,7 +94,7 @@
           holder = figure;
           const [left, right] = [Math.min(...box.time), Math.max(...box.time)];
           const [low, high] = [Math.min(...box.cost), Math.max(...box.cost)];
-          const inside = (p) => p.time >= left && p.time <= right && p.cost >= low && p.cost <= high;
+          const inside = (p) => p.view === shown_view(group) && p.time >= left && p.time <= right && p.cost >= low && p.cost <= high;
           choose(group, spec.data.values.filter(inside).map((p) => p.id), figure);
         });
       });
@@ -87,10 +105,14 @@
     controls.querySelector('.colour').addEventListener('change', (event) => {
       for (const { view } of charts) view.signal('colour_by', event.target.value).runAsync();
     });
-    controls.querySelector('.all').addEventListener('click', () => {
+    const rest = () => {
       holder = null;
       choose(group, null, null);
-    });
+    };
+    const view_choice = controls.querySelector('.view');
+    if (view_choice) view_choice.addEventListener('change', rest);
+    controls.querySelector('.reference').addEventListener('change', (event) => speedups(group, event.target.value));
+    controls.querySelector('.all').addEventListener('click', rest);
     choose(group, null, null);
   };
 

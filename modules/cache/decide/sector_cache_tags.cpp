@@ -53,6 +53,17 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
   }
 }
 
+void SectorCacheTags::restart(bool keep_lines) {
+  if (!keep_lines) {
+    *this = SectorCacheTags(Geometry(geometry_));
+    return;
+  }
+  for (SmallSet& set : small_) {
+    for (State& s : set.state) s.unused_prefetch = 0;
+  }
+  for (Line& line : lines_) line.state.unused_prefetch = 0;
+}
+
 SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
   const std::uint32_t line = number(slot);
   if (line == kNoLine) return {};

@@ -90,6 +90,9 @@ class SectorCacheTags {
     touch_small(small_[slot / kSmallWays], slot % kSmallWays);
   }
 
+  /// Another launch: empty, or with all lines as they are. What a prefetch brought in is then as good as demanded.
+  void restart(bool keep_lines);
+
   std::uint8_t valid(Slot slot) const { return state(slot).valid; }
   void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
   std::uint8_t dirty(Slot slot) const { return state(slot).dirty; }

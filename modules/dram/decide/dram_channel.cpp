@@ -52,6 +52,17 @@ DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramSc
   plain_ = scheduling_ == nullptr && groups_.empty() && refresh_at_ == kNever;
 }
 
+void DramChannel::restart(bool keep_rows) {
+  assert(idle());
+  const std::vector<Bank> before = std::move(banks_);
+  *this = DramChannel(DramChannelConfig(config_));
+  if (!keep_rows) return;
+  for (std::size_t i = 0; i < banks_.size(); ++i) {
+    banks_[i].open = before[i].open;
+    banks_[i].row = before[i].row;
+  }
+}
+
 void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write) {
   assert(can_accept(bytes) && next_ >= now);
   while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // of a channel without requests

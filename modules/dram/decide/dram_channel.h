@@ -60,6 +60,8 @@ class DramChannel {
   /// No completion that is not in completions() yet can be done before this clock; kNever when nothing is queued.
   Cycle completion_bound() const;
   Cycle next_command() const { return next_; }
+  /// Another launch, with clocks counted from 0: as built, with rows open as they are, or all closed.
+  void restart(bool keep_rows);
   bool idle() const { return queued_ == 0 && completions_.empty(); }
   std::size_t queued() const { return queued_; }
   const DramChannelCounters& counters() const { return counters_; }

@@ -12,11 +12,6 @@
 
 namespace grtx::modules {
 
-/// What becomes of a source entry that is not taken: rewrite: it is written to the destination. reference: it stays
-/// where it is, and the destination names it.
-enum class CheckpointForward : std::uint8_t { rewrite, reference };
-constexpr auto enum_names(CheckpointForward) { return names_in_order<CheckpointForward>({"rewrite", "reference"}); }
-
 /// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
 /// ray has its places there for good: no allocation, no tags, and the address is a concatenation of bits.
 struct CheckpointStoreConfig {
@@ -41,11 +36,9 @@ struct CheckpointConfig {
   unsigned lanes = 4;  ///< or last sectors
   unsigned write_queue = 16;
   bool write_combine = false;  ///< else each entry writes every sector it touches
+  unsigned open_sectors = 1;   ///< of a lane, with write_combine; two buffers need one
   bool read_buffer = false;    ///< else each entry reads every sector it touches
   unsigned entry_bytes = 20;   ///< 8, 16, 20 or 28
-  CheckpointForward forward = CheckpointForward::rewrite;
-  unsigned read_ahead = 0;      ///< sectors; 0: off
-  bool prefetch_nodes = false;  ///< of entries that have come and will be taken
   CheckpointStoreConfig store;
   TrafficCharging traffic = TrafficCharging::charged;
   UnitImplementation implementation = UnitImplementation::tlm;
@@ -54,21 +47,15 @@ struct CheckpointConfig {
     list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
     list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
              kOurs);
-    list.add("write_combine", write_combine, "a lane's entries gather in its open sector before they are written",
+    list.add("write_combine", write_combine, "a lane's entries gather in its open sectors before they are written",
              kOurs);
+    list.add("open_sectors", open_sectors, {1, 8}, "sectors",
+             "of a lane, with write_combine, in which entries of as many checkpoint bins gather", kOurs)
+        .came_later();
     list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
     list.add("entry_bytes", entry_bytes, {8, 28}, "B",
              "checkpoint entry in memory, 8, 16, 20 or 28 (checkpoint_unit.md)",
              from_paper("GRTX, Section IV-B: 8 + 8 + 4"))
-        .came_later();
-    list.add("forward", forward, "a source entry that is not taken is written again, or named by a run entry",
-             from_paper("GRTX, Section IV-B: written to the destination"))
-        .came_later();
-    list.add("read_ahead", read_ahead, {0, 64}, "sectors",
-             "of a lane's source buffer, requested from traceRay on before they are needed; 0: off", kOurs)
-        .came_later();
-    list.add("prefetch_nodes", prefetch_nodes,
-             "nodes that source entries name are prefetched when these come, if they will be taken", kOurs)
         .came_later();
     list.add("traffic", traffic,
              "whether entries are written to memory and read from it, or kept at no cost but `lanes`; uncharged is an "
@@ -80,16 +67,9 @@ struct CheckpointConfig {
         "entry_bytes", [this] { return allows_entry_bytes(entry_bytes); }, kEntryBytesRule);
     list.rule(
         "traffic", [this] { return allows_traffic(); },
-        "uncharged needs no private store, read_ahead or prefetch_nodes: there is nothing left to save; "
-        "charged takes them");
+        "uncharged needs no private store: there is nothing left to save; charged takes it");
   }
-  bool fetches_ahead() const { return read_ahead > 0 || prefetch_nodes; }
-  bool allows_store() const {
-    return store.entries == 0 || (forward == CheckpointForward::rewrite && !fetches_ahead());
-  }
-  bool allows_traffic() const {
-    return traffic == TrafficCharging::charged || (store.entries == 0 && !fetches_ahead());
-  }
+  bool allows_traffic() const { return traffic == TrafficCharging::charged || store.entries == 0; }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
 };

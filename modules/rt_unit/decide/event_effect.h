@@ -24,8 +24,10 @@ class EventEffect {
   /// Takes the lane's next source entry. All other events handle the node on top of its stack.
   bool replays() const { return kind() == Kind::replay_take || kind() == Kind::replay_forward; }
   bool takes_top() const { return !replays(); }
-  /// A leaf whose hit the shader must see before the lane goes on.
+  /// A leaf whose hit the any-hit shader must see before the lane goes on.
   bool calls_any_hit() const { return kind() == Kind::visit_leaf && traces::calls_any_hit(event_.outcome()); }
+  /// A leaf that some shader must see. boxes: leaves are boxes, for which the intersection shader is called.
+  bool calls_shader(bool boxes) const { return boxes ? kind() == Kind::visit_leaf : calls_any_hit(); }
   /// An instance leaf stays: the BLAS root takes its place, or the BLAS node that was replayed lies on top.
   unsigned popped() const { return takes_top() && kind() != Kind::visit_instance ? 1 : 0; }
   unsigned pushed() const {
@@ -68,11 +70,12 @@ inline std::uint32_t source_entries(std::span<const traces::Event> events) {
   return entries;
 }
 
-/// The lane, whose event is `event`, is one of those that the any-hit shader is called for.
+/// The lane, whose event is `event`, is one of those that a shader is called for.
 inline void add_lane(AnyHitBatch& batch, unsigned lane, const traces::Event& event) {
   batch.lanes |= bit(lane);
   batch.outcome[lane] = event.outcome();
   batch.shifts[lane] = static_cast<std::uint16_t>(event.shifts());
+  batch.leaf[lane] = event.node;
 }
 
 }  // namespace grtx::modules

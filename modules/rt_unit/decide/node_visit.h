@@ -45,7 +45,7 @@ inline const char* rule_of_missing_node(const traces::Event& event) {
 /// What a visit reads, in this order: a leaf's descriptor (if that is a request of its own), the node, the header.
 /// Procedural leaves of a monolithic BVH hold the matrix to the unit sphere; of a shared BLAS the instance leaf does.
 inline bool transforms_leaves(const traces::Header& header) {
-  return !header.two_level && traces::has_procedural_leaves(header.accel);
+  return !header.two_level && traces::has_procedural_leaves(header.accel) && !traces::has_box_leaves(header.accel);
 }
 
 class NodeSectors {

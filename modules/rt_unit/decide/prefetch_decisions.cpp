@@ -16,22 +16,7 @@ const CounterTable<PrefetchCounters>& PrefetchCounters::table() {
           .sum(&C::sectors, "sectors", "requests", "32 B prefetch requests sent")
           .sum(&C::responses)
           .when([](const C& c) { return c.replayed > 0; })
-          .sum(&C::replayed, "replayed", "visits", "replayed leaves whose siblings were prefetched, of the triggers")
-          .when([](const C& c) { return c.entry_nodes > 0; })
-          .sum(&C::entry_nodes, "entry_nodes", "nodes", "nodes of source entries queued for prefetch")
-          .sum(&C::entry_merged, "entry_merged", "nodes",
-               "nodes of source entries that were queued to be prefetched already")
-          .sum(&C::entry_dropped, "entry_dropped", "nodes",
-               "nodes of source entries dropped because the queue was full")
-          .when([](const C& c) { return c.stack_looks > 0; })
-          .sum(&C::stack_looks, "stack_looks", "looks", "times that a lane's stack was looked at for nodes to prefetch")
-          .sum(&C::stack_nodes, "stack_nodes", "nodes", "nodes of stack entries queued for prefetch")
-          .sum(&C::stack_merged, "stack_merged", "nodes",
-               "nodes of stack entries that were queued to be prefetched already")
-          .sum(&C::stack_dropped, "stack_dropped", "nodes",
-               "nodes of stack entries dropped because the queue was full; they may be asked for again")
-          .sum(&C::stack_culled, "stack_culled", "nodes",
-               "nodes of stack entries queued for prefetch whose entry was culled in the end");
+          .sum(&C::replayed, "replayed", "visits", "replayed leaves whose siblings were prefetched, of the triggers");
   return table;
 }
 

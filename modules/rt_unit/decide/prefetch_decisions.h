@@ -1,16 +1,14 @@
-// What the RT unit's prefetcher asks for, and what becomes of it: siblings of leaves, nodes of source entries and of
-// traversal stacks are queued, merged with what waits, or dropped. Without time: the sibling prefetcher and fast mode
+// What the RT unit's prefetcher asks for, and what becomes of it: siblings of leaves and nodes of source entries
+// are queued, merged with what waits, or dropped. Without time: the sibling prefetcher and fast mode
 // ask here.
 #pragma once
 
 #include <bit>
 #include <cstdint>
-#include <span>
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/sibling_records.h"
-#include "grtx/modules/rt_unit/decide/stack_prefetch.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -19,8 +17,6 @@ namespace grtx::modules {
 struct PrefetchCounters {
   std::uint64_t triggers = 0, nodes = 0, merged = 0, dropped = 0;  ///< siblings
   std::uint64_t sectors = 0, responses = 0, replayed = 0;
-  std::uint64_t entry_nodes = 0, entry_merged = 0, entry_dropped = 0;
-  std::uint64_t stack_looks = 0, stack_nodes = 0, stack_merged = 0, stack_dropped = 0, stack_culled = 0;
   static const CounterTable<PrefetchCounters>& table();
   void add(const PrefetchCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -30,8 +26,6 @@ struct PrefetcherConfig {
   unsigned records = 4;   ///< a new one replaces the oldest
   unsigned queue = 32;    ///< a prefetch that finds it full is dropped
   bool replayed = false;  ///< a replayed leaf brings the siblings that were checkpointed with it
-  StackPrefetch::Config stack{};
-  /// But for the stack, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("records", records, {1, SiblingRecords::kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
     list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
@@ -53,17 +47,10 @@ class PrefetchDecisions {
   /// traffic must outlive it.
   PrefetchDecisions(std::size_t lanes, const PrefetcherConfig& config, const PrefetchTriggers& triggers,
                     const NodeTraffic& traffic)
-      : triggers_(triggers),
-        traffic_(traffic),
-        records_(lanes, config.records, triggers.replayed, traffic),
-        stacks_(lanes, config.stack, traffic) {}
+      : triggers_(triggers), traffic_(traffic), records_(lanes, config.records, triggers.replayed, traffic) {}
 
   // As prefetch_if has them; ray: number of the lane's.
-  void begin_lane(std::size_t lane, std::size_t ray, bool replays, const traces::RayGroup& group,
-                  std::span<const traces::Event> events) {
-    records_.begin(lane, ray, replays);
-    if (stacks_.enabled()) stacks_.begin(lane, group, events);
-  }
+  void begin_lane(std::size_t lane, std::size_t ray, bool replays) { records_.begin(lane, ray, replays); }
   void begin_warp() { asked_.begin(); }
   void note_internal(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
                      unsigned checkpointed) {
@@ -85,27 +72,9 @@ class PrefetchDecisions {
       push(queue, kind, address, counters_.nodes, counters_.merged, counters_.dropped);
     });
   }
-  template <typename Queue>
-  void note_entry(traces::NodeKind kind, std::uint64_t address, Queue&& queue) {
-    push(queue, kind, address, counters_.entry_nodes, counters_.entry_merged, counters_.entry_dropped);
-  }
-  /// Returns whether the stack was looked at.
-  template <typename Queue>
-  bool note_stack(std::size_t lane, std::size_t left, std::uint32_t on_chip, Queue&& queue) {
-    const bool looked = stacks_.moved(lane, left, on_chip, [&](const StackPrefetch::Node& node) {
-      const std::uint64_t nodes = counters_.stack_nodes, dropped = counters_.stack_dropped;
-      push(queue, node.kind, node.address, counters_.stack_nodes, counters_.stack_merged, counters_.stack_dropped);
-      if (node.culled && counters_.stack_nodes > nodes) ++counters_.stack_culled;
-      return counters_.stack_dropped == dropped;
-    });
-    if (looked) ++counters_.stack_looks;
-    return looked;
-  }
 
   const PrefetchTriggers& triggers() const { return triggers_; }
   const SiblingRecords& records() const { return records_; }
-  StackPrefetch& stacks() { return stacks_; }
-  const StackPrefetch& stacks() const { return stacks_; }
   PrefetchCounters& counters() { return counters_; }
   const PrefetchCounters& counters() const { return counters_; }
 
@@ -127,7 +96,6 @@ class PrefetchDecisions {
   const NodeTraffic& traffic_;
   SiblingRecords records_;
   SiblingRequests asked_;
-  StackPrefetch stacks_;
   PrefetchCounters counters_;
 };
 

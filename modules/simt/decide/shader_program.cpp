@@ -24,7 +24,8 @@ LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) 
 
 // Most distinct sectors of one warp instruction: every lane reads a record of its own.
 std::size_t most_sectors(const traces::Header& header) {
-  const std::uint64_t bytes = std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes});
+  const std::uint64_t bytes =
+      std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes, MemoryMap::kShapeBytes});
   return static_cast<std::size_t>(kMaxLanes * (bytes / kSectorBytes + 2));
 }
 
@@ -41,6 +42,8 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       single_(header.tracing == traces::Tracing::single),
       closest_(header.tracing == traces::Tracing::closest),
       stochastic_(header.tracing == traces::Tracing::stochastic),
+      boxes_(traces::has_box_leaves(header.accel)),
+      two_level_(header.two_level),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
       gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
@@ -201,6 +204,25 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
     for_each_bit(evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
     counters_.evictions += static_cast<std::uint64_t>(std::popcount(evicting));
   }
+}
+
+// Below an instance leaf the RT unit has transformed the ray, and hands it over; else the shader does it.
+void ShaderProgram::intersection(const AnyHitBatch& batch, ShaderPhase& phase) {
+  ++counters_.intersection_batches;
+  counters_.intersection_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
+  phase.reset(PhaseKind::intersection, costs_.intersection_fixed);
+  if (two_level_) return;
+  phase.instructions += costs_.intersection_transform;
+  load(Region::gaussian, phase);
+  for_each_bit(batch.lanes,
+               [&](unsigned lane) { coalescer_.touch(map_.shape_record(batch.leaf[lane]), MemoryMap::kShapeBytes); });
+}
+
+AnyHitBatch ShaderProgram::hits_of(AnyHitBatch batch) {
+  for_each_bit(batch.lanes, [&](unsigned lane) {
+    if (!traces::calls_any_hit(batch.outcome[lane])) batch.lanes &= ~bit(lane);
+  });
+  return batch;
 }
 
 // The last step takes what loads are left, and the instructions that the others leave.

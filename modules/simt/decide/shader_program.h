@@ -30,7 +30,9 @@ struct ShaderCosts {
   unsigned evict_move_per_entry = 4;  ///< of the longest eviction buffer: selection of the k nearest
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
-  unsigned sort_per_entry = 6;        ///< compare, select, advance
+  unsigned intersection_fixed = 28;
+  unsigned intersection_transform = 24;
+  unsigned sort_per_entry = 6;  ///< compare, select, advance
   TrafficCharging eviction_traffic = TrafficCharging::charged;
   bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
   unsigned coin = 12;           ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
@@ -51,6 +53,15 @@ struct ShaderCosts {
     add("evict_move_per_entry", evict_move_per_entry, "the same, per entry");
     add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
     add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
+    add("intersection_fixed", intersection_fixed,
+        "intersection shader: ray in the Gaussian's space to its entry into the unit sphere, reported",
+        assumed("this project: 12 products and sums for a, b and the peak, 4 for d2, a root, a quotient, 10 of call, "
+                "comparison and report"))
+        .came_later();
+    add("intersection_transform", intersection_transform,
+        "the same, monolithic: address of the matrix, origin and direction transformed",
+        assumed("this project: 3 of the address, 3 subtractions, 18 products and sums"))
+        .came_later();
     add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
     add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha")
         .came_later();
@@ -71,11 +82,12 @@ enum class PhaseKind : std::uint8_t {
   sort,
   blend,
   epilogue,
-  node_fetch,  ///< when shaders fetch nodes for the RT unit
+  node_fetch,    ///< when shaders fetch nodes for the RT unit
+  intersection,  ///< when leaves are boxes
 };
 constexpr auto enum_names(PhaseKind) {
   return names_in_order<PhaseKind>(
-      {"prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch"});
+      {"prologue", "evict_move", "trace_call", "any_hit", "sort", "blend", "epilogue", "node_fetch", "intersection"});
 }
 inline constexpr std::size_t kPhaseKinds = kCountOf<PhaseKind>;
 
@@ -114,6 +126,7 @@ struct ShaderPhase {
 /// Functional work done, for conservation checks against the totals of the trace.
 struct ShaderCounters {
   std::uint64_t warp_rounds = 0, ray_rounds = 0, any_hit_batches = 0, any_hit_calls = 0;
+  std::uint64_t intersection_batches = 0, intersection_calls = 0;
   std::uint64_t evictions = 0, eviction_moves = 0, entries_processed = 0, entries_blended = 0;
   std::uint64_t load_instructions = 0, store_instructions = 0;
   std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
@@ -144,6 +157,11 @@ class ShaderProgram {
   /// When the private store inserts hits, the phase has no instructions but insertion_accesses of the batch's lanes.
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
   bool inserts_at_store() const { return store_.insertion; }
+  /// Leaves are boxes: a batch of the RT unit calls the intersection shader, and the any-hit shader for its hits.
+  bool intersects() const { return boxes_; }
+  void intersection(const AnyHitBatch& batch, ShaderPhase& phase);
+  /// The lanes of a batch for which the intersection shader reports a hit within reach: the any-hit shader's batch.
+  static AnyHitBatch hits_of(AnyHitBatch batch);
   void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
   /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
   bool sorts(unsigned slot) const;
@@ -210,6 +228,8 @@ class ShaderProgram {
   bool single_;   ///< header.tracing
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
   bool stochastic_;
+  bool boxes_;
+  bool two_level_;
   unsigned sh_coefficients_;
   std::uint64_t gaussian_bytes_;
   std::uint64_t sh_bytes_;

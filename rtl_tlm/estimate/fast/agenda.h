@@ -17,7 +17,6 @@ enum class What : std::uint8_t {
   l1_turn,        ///< the L1 looks at its ports
   selection,      ///< the RT unit selects a warp
   l1_fill,        ///< sectors of a line have arrived; index: fill
-  source,         ///< sectors of a source buffer that were read ahead are there; index: LaneId
   touch,          ///< the caches see the next of a lane's events that take no time; index: LaneId
   count
 };

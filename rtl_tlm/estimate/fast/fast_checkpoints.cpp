@@ -1,7 +1,6 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "grtx/modules/rt_unit/decide/event_effect.h"
@@ -19,32 +18,27 @@ Checkpoints::Checkpoints(Shared& shared, unsigned sm, L1& l1)
       hand_over_(shared.config.rt.checkpoint.lanes),
       store_read_(shared.config.rt.checkpoint.store.read_ports) {}
 
-void Checkpoints::begin(Cycle now, std::uint32_t lane, unsigned slot, std::uint32_t round, bool replay,
-                        std::span<const traces::Event> events) {
+void Checkpoints::begin(std::uint32_t lane, unsigned slot, std::uint32_t round, bool replay,
+                        std::span<const traces::Event> events, const traces::Ray& ray) {
   const std::uint32_t entries = layout_.needs_source_entries() && replay ? source_entries(events) : 0;
   Lane& of = lanes_[lane];
-  of.place = layout_.begin(shared_.map, sm_, slot, lane % kMaxLanes, round, replay, entries);
+  of.place = layout_.begin(shared_.map, sm_, slot, lane % kMaxLanes, round, replay, entries, ray);
   of.seen = 0;
-  of.run = false;
-  if (replay) read_ahead(now, lane, true);
 }
 
-unsigned Checkpoints::submit(Lane& lane, unsigned entries, bool forwarded, bool last) {
-  const unsigned items = layout_.submit(lane.place, entries, forwarded, last);
+void Checkpoints::submit(Lane& lane, unsigned entries) {
+  layout_.submit(lane.place, entries);
   counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
-  return items;
 }
 
 CheckpointLayout::Sectors Checkpoints::next_written(Lane& lane) {
-  const CheckpointLayout::Sectors sectors = layout_.append(lane.place);
-  if (!sectors.run) ++counters_.entries_written;
-  return sectors;
+  ++counters_.entries_written;
+  return layout_.append(lane.place);
 }
 
 CheckpointLayout::Sectors Checkpoints::next_read(Lane& lane) {
   CheckpointLayout::Sectors sectors = layout_.read(lane.place);
-  lane.run = sectors.run;
-  if (!sectors.run) ++counters_.entries_read;
+  ++counters_.entries_read;
   // An entry's sectors are asked for at once, in the order of their addresses also when the buffer is read backwards.
   if (sectors.count == 2 && sectors.number[0] > sectors.number[1]) std::swap(sectors.number[0], sectors.number[1]);
   return sectors;
@@ -56,12 +50,14 @@ void Checkpoints::push(Cycle now, std::uint32_t lane, std::uint64_t sector, bool
   if (l1_.queued(kCheckpoint) == 1) l1_.serve(now);
 }
 
-Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool forwarded, bool last) {
+Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool last) {
+  Lane& of = lanes_[lane];
   Cycle taken = now;
   const auto hand_over = [&] { taken = std::max(taken, hand_over_.reserve(now)); };
-  for (unsigned items = submit(lanes_[lane], entries, forwarded, last); items > 0; --items) {
+  submit(of, entries);
+  for (; entries > 0; --entries) {
     hand_over();
-    const CheckpointLayout::Sectors sectors = next_written(lanes_[lane]);
+    const CheckpointLayout::Sectors sectors = next_written(of);
     if (sectors.stored) {
       taken = std::max(taken, store_write_.reserve(now));
       ++counters_.store_written;
@@ -69,10 +65,9 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool f
     for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], true, false);
     if (sectors.straddles) ++counters_.straddling_written;
   }
-  const std::uint64_t open = last ? layout_.open_sector(lanes_[lane].place) : CheckpointLayout::kNoSector;
-  if (open != CheckpointLayout::kNoSector) {
+  while (last && layout_.has_open_sector(of.place)) {
     hand_over();
-    push(now, lane, open, true, false);
+    push(now, lane, layout_.close_sector(of.place), true, false);
   }
   // The queue sends a sector a cycle.
   const std::size_t queued = l1_.timed(kCheckpoint);
@@ -86,48 +81,9 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool f
   return taken;
 }
 
-// One in so many sectors takes time, as one in so many events does.
-void Checkpoints::read_ahead(Cycle now, std::uint32_t lane, bool timed) {
-  if (!layout_.reads_ahead()) return;
-  for (std::uint64_t sector; (sector = layout_.next_ahead(lanes_[lane].place)) != CheckpointLayout::kNoSector;) {
-    const std::uint64_t address = sector * kSectorBytes;
-    if (!timed || !shared_.chosen(sector, lane)) {
-      l1_.warm_ahead({address, Region::checkpoint});
-      if (names_nodes()) arrives(lane, {now, sector, false});
-      continue;
-    }
-    ++counters_.sectors_ahead;
-    l1_.push(kCheckpoint, lane | kAheadOf, {address, 1, Region::checkpoint}, false, true);
-    if (l1_.queued(kCheckpoint) == 1) l1_.serve(now);
-  }
-}
-
-void Checkpoints::answered_ahead(std::uint32_t lane, Cycle seen, std::uint64_t line, std::uint8_t sectors) {
-  ++counters_.ahead_returned;
-  if (!names_nodes()) return;
-  arrives(lane, {seen, line / kSectorBytes + static_cast<unsigned>(std::countr_zero(sectors)), true});
-}
-
-void Checkpoints::arrives(std::uint32_t lane, const Arrival& arrival) {
-  lanes_[lane].arrivals.push(arrival);
-  if (!std::exchange(lanes_[lane].arriving, true)) shared_.agenda.add(arrival.seen, {What::source, sm_, lane});
-}
-
-bool Checkpoints::entry_read(Cycle now, std::uint32_t lane) {
-  const Lane& of = lanes_[lane];
-  if (names_nodes()) {
-    for (unsigned i = 0; i < of.asked.count; ++i) arrives(lane, {now, of.asked.number[i], true});
-  }
-  return !of.run || read(now, lane);
-}
-
 bool Checkpoints::read(Cycle now, std::uint32_t lane) {
-  CheckpointLayout::Sectors sectors;
-  do {
-    sectors = next_read(lanes_[lane]);
-    if (sectors.straddles) ++counters_.straddling_read;
-  } while (sectors.run && sectors.count == 0);
-  read_ahead(now, lane, true);
+  const CheckpointLayout::Sectors sectors = next_read(lanes_[lane]);
+  if (sectors.straddles) ++counters_.straddling_read;
   if (sectors.stored) {
     ++counters_.store_read;
     ++counters_.store_returned;
@@ -137,7 +93,6 @@ bool Checkpoints::read(Cycle now, std::uint32_t lane) {
   }
   if (sectors.count == 0) return true;
   lanes_[lane].seen = 0;
-  lanes_[lane].asked = sectors;
   for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], false, i + 1 == sectors.count);
   return false;
 }
@@ -152,24 +107,19 @@ void Checkpoints::answered(std::uint32_t lane, Cycle seen, bool write, bool last
   if (last) shared_.agenda.add(lanes_[lane].seen, {What::lane, sm_, lane});
 }
 
-void Checkpoints::warm_write(std::uint32_t lane, unsigned entries, bool forwarded, bool last) {
-  for (unsigned items = submit(lanes_[lane], entries, forwarded, last); items > 0; --items) {
-    const CheckpointLayout::Sectors sectors = next_written(lanes_[lane]);
+void Checkpoints::warm_write(std::uint32_t lane, unsigned entries, bool last) {
+  Lane& of = lanes_[lane];
+  submit(of, entries);
+  for (; entries > 0; --entries) {
+    const CheckpointLayout::Sectors sectors = next_written(of);
     for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i], true);
   }
-  if (!last) return;
-  const std::uint64_t open = layout_.open_sector(lanes_[lane].place);
-  if (open != CheckpointLayout::kNoSector) warm(open, true);
+  while (last && layout_.has_open_sector(of.place)) warm(layout_.close_sector(of.place), true);
 }
 
-void Checkpoints::warm_read(Cycle now, std::uint32_t lane) {
-  CheckpointLayout::Sectors sectors;
-  do {
-    sectors = next_read(lanes_[lane]);
-    for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i], false);
-    for (unsigned i = 0; names_nodes() && i < sectors.count; ++i) arrives(lane, {now, sectors.number[i], false});
-  } while (sectors.run);
-  read_ahead(now, lane, false);
+void Checkpoints::warm_read(std::uint32_t lane) {
+  const CheckpointLayout::Sectors sectors = next_read(lanes_[lane]);
+  for (unsigned i = 0; i < sectors.count; ++i) warm(sectors.number[i], false);
 }
 
 }  // namespace grtx::sim::fast

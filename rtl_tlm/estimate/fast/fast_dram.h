@@ -34,6 +34,10 @@ class FastDramChannel {
     columns_.advance(clock);
     activates_.advance(clock);
   }
+  /// Before the first request: rows are open as those of `before` are.
+  void keep_rows(const FastDramChannel& before) {
+    for (std::size_t i = 0; i < banks_.size(); ++i) banks_[i].newest.number = before.banks_[i].newest.number;
+  }
   /// Precharges are those that a row conflict needs; requests do not age.
   const modules::DramChannelCounters& counters() const { return counters_; }
   /// Bursts whose command came by that clock, at least: the bus serves those behind it one after the other.

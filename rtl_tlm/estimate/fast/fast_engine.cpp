@@ -10,6 +10,7 @@
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
 #include "grtx/rtl_tlm/estimate/fast/measured_region.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
 
 namespace grtx::sim {
 
@@ -18,20 +19,30 @@ void FastEngine::prepare(const Work& work) {
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles) {
     throw Error("sim", "--mode fast", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
+  if (has_own_parts(options.build.parts, work.config)) {
+    throw Error("sim", "--mode fast", "has the project's units only: use --mode cycle");
+  }
   if (options.memory || work.config.dram_model != kBuiltInMemory) {
     throw Error("sim", "--mode fast", "has the built-in DRAM only (dram.model): use --mode cycle");
   }
-  if (work.groups.size() > std::size_t{work.config.sms} * work.config.resident_warps) {
-    try {
-      first_ = first_launches(work.reader, work.groups, work.config);
-    } catch (const std::exception&) {
-      traces::check(work.reader, true);  // a trace that contradicts itself says where
-      throw;
-    }
-  }
+  first_ = first_sms(work.reader, work.groups, work.config);
+  if (work.warm != nullptr) first_before_ = first_sms(*work.warm, all_groups(*work.warm), work.config);
   outside_ = outside_of_measured(work.config, work.groups.size());
   stride_ = fast_stride(work.config, work.reader.totals().visits() * work.groups.size() /
                                          std::max<std::uint64_t>(1, work.reader.group_count()));
+}
+
+std::vector<unsigned> FastEngine::first_sms(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
+                                            const GpuConfig& config) {
+  std::vector<unsigned> sms;
+  if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return sms;
+  try {
+    for (const Launch& launch : first_launches(reader, groups, config)) sms.push_back(launch.sm);
+  } catch (const std::exception&) {
+    traces::check(reader, true);  // a trace that contradicts itself says where
+    throw;
+  }
+  return sms;
 }
 
 FinishedRun FastEngine::run(const Work& work, modules::GroupSource& source) {
@@ -39,10 +50,17 @@ FinishedRun FastEngine::run(const Work& work, modules::GroupSource& source) {
   const std::uint64_t evictions = reader.totals().max_evictions_per_ray;
   const IdleMachine machine(work.config, reader.header(), evictions);  // what the energy is priced on
   FastGpu gpu(work.config, reader.header(), evictions, source, stride_);
+  if (work.warm != nullptr) {
+    const traces::Reader& warm = *work.warm;
+    TraceSource before(warm, all_groups(warm));
+    FastGpu first(work.config, warm.header(), warm.totals().max_evictions_per_ray, before,
+                  fast_stride(work.config, warm.totals().visits()));
+    first.assign(first_before_);
+    first.run([](std::uint64_t) {});
+    gpu.keep(first);
+  }
   gpu.observe(work.options.observer);
-  std::vector<unsigned> sms;
-  for (const Launch& launch : first_) sms.push_back(launch.sm);
-  gpu.assign(std::move(sms));
+  gpu.assign(first_);
   Progress progress("simulate", source.count(), "warps", work.options.quiet);
   gpu.run([&](std::uint64_t ended) { progress.set(ended); });
   progress.finish();

@@ -20,7 +20,11 @@ class FastEngine final : public Engine {
   bool estimates() const override { return stride_ > 1; }
 
  private:
-  std::vector<Launch> first_;  ///< of cycle mode; empty where all groups are launched at once
+  /// Which SMs the first groups go to in cycle mode; nowhere in particular where all are launched at once.
+  static std::vector<unsigned> first_sms(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
+                                         const GpuConfig& config);
+
+  std::vector<unsigned> first_, first_before_;  ///< of the trace, and of the one that runs before
   unsigned stride_ = 1;
   std::string outside_;
 };

@@ -82,6 +82,7 @@ void RtUnit::await(LaneId id, const Lane& lane, const Call& call, Cycle ready) {
   const Event event = *lane.next;
   unsigned tests = 1;
   IntersectionPipelines* unit = &leaf_;
+  if (boxes_ && event.kind() == EventKind::visit_leaf) return shared_.agenda.add(ready, {What::lane, sm_, id});
   if (event.kind() == EventKind::visit_leaf) tests = shared_.traffic.leaf_tests();
   if (event.kind() == EventKind::visit_internal) {
     unit = &box_;

@@ -34,6 +34,8 @@ class FastGpu {
   void observe(modules::WarpObserver* observer);
   /// Which SMs the first groups go to, in launch order.
   void assign(std::vector<unsigned> sms);
+  /// Before run(): caches and open rows as `before`, of the same configuration, has left them; it cannot be used after.
+  void keep(FastGpu& before);
   /// Runs all groups to the end and drains. progress(groups ended) is called now and then. Throws std::runtime_error
   /// when nothing is due although work remains, and Error when the trace contradicts itself.
   void run(const std::function<void(std::uint64_t)>& progress);

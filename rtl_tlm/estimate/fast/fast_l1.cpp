@@ -265,8 +265,7 @@ L1::Taken L1::try_head(Cycle now) {
   count_access<kClient>(slot, r, present, on_the_way, filling);
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
   if (effect.keep) keep_write(slot, r.line, r.sectors, r.region, effect.dirty, taken, true);
-  const bool prefetch = kClient == kPrefetch || (kClient == kCheckpoint && (r.owner & kAheadOf) != 0);
-  if (missing != 0) seen = std::max(seen, send_miss(filling, r, missing, prefetch, at));
+  if (missing != 0) seen = std::max(seen, send_miss(filling, r, missing, kClient == kPrefetch, at));
   if (kClient == kNode) seen = return_nodes(count, taken, seen, seen == through);
   deliver<kClient>(r, seen);
   return missing != 0 ? Taken::miss : Taken::hit;
@@ -302,7 +301,7 @@ void L1::count_access(SectorCacheTags::Slot slot, const Request& r, std::uint8_t
   RegionCounters& region = counters_.region[static_cast<std::size_t>(r.region)];
   const unsigned count = count_of(r.sectors), hits = count_of(present), awaited = count_of(on_the_way);
   counters_.responses += count;
-  if (kClient == kPrefetch || (kClient == kCheckpoint && (r.owner & kAheadOf) != 0)) {
+  if (kClient == kPrefetch) {
     counters_.prefetches += count;
     counters_.prefetches_redundant += hits + awaited;
     return;
@@ -430,11 +429,7 @@ void L1::deliver(const Request& r, Cycle seen) {
   if constexpr (kClient == kNode) {
     rt_->node_arrives(r.owner, seen, r.last, link_pushed_);
   } else if constexpr (kClient == kCheckpoint) {
-    if ((r.owner & kAheadOf) != 0) {
-      rt_->checkpoints().answered_ahead(r.owner & ~kAheadOf, seen, r.line, r.sectors);
-    } else {
-      rt_->checkpoints().answered(r.owner, seen, r.write, r.last);
-    }
+    rt_->checkpoints().answered(r.owner, seen, r.write, r.last);
   } else if constexpr (kClient == kStack) {
     rt_->stacks().answered(r.owner, seen, r.write);
   } else if constexpr (kClient == kSimt) {

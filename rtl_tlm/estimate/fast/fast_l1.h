@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
@@ -30,8 +31,6 @@ class Simt;
 enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kStack, kClients };
 
 inline constexpr std::uint32_t kNobody = ~std::uint32_t{0};
-/// Of an owner: the checkpoint unit reads ahead for the lane, by a prefetch.
-inline constexpr std::uint32_t kAheadOf = std::uint32_t{1} << 31;
 
 /// Sectors of one line, which an L1 client asks for.
 struct Request {
@@ -86,13 +85,18 @@ class L1 {
     for_each_line(run, sectors_,
                   [&](std::uint64_t line, std::uint8_t mask) { warm(client, line, mask, run.region, false); });
   }
-  /// A prefetch, whichever client it is of.
-  void warm_ahead(const modules::SectorAccess& sector) { warm(kPrefetch, sector, false); }
   void warm(Client client, std::uint64_t line, std::uint8_t sectors, modules::Region region, bool write) {
     Port& port = ports_[client];
     if (port.queue.empty()) return warm_caches(client, line, sectors, region, write);
     port.queue.push({line, kNobody, sectors, region, write, false});  // not before those that came earlier
     ++port.timeless;
+  }
+
+  /// Before the first request: lines are those that `before` has left, which loses them.
+  void keep(L1& before) {
+    tags_ = std::move(before.tags_);
+    tags_.restart(true);
+    written_by_ = std::move(before.written_by_);
   }
 
   // ---- Events

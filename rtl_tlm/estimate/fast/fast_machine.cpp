@@ -20,6 +20,11 @@ Machine::Machine(const GpuConfig& config, const traces::Header& header, std::uin
   for (unsigned s = 0; s < config.sms; ++s) sms_.push_back(std::make_unique<Sm>(shared_, s, distributor_));
 }
 
+void Machine::keep(Machine& before) {
+  for (std::size_t i = 0; i < sms_.size(); ++i) sms_[i]->l1.keep(before.sms_[i]->l1);
+  shared_.memory.keep(before.shared_.memory);
+}
+
 void Machine::run(const std::function<void(std::uint64_t)>& progress) {
   distributor_.report(progress);
   distributor_.launch(0);
@@ -46,8 +51,6 @@ void Machine::handle(const Due& due) {
       return sm.rt.select(now);
     case What::l1_fill:
       return sm.l1.fill(now, due.index);
-    case What::source:
-      return sm.rt.source_arrives(now, static_cast<LaneId>(due.index));
     case What::touch:
       return sm.rt.touch(now, static_cast<LaneId>(due.index));
     case What::count:

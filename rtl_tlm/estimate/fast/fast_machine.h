@@ -24,6 +24,8 @@ class Machine {
 
   void observe(modules::WarpObserver* observer) { distributor_.observe(observer); }
   void assign(std::vector<unsigned> sms) { distributor_.assign(std::move(sms)); }
+  /// Before run(): caches and open rows as `before`, a machine of this configuration that has run, has left them.
+  void keep(Machine& before);
   void run(const std::function<void(std::uint64_t)>& progress);
   GpuCounters counters() const;
   bool idle() const;

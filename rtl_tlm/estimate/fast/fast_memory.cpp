@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace grtx::sim {
 
@@ -37,6 +38,15 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
     slices_.emplace_back(config.l2_slice(i), capacity, response);
   }
   for (unsigned i = 0; i < interleave_.dram_channels(); ++i) dram_channels_.emplace_back(dram_.channel);
+}
+
+void FastMemory::keep(FastMemory& before) {
+  for (std::size_t i = 0; i < slices_.size(); ++i) {
+    slices_[i].tags = std::move(before.slices_[i].tags);
+    slices_[i].tags.restart(true);
+    slices_[i].written_by = std::move(before.slices_[i].written_by);
+  }
+  for (std::size_t i = 0; i < dram_channels_.size(); ++i) dram_channels_[i].keep_rows(before.dram_channels_[i]);
 }
 
 FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {

@@ -47,6 +47,9 @@ class FastMemory {
   /// Nothing will be sent before cycle `now` any more.
   void advance(Cycle now);
 
+  /// Before the first request: lines and open rows are those that `before` has left, which loses them.
+  void keep(FastMemory& before);
+
   // Counts in the form of the cycle model's.
   const std::vector<modules::L2Counters>& slices() const { return l2_; }
   modules::DramCounters dram(const std::vector<modules::DramChannelCounters>& channels, Cycle end) const;

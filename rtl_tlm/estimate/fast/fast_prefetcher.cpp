@@ -18,31 +18,6 @@ void Prefetcher::prefetch(Cycle now, const traces::RayGroup& group, const Siblin
   if (idle) l1_.serve(now);
 }
 
-void Prefetcher::note_entry(Cycle now, NodeKind kind, std::uint64_t address) {
-  const bool idle = l1_.idle(kPrefetch);
-  PrefetchDecisions::note_entry(kind, address, *this);
-  if (idle) l1_.serve(now);
-}
-
-void Prefetcher::warm_entry(NodeKind kind, std::uint64_t address) {
-  const SectorRun run = shared_.traffic.run(kind, address);
-  l1_.for_each_line(run, l1_.sectors(), [&](std::uint64_t line, std::uint8_t sectors) {
-    l1_.warm(kPrefetch, line, sectors, run.region, false);
-  });
-}
-
-void Prefetcher::note_stack(Cycle now, std::uint32_t lane, std::size_t left, std::uint32_t on_chip) {
-  const bool idle = l1_.idle(kPrefetch);
-  if (PrefetchDecisions::note_stack(lane, left, on_chip, *this) && idle) l1_.serve(now);
-}
-
-void Prefetcher::warm_stack(std::uint32_t lane, std::size_t left, std::uint32_t on_chip) {
-  stacks().moved(lane, left, on_chip, [&](const StackPrefetch::Node& node) {
-    warm_entry(node.kind, node.address);
-    return true;
-  });
-}
-
 bool Prefetcher::waits(std::uint64_t address) const {
   return l1_.waits(kPrefetch, (address + kSectorBytes - 1) / kSectorBytes * kSectorBytes);  // no neighbour reads it
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "grtx/modules/rt_unit/decide/prefetch_decisions.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
@@ -13,21 +12,10 @@ class Prefetcher : public modules::PrefetchDecisions {
  public:
   Prefetcher(Shared& shared, L1& l1);
 
-  void begin_lane(std::uint32_t lane, unsigned slot, bool replays, const traces::RayGroup& group,
-                  std::span<const traces::Event> events) {
+  void begin_lane(std::uint32_t lane, unsigned slot, bool replays) {
     const std::size_t ray = std::size_t{slot} * modules::kMaxLanes + lane % modules::kMaxLanes;
-    PrefetchDecisions::begin_lane(lane, ray, replays, group, events);
+    PrefetchDecisions::begin_lane(lane, ray, replays);
   }
-  /// A source entry that has come names a node, and will be taken.
-  void note_entry(Cycle now, traces::NodeKind kind, std::uint64_t address);
-  /// The same without time.
-  void warm_entry(traces::NodeKind kind, std::uint64_t address);
-  bool reads_stacks() const { return stacks().enabled(); }
-  /// The lane's event, with which `left` of the round are left, has moved its stack, of which `on_chip` entries are in
-  /// the warp buffer.
-  void note_stack(Cycle now, std::uint32_t lane, std::size_t left, std::uint32_t on_chip);
-  /// The same without time.
-  void warm_stack(std::uint32_t lane, std::size_t left, std::uint32_t on_chip);
   /// The lane asks for the leaf at `address` (in units).
   void note_leaf(Cycle now, std::uint32_t lane, const traces::RayGroup& group, std::uint32_t address) {
     if (const modules::Siblings siblings = take(lane, group, address); siblings.mask != 0) {

@@ -35,11 +35,11 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
                                                              : config_.sphere_unit(shared.header)),
       transform_(config_.ray_transform),
       transforms_leaves_(config_.transforms_leaves(shared.header)),
+      boxes_(traces::has_box_leaves(shared.header.accel)),
       spreads_(shared.stride > 1 && shared.config.fast.spread) {
   counters_.units = 1;
   if (config_.has_prefetcher(shared.header)) prefetcher_.emplace(shared, l1);
   if (config_.warp_buffer.spill) stacks_.emplace(shared, sm, l1);
-  if (checkpoints_.names_nodes()) source_nodes_.resize(lanes_.size());
 }
 
 void RtUnit::refuse(LaneId id, const char* rule) const {
@@ -59,7 +59,7 @@ void RtUnit::accept(Cycle now) {
     const auto entry = static_cast<unsigned>(std::countr_zero(free_entries_));
     Call& call = calls_[entry];
     call.fetches.clear(now);
-    begin(now, call, entry, message);
+    begin(call, entry, message);
     call.accepted = call.since = call.selected = now;
     call.wait = call.ready != 0 ? WarpWait::ready : WarpWait::retire;
     count_stall(shared_.agenda.now());
@@ -77,7 +77,7 @@ void RtUnit::accept(Cycle now) {
   }
 }
 
-void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& message) {
+void RtUnit::begin(Call& call, unsigned entry, const TraceCall& message) {
   RoundCursor& cursor = cursors_[message.slot];
   cursor.seek(*message.group, message.round);
   call.group = message.group;
@@ -99,11 +99,12 @@ void RtUnit::begin(Cycle now, Call& call, unsigned entry, const TraceCall& messa
     lane.owed = 0;
     lane.touched = lane.touch_end = events.data();
     lane.started = kNever;
-    if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay, *call.group, events);
-    if (!source_nodes_.empty()) source_nodes_[id] = SourceNodes(events);
+    if (prefetcher_) prefetcher_->begin_lane(id, message.slot, replay);
     if (stacks_) stacks_->begin(id, message.slot);
-    if (shared_.header.checkpoint) checkpoints_.begin(now, id, message.slot, message.round, replay, events);
-    warm(now, id, lane, call, before);
+    if (shared_.header.checkpoint) {
+      checkpoints_.begin(id, message.slot, message.round, replay, events, message.group->rays[i]);
+    }
+    warm(id, lane, call, before);
     if (lane.next != lane.end) call.active |= bit(i);
   });
   call.ready = call.active;
@@ -256,21 +257,6 @@ void RtUnit::replay(Cycle now, LaneId id, Lane& lane, Call& call) {
   complete(now, id, lane, EventEffect(event), call);
 }
 
-void RtUnit::source_arrives(Cycle now, LaneId id) {
-  const Lane& lane = lanes_[id];
-  checkpoints_.for_each_arrived(now, id, [&](std::uint32_t first, std::uint32_t count, bool timed) {
-    if (lane.next == lane.end) return;  // its round is over: its events may be gone
-    source_nodes_[id].for_each_taken(first, count, *call_of(id).group, shared_.traffic,
-                                     [&](NodeKind kind, std::uint64_t address) {
-                                       if (timed) {
-                                         prefetcher_->note_entry(now, kind, address);
-                                       } else {
-                                         prefetcher_->warm_entry(kind, address);
-                                       }
-                                     });
-  });
-}
-
 /// A node has been tested, a source entry has come, stack entries have moved, entries have been handed over, or the
 /// any-hit shader has returned.
 void RtUnit::lane_event(Cycle now, LaneId id) {
@@ -279,63 +265,53 @@ void RtUnit::lane_event(Cycle now, LaneId id) {
   if (lane.settling) return settled(now, id, lane, call);
   if (std::exchange(lane.stacking, false)) {
     call.stacking &= ~lane_bit(id);
-    return hand_over(now, id, lane, lane.checkpoints, lane.forwarded, call);
+    return hand_over(now, id, lane, lane.checkpoints, call);
   }
   const Event event = *lane.next;
   const EventEffect effect(event);
   if (effect.replays()) {
-    if (!checkpoints_.entry_read(now, id)) return;
     call.checkpointing &= ~lane_bit(id);
     return replay(now, id, lane, call);
   }
   if (lane.shaded) {
     lane.shaded = false;
     call.in_any_hit &= ~lane_bit(id);
-    end_event(now, id, lane, 0, call);
+    end_event(now, id, lane, effect.checkpoints(), call);
     if (call.in_any_hit == 0 && call.waiting_any_hit != 0) consider_any_hit(now, entry_of(id));
     return;
   }
   if (event.kind() == EventKind::visit_internal && prefetcher_ && !spreads_) {
     prefetcher_->note_internal(id, *call.group, event.node, event.pushed(), event.checkpoints);
   }
-  if (!effect.calls_any_hit()) return complete(now, id, lane, effect, call);
+  if (!effect.calls_shader(boxes_)) return complete(now, id, lane, effect, call);
   move_stack(id, lane, effect);
-  note_stack(now, id, lane);
   lane.shaded = true;
   any_hit_arrives(now, id, call);
 }
 
 void RtUnit::complete(Cycle now, LaneId id, Lane& lane, const EventEffect& effect, Call& call) {
   move_stack(id, lane, effect);
-  note_stack(now, id, lane);
   end_event(now, id, lane, effect.checkpoints(), call);
 }
 
-void RtUnit::note_stack(Cycle now, LaneId id, const Lane& lane) {
-  if (!prefetcher_ || !prefetcher_->reads_stacks()) return;
-  prefetcher_->note_stack(now, id, static_cast<std::size_t>(lane.end - lane.next), on_chip(id, lane));
-}
-
 void RtUnit::end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {
-  const bool forwarded = lane.next->kind() == EventKind::replay_forward;
   ++lane.next;
   if (stacks_) {
     const Cycle moved = stacks_->settle(now, id, lane.depth, takes_top(lane));
     if (moved > now) {
       lane.stacking = true;
-      lane.forwarded = forwarded;
       lane.checkpoints = static_cast<std::uint8_t>(checkpoints);
       call.stacking |= lane_bit(id);
       if (moved != kNever) shared_.agenda.add(moved, {What::lane, sm_, id});
       return;
     }
   }
-  hand_over(now, id, lane, checkpoints, forwarded, call);
+  hand_over(now, id, lane, checkpoints, call);
 }
 
-void RtUnit::hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, bool forwarded, Call& call) {
+void RtUnit::hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call) {
   if (shared_.header.checkpoint) {
-    const Cycle taken = checkpoints_.write(now, id, checkpoints, forwarded, lane.next == lane.end);
+    const Cycle taken = checkpoints_.write(now, id, checkpoints, lane.next == lane.end);
     if (taken > now) {
       lane.settling = true;
       call.checkpointing |= lane_bit(id);
@@ -353,7 +329,7 @@ void RtUnit::settled(Cycle now, LaneId id, Lane& lane, Call& call) {
     lane.settling = false;
     call.checkpointing &= ~lane_bit(id);
   }
-  if (lane.end - lane.next <= lane.owed) warm(now, id, lane, call, lane.owed);
+  if (lane.end - lane.next <= lane.owed) warm(id, lane, call, lane.owed);
   if (lane.next != lane.end) return make_ready(now, id, call);
   call.active &= ~lane_bit(id);
   if (call.active == 0) {
@@ -364,7 +340,8 @@ void RtUnit::settled(Cycle now, LaneId id, Lane& lane, Call& call) {
 }
 
 void RtUnit::any_hit_arrives(Cycle now, LaneId id, Call& call) {
-  ++counters_.scheduler.any_hit_calls;
+  counters_.scheduler.any_hit_calls += EventEffect(*lanes_[id].next).calls_any_hit() ? 1 : 0;
+  counters_.scheduler.intersection_calls += boxes_ ? 1 : 0;
   if (call.waiting_any_hit == 0) call.any_hit_since = now;
   call.waiting_any_hit |= lane_bit(id);
   if (call.wait == WarpWait::memory) count_wait(now, call);

@@ -10,7 +10,6 @@
 #include "grtx/modules/messages/round_cursor.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
-#include "grtx/modules/rt_unit/decide/source_nodes.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_checkpoints.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_l1.h"
@@ -37,8 +36,6 @@ class RtUnit {
   void lane_event(Cycle now, modules::LaneId id);
   void select(Cycle now);
   void any_hit_due(Cycle now, unsigned entry);
-  /// Sectors of the lane's source buffer have come.
-  void source_arrives(Cycle now, modules::LaneId id);
   /// One more of the lane's events that take no time is seen by the caches.
   void touch(Cycle now, modules::LaneId id);
   void advance(Cycle now);
@@ -65,7 +62,6 @@ class RtUnit {
     std::uint16_t depth = 0;       ///< of the stack
     bool shaded = false;           ///< the any-hit shader has seen its hit
     bool stacking = false;         ///< its stack spills or fills
-    bool forwarded = false;        ///< the event that has ended was a replay_forward
     std::uint8_t checkpoints = 0;  ///< entries of the event that has ended
     bool settling = false;         ///< hands checkpoint entries over
     std::uint16_t owed = 0;        ///< events that take no time, before those of its next step
@@ -100,7 +96,7 @@ class RtUnit {
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
   void accept(Cycle now);
-  void begin(Cycle now, Call& call, unsigned entry, const modules::TraceCall& message);
+  void begin(Call& call, unsigned entry, const modules::TraceCall& message);
   void retire(Cycle now, unsigned entry);
   void count_wait(Cycle now, Call& call);
   void make_ready(Cycle now, LaneId id, Call& call);
@@ -119,15 +115,10 @@ class RtUnit {
     std::uint64_t& deepest = counters_.warp_buffer.max_stack_depth;
     if (effect.pushed() != 0) deepest = std::max<std::uint64_t>(deepest, lane.depth);
   }
-  /// What of it the prefetcher sees.
-  std::uint32_t on_chip(LaneId id, const Lane& lane) const {
-    return lane.depth - (stacks_ ? stacks_->in_memory(id) : 0);
-  }
-  void note_stack(Cycle now, LaneId id, const Lane& lane);
   void complete(Cycle now, LaneId id, Lane& lane, const modules::EventEffect& effect, Call& call);
   /// The lane's event has done all but move stack entries and write its checkpoint entries.
   void end_event(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call);
-  void hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, bool forwarded, Call& call);
+  void hand_over(Cycle now, LaneId id, Lane& lane, unsigned checkpoints, Call& call);
   void settled(Cycle now, LaneId id, Lane& lane, Call& call);
   void any_hit_arrives(Cycle now, LaneId id, Call& call);
   void consider_any_hit(Cycle now, unsigned entry);
@@ -143,7 +134,7 @@ class RtUnit {
   // ---- Events that take no time (fast_warming.cpp)
   /// The lane's next `count` events, or those that are left, happen at once: caches, buffers and counts of the trace
   /// see them.
-  void warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count);
+  void warm(LaneId id, Lane& lane, Call& call, unsigned count);
   void warm_visit(LaneId id, Lane& lane, Call& call, const traces::Event& event);
   /// What the caches and the prefetcher see of the lane's first event that they have not seen.
   void touch_next(LaneId id, Lane& lane, const Call& call);
@@ -163,7 +154,6 @@ class RtUnit {
   Checkpoints checkpoints_;
   std::optional<Prefetcher> prefetcher_;
   std::optional<Stacks> stacks_;
-  std::vector<modules::SourceNodes> source_nodes_;  ///< by lane; none unless their nodes are prefetched
   std::vector<Lane> lanes_;
   std::vector<Call> calls_;
   std::vector<std::uint64_t> ages_;            ///< by entry
@@ -179,6 +169,7 @@ class RtUnit {
   modules::RingQueue<Cycle> leaving_;  ///< when those that have been, ahead of time, leave the memory scheduler's queue
   IntersectionPipelines box_, leaf_, transform_;
   bool transforms_leaves_;
+  bool boxes_;            ///< primitive leaves are boxes: the shader tests what lies in them
   bool spreads_;          ///< events that take no time are touched one after the other
   Cycle usual_step_ = 0;  ///< from one of a lane's events that take time to the next, a running mean, in 16ths
   Cycle accounted_ = 0;   ///< cycles before it are counted as selections or stalls

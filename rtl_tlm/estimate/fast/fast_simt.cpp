@@ -209,6 +209,11 @@ void Simt::warp_event(Cycle now, unsigned slot) {
 
 void Simt::service_ends(Cycle now, unsigned slot) {
   Warp& warp = warps_[slot];
+  if (warp.hits.lanes != 0) {
+    const AnyHitBatch hits = warp.hits;
+    warp.hits.lanes = 0;
+    return start_any_hit(now, hits);
+  }
   warp.in_service = false;
   enter(now, warp, WarpActivity::trace);
   store(now, slot);
@@ -231,8 +236,16 @@ void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
   warp.entry = entry;
   warp.service_lanes = batch.lanes;
   warp.in_service = true;
+  if (!program_.intersects()) return start_any_hit(now, batch);
+  warp.hits = ShaderProgram::hits_of(batch);
+  run_intersection(batch, timed_any_hits_);
+  load(now, batch.slot);
+}
+
+void Simt::start_any_hit(Cycle now, const AnyHitBatch& batch) {
   run_any_hit(batch, timed_any_hits_);
   if (!program_.inserts_at_store()) return load(now, batch.slot);
+  Warp& warp = warps_[batch.slot];
   warp.kind = PhaseKind::any_hit;
   warp.stores.swap(shared_.phase.stores);
   warp.store_writes = shared_.phase.store_writes;
@@ -243,7 +256,19 @@ void Simt::serve(Cycle now, unsigned entry, const AnyHitBatch& batch) {
 }
 
 void Simt::warm_any_hit(const AnyHitBatch& batch) {
-  run_any_hit(batch, warming_any_hits_);
+  if (!program_.intersects()) {
+    run_any_hit(batch, warming_any_hits_);
+    return warm_accesses();
+  }
+  run_intersection(batch, warming_any_hits_);
+  warm_accesses();
+  const AnyHitBatch hits = ShaderProgram::hits_of(batch);
+  if (hits.lanes == 0) return;
+  run_any_hit(hits, warming_any_hits_);
+  warm_accesses();
+}
+
+void Simt::warm_accesses() {
   for (const SectorAccess& sector : shared_.phase.loads) l1_.warm(kSimt, sector, false);
   for (const SectorAccess& sector : shared_.phase.stores) l1_.warm(kSimt, sector, true);
 }
@@ -255,6 +280,13 @@ void Simt::run_any_hit(const AnyHitBatch& batch, AnyHitWork& counted) {
   ++counted.batches;
   counted.loads += counters.load_instructions - loads;
   counted.stores += counters.store_instructions - stores;
+}
+
+void Simt::run_intersection(const AnyHitBatch& batch, AnyHitWork& counted) {
+  const std::uint64_t loads = program_.counters().load_instructions;
+  program_.intersection(batch, shared_.phase);
+  ++counted.intersections;
+  counted.loads += program_.counters().load_instructions - loads;
 }
 
 SimtCounters Simt::counters() const {

@@ -24,7 +24,7 @@ class Simt {
 
   /// A warp comes to a free slot in cycle `seen`.
   void launch(Cycle seen, unsigned slot, const traces::RayGroup& group);
-  /// The RT unit calls the any-hit shader, for lanes of the warp in an entry of its buffer.
+  /// The RT unit calls the any-hit or the intersection shader, for lanes of the warp in an entry of its buffer.
   void serve(Cycle now, unsigned entry, const modules::AnyHitBatch& batch);
   /// The same without time.
   void warm_any_hit(const modules::AnyHitBatch& batch);
@@ -58,7 +58,8 @@ class Simt {
     bool loading = false;     ///< the present phase's loads are on the way
     bool in_service = false;  ///< runs the any-hit shader
     LaneMask service_lanes = 0;
-    unsigned entry = 0;  ///< of the warp buffer, of these
+    modules::AnyHitBatch hits;  ///< that the intersection shader has found, for the any-hit shader
+    unsigned entry = 0;         ///< of the warp buffer, of these
     modules::PhaseKind kind{};
     modules::WarpActivity activity{};
     Cycle since = 0;  ///< of the activity
@@ -88,7 +89,11 @@ class Simt {
   void service_ends(Cycle now, unsigned slot);
   void enter(Cycle now, Warp& warp, modules::WarpActivity activity);
   void add(Cycle at, unsigned slot) { shared_.agenda.add(at, {What::warp, sm_, slot}); }
+  void start_any_hit(Cycle now, const modules::AnyHitBatch& batch);
+  /// Fills the shared phase, and counts it with its memory instructions.
   void run_any_hit(const modules::AnyHitBatch& batch, AnyHitWork& counted);
+  void run_intersection(const modules::AnyHitBatch& batch, AnyHitWork& counted);
+  void warm_accesses();
   /// Consecutive sectors of a line and region are one request.
   template <typename F>
   void for_each_line(std::span<const modules::SectorAccess> sectors, F&& f) const;

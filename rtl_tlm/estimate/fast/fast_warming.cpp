@@ -15,7 +15,7 @@ using namespace modules;
 using traces::Event;
 using traces::EventKind;
 
-void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) {
+void RtUnit::warm(LaneId id, Lane& lane, Call& call, unsigned count) {
   for (; count > 0 && lane.next != lane.end; --count) {
     if (lane.next >= lane.touched) {
       lane.touched = lane.next;
@@ -35,18 +35,15 @@ void RtUnit::warm(Cycle now, LaneId id, Lane& lane, Call& call, unsigned count) 
         break;
       default:
         if (!shared_.header.checkpoint) refuse(id, kRuleReplayNeedsCheckpoints);
-        checkpoints_.warm_read(now, id);
+        checkpoints_.warm_read(id);
         ++(event.kind() == EventKind::replay_take ? counters_.scheduler.replay_takes
                                                   : counters_.scheduler.replay_forwards);
         move_stack(id, lane, effect);
     }
-    if (prefetcher_ && prefetcher_->reads_stacks()) {
-      prefetcher_->warm_stack(id, static_cast<std::size_t>(lane.end - lane.next) + 1, on_chip(id, lane));
-    }
     if (stacks_) stacks_->warm(id, lane.depth, takes_top(lane));
     const unsigned checkpoints = effect.checkpoints();
     if (shared_.header.checkpoint) {
-      checkpoints_.warm_write(id, checkpoints, event.kind() == EventKind::replay_forward, lane.next == lane.end);
+      checkpoints_.warm_write(id, checkpoints, lane.next == lane.end);
     } else if (checkpoints != 0) {
       refuse(id, kRuleEntriesNeedCheckpoints);
     }
@@ -58,8 +55,9 @@ void RtUnit::warm_visit(LaneId id, Lane& lane, Call& call, const Event& event) {
   ++counters_.memory.visits[static_cast<std::size_t>(sectors.region())];
   const EventEffect effect(event);
   move_stack(id, lane, effect);
-  if (!effect.calls_any_hit()) return;
-  ++counters_.scheduler.any_hit_calls;
+  if (!effect.calls_shader(boxes_)) return;
+  counters_.scheduler.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
+  counters_.scheduler.intersection_calls += boxes_ ? 1 : 0;
   AnyHitBatch batch;
   batch.slot = call.slot;
   batch.round = call.round;
@@ -130,13 +128,13 @@ void RtUnit::touch(Cycle now, LaneId id) {
 // a little behind others would join them more seldom than they do, since each step takes them further.
 bool RtUnit::warm_up_to_next(Cycle now, LaneId id, Lane& lane, Call& call, Cycle apart) {
   if (std::exchange(lane.begins, false)) return true;
-  warm(now, id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
+  warm(id, lane, call, std::exchange(lane.owed, std::uint16_t{0}));
   for (unsigned i = 0; i + 1 < shared_.stride && lane.next != lane.end; ++i) {
     if (is_under_way(*lane.next, call, now, now + i * apart)) {
       lane.owed = static_cast<std::uint16_t>(shared_.stride - 1 - i);
       return true;
     }
-    warm(now, id, lane, call, 1);
+    warm(id, lane, call, 1);
   }
   return lane.next != lane.end;
 }

@@ -20,13 +20,28 @@ struct Span {
   double low, high;
 };
 constexpr Span kMachines[] = {
-    {"fast.stride", 0, 8},         {"gpu.sms", 1, 128},          {"l1.bytes", 16384, 524288},
-    {"l1.ways", 4, 1024},          {"l1.line_bytes", 128, 128},  {"l2.bytes", 262144, 100e6},
-    {"l2.slices", 1, 24},          {"l2.line_bytes", 128, 128},  {"dram.fixed_latency", 90, 1024},
-    {"dram.bank_groups", 1, 4},    {"dram.timing.ccd", 2, 16},   {"dram.timing.turn", 1, 8},
-    {"dram.timing.ccd_l", 0, 16},  {"dram.timing.rrd_l", 0, 32}, {"dram.timing.cdlr_l", 0, 44},
-    {"dram.timing.rcd_wr", 0, 64}, {"dram.timing.faw", 0, 116},  {"dram.timing.refi", 1250, 20000},
-    {"dram.timing.rfc", 0, 844},   {"simt.registers", 1, 1e9},   {"dram.group_bytes", 32, 1e6},
+    {"fast.stride", 0, 8},
+    {"gpu.sms", 1, 170},
+    {"l1.bytes", 16384, 524288},
+    {"l1.ways", 4, 1024},
+    {"l1.line_bytes", 128, 128},
+    {"l2.bytes", 262144, 101e6},
+    {"l2.slices", 1, 32},
+    {"l2.line_bytes", 128, 128},
+    {"dram.fixed_latency", 90, 1024},
+    {"dram.bank_groups", 1, 4},
+    {"dram.timing.ccd", 2, 16},
+    {"dram.timing.turn", 1, 8},
+    {"dram.timing.ccd_l", 0, 16},
+    {"dram.timing.rrd_l", 0, 32},
+    {"dram.timing.cdlr_l", 0, 44},
+    {"dram.timing.rcd_wr", 0, 64},
+    {"dram.timing.faw", 0, 116},
+    {"dram.timing.refi", 1250, 20000},
+    {"dram.timing.rfc", 0, 844},
+    {"simt.registers", 1, 1e9},
+    {"dram.group_bytes", 32, 1e6},
+    {"rt.transform.interval", 1, 24},
 };
 
 bool inside(std::string_view key, double value, double usual) {

@@ -27,16 +27,17 @@ void scale_up(modules::RtUnitCounters& c, unsigned doublings) {
   c.scheduler.replay_takes = exact.scheduler.replay_takes;
   c.scheduler.replay_forwards = exact.scheduler.replay_forwards;
   c.scheduler.any_hit_calls = exact.scheduler.any_hit_calls;
+  c.scheduler.intersection_calls = exact.scheduler.intersection_calls;
   c.memory.visits = exact.memory.visits;
   c.checkpoint.entries_written = exact.checkpoint.entries_written;
   c.checkpoint.entries_read = exact.checkpoint.entries_read;
-  c.checkpoint.log = exact.checkpoint.log;
   c.stack.moved_out = exact.stack.moved_out;
   c.stack.moved_in = exact.stack.moved_in;
 }
 
 void scale_up(modules::SimtCounters& c, unsigned doublings, const AnyHitWork& timed, const AnyHitWork& warming) {
   constexpr auto kAnyHit = static_cast<std::size_t>(modules::PhaseKind::any_hit);
+  constexpr auto kIntersection = static_cast<std::size_t>(modules::PhaseKind::intersection);
   const modules::SimtCounters exact = c;
   double_up(c, doublings);
   c.warps = exact.warps;
@@ -45,10 +46,11 @@ void scale_up(modules::SimtCounters& c, unsigned doublings, const AnyHitWork& ti
     return counted - of_warming - of_timed + (of_timed << doublings);
   };
   c.shader.any_hit_batches = all(exact.shader.any_hit_batches, timed.batches, warming.batches);
+  c.shader.intersection_batches = all(exact.shader.intersection_batches, timed.intersections, warming.intersections);
   c.shader.load_instructions = all(exact.shader.load_instructions, timed.loads, warming.loads);
   c.shader.store_instructions = all(exact.shader.store_instructions, timed.stores, warming.stores);
   for (std::size_t i = 0; i < modules::kPhaseKinds; ++i) {  // the other phases are all counted
-    if (i == kAnyHit) continue;
+    if (i == kAnyHit || i == kIntersection) continue;
     c.instructions[i] = exact.instructions[i];
     c.phases[i] = exact.phases[i];
   }

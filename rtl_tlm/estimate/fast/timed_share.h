@@ -11,9 +11,9 @@
 
 namespace grtx::sim::fast {
 
-/// Any-hit shaders, and their memory instructions.
+/// Any-hit and intersection shaders, and their memory instructions.
 struct AnyHitWork {
-  std::uint64_t batches = 0, loads = 0, stores = 0;
+  std::uint64_t batches = 0, intersections = 0, loads = 0, stores = 0;
 };
 
 // Each makes 2^doublings times as much of what only timed events count. What is counted of all events (what the trace

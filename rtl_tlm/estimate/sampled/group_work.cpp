@@ -70,7 +70,8 @@ void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   const bool near = l1_hit || (prefetch_ && !internal && lane.after_leaf);
   lane.work.steps += near ? kNearStep : 1.0F;
   if (!internal || !l1_hit) lane.after_leaf = !internal;
-  if (kind == traces::EventKind::visit_leaf && traces::calls_any_hit(event.outcome())) lane.work.steps += kAnyHitStep;
+  const bool shader = traces::has_box_leaves(header_.accel) || traces::calls_any_hit(event.outcome());
+  if (kind == traces::EventKind::visit_leaf && shader) lane.work.steps += kAnyHitStep;
 }
 
 GroupWork WorkCounter::count(const traces::RayGroup& group) {

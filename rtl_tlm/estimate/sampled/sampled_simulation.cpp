@@ -24,6 +24,8 @@ namespace {
 
 constexpr std::uint64_t kCounted = 8192;  ///< groups beside those of the windows, about, whose costs are counted
 
+constexpr const char* kSequence = "a sequence of frames needs cycle or fast mode: windows would start a frame cold";
+
 std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
 class SampledRun {
@@ -36,9 +38,7 @@ class SampledRun {
         counter_(reader.header(), config),
         latencies_(config, reader.header()) {
     reader.verify_content();
-    if (!reader.header().frame_groups.empty()) {
-      throw Error(reader.path(), "", "a sequence of frames needs cycle or fast mode: windows would start a frame cold");
-    }
+    if (!reader.header().frame_groups.empty()) throw Error(reader.path(), "", kSequence);
     if (const Unmodelled lack = unmodelled(config, SimulationMode::sampled)) {
       throw Error("configuration", std::string(lack.key), lack.rule);
     }
@@ -46,7 +46,9 @@ class SampledRun {
 
   SampledResult run() {
     if (options_.share > kWholeFrom) return report_.whole("as asked for");
-    if (const std::string why = unfit(); !why.empty()) return report_.whole(why);
+    if (const std::string why = unsuited_to_windows(reader_, config_, options_); !why.empty()) {
+      return report_.whole(why);
+    }
     if (options_.target_error > 0.0 && options_.target_error < least_half_width()) {
       return report_.whole("to reach --target-error, which is below what windows leave over");
     }
@@ -62,17 +64,6 @@ class SampledRun {
   }
 
  private:
-  /// Why windows do not suit the trace; empty: they do.
-  std::string unfit() const {
-    if (plan_windows(reader_.group_count(), slots_of(config_), options_.share, options_.seed).empty()) {
-      return fmt::format("{} warps are too few for {} windows at a share of {}", reader_.group_count(), kFewestWindows,
-                         options_.share);
-    }
-    traces::RayGroup last;  // secondary rays come behind all primary ones, when those have ended
-    reader_.read(reader_.group_count() - 1, last);
-    return last.kind == traces::RayKind::primary ? "" : "secondary rays are a second launch";
-  }
-
   ModelBias bias() const { return options_.engine == SimulationMode::cycle ? kWindowsBias : kFastWindowsBias; }
 
   /// Half-width of an interval in which nothing but the bias is left.
@@ -175,6 +166,23 @@ class SampledRun {
 };
 
 }  // namespace
+
+std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options) {
+  const std::uint64_t groups = reader.group_count();
+  if (plan_windows(groups, slots_of(config), options.share, options.seed).empty()) {
+    return fmt::format("{} warps are too few for {} windows at a share of {}", groups, kFewestWindows, options.share);
+  }
+  traces::RayGroup last;  // secondary rays come behind all primary ones, when those have ended
+  reader.read(groups - 1, last);
+  return last.kind == traces::RayKind::primary ? "" : "secondary rays are a second launch";
+}
+
+bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options,
+                 std::uint64_t many) {
+  return reader.totals().visits() >= many && reader.header().frame_groups.empty() &&
+         config.dram_model == kBuiltInMemory && !unmodelled(config, SimulationMode::sampled) &&
+         unsuited_to_windows(reader, config, options).empty();
+}
 
 void check_sampled(const SampledOptions& options) {
   if (!(options.share > 0.0 && options.share <= 1.0)) {

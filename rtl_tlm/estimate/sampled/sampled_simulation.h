@@ -6,6 +6,7 @@
 
 #include "grtx/rtl_tlm/estimate/sampled/estimate.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 
@@ -26,6 +27,15 @@ struct SampledResult {
 
 /// Throws Error for options out of range.
 void check_sampled(const SampledOptions& options);
+
+/// Why windows of a trace do not stand for it on this machine; empty: they do.
+std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options);
+
+/// In cycle mode some five minutes of a core.
+inline constexpr std::uint64_t kManyVisits = 100'000'000;
+/// Whether a run that names no mode should take windows: they suit the trace, and it has at least `many` node visits.
+bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const SampledOptions& options,
+                 std::uint64_t many = kManyVisits);
 
 /// A trace that windows do not suit (too few groups, secondary rays) is simulated as a whole, in cycle mode, and a line
 /// on stderr says so. Every simulation runs in a ChildProcess: may be called more than once a process. Throws what

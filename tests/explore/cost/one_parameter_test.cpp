@@ -68,10 +68,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.checkpoint.write_combine", "true", kBoth},
       {"rt.checkpoint.read_buffer", "true", kBoth},
       {"rt.checkpoint.entry_bytes", "16", kBoth},
-      {"rt.checkpoint.forward", "reference", kBoth},
       {"rt.checkpoint.traffic", "uncharged", kTiming, kAssumption},
-      {"rt.checkpoint.read_ahead", "2", kBoth},
-      {"rt.checkpoint.prefetch_nodes", "true", kBoth},
       {"rt.private_store.checkpoint_entries", "4", kBoth},
       {"rt.private_store.latency", "40", kTiming, kFixedTime, {"rt.private_store.checkpoint_entries=8"}},
       {"rt.private_store.read_ports", "2", kBoth, "", {"rt.private_store.checkpoint_entries=64"}},
@@ -79,10 +76,6 @@ const std::vector<Mutation>& mutations() {
       {"rt.prefetch.records", "1", kBoth},
       {"rt.prefetch.queue", "1", kBoth},
       {"rt.prefetch.replayed", "true", kBoth},
-      {"rt.stack_prefetch.depth", "4", kBoth},
-      {"rt.stack_prefetch.trigger", "push", kBoth, "", {"rt.stack_prefetch.depth=4"}},
-      {"rt.cooperation.ahead", "2", kBoth},
-      {"rt.stack_prefetch.pops", "1", kBoth, "", {"rt.stack_prefetch.depth=4"}},
       {"rt.box.per_child", "true", kBoth},
       {"rt.box.count", "1", kBoth},
       {"rt.box.latency", "26", kBoth},
@@ -123,6 +116,8 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.evict_move_per_entry", "8", kTiming, kShader},
       {"simt.cost.any_hit_fixed", "24", kTiming, kShader},
       {"simt.cost.any_hit_per_shift", "6", kTiming, kShader},
+      {"simt.cost.intersection_fixed", "56", kTiming, kShader, {}, "box"},
+      {"simt.cost.intersection_transform", "48", kTiming, kShader, {}, "box"},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
       {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
@@ -238,7 +233,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.groups = 8;
       random.warp_size = 32;
       const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
-      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid";
+      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid" && kind != "box";
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
@@ -246,7 +241,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "obb") random.layout = traces::NodeLayout::obb;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
-      if (kind == "ellipsoid") test::make_procedural(made);
+      if (kind == "ellipsoid" || kind == "box") test::make_procedural(made, kind == "box");
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -263,8 +258,10 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
       const bool one_level = kind == "single" || kind == "stochastic";
-      const bool spheres = kind == "sphere" || kind == "ellipsoid";
-      MachineUse use{one_level ? "baseline" : kind == "ellipsoid" ? "hw" : "grtx", spheres};
+      const bool monolithic = kind == "ellipsoid" || kind == "box";
+      MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
+      if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;
+      if (kind == "box") use.leaves = LeafTest::boxes;
       if (kind == "obb") use.layout = traces::NodeLayout::obb;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "grtx/explore/report/sections.h"
+#include "grtx/explore/report/sweep_views.h"
 #include "sweep_database.h"
 
 namespace grtx::sim {
@@ -53,16 +53,45 @@ TEST_F(SweepResultsTest, TheHashIsOfThePointsAndNotOfTheFile) {
   EXPECT_NE(read_sweep_results(path).hash, before);
 }
 
-TEST_F(SweepResultsTest, FrontsAreOfAScene) {
-  // Room: the second is worse in both. Hall: slower than either, and alone.
+// Two scenes: the front of each, and that of the geometric means of what both have.
+TEST_F(SweepResultsTest, PointsOfDifferentScenesShareNoFront) {
   testing_sweep::make_points(path, nlohmann::json::parse(R"([
-    {"id": 1, "scene": "room", "values": {"gpu.time_us": 1, "cost.mm2": 3, "gpu.energy_nj_per_ray": 9}},
-    {"id": 2, "scene": "room", "values": {"gpu.time_us": 2, "cost.mm2": 4, "gpu.energy_nj_per_ray": 8}},
-    {"id": 3, "scene": "hall", "values": {"gpu.time_us": 9, "cost.mm2": 9}},
-    {"id": 4, "scene": "room", "status": "failed"}])"));
-  const Fronts front = fronts(read_sweep_results(path));
-  EXPECT_EQ(front.area, (std::vector<bool>{true, false, true, false}));
-  EXPECT_EQ(front.energy, (std::vector<bool>{true, true, false, false}));
+    {"id": 1, "scene": "room", "coordinates": {"k": 4}, "values": {"gpu.time_us": 1, "cost.mm2": 3, "gpu.energy_nj_per_ray": 9}},
+    {"id": 2, "scene": "room", "coordinates": {"k": 8}, "values": {"gpu.time_us": 2, "cost.mm2": 4, "gpu.energy_nj_per_ray": 8}},
+    {"id": 3, "scene": "hall", "coordinates": {"k": 4}, "values": {"gpu.time_us": 9, "cost.mm2": 3}},
+    {"id": 4, "scene": "hall", "coordinates": {"k": 8}, "status": "failed"},
+    {"id": 5, "scene": "hall", "coordinates": {"k": 16}, "values": {"gpu.time_us": 4, "cost.mm2": 9}}])"));
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  ASSERT_EQ(shown.views().size(), 3u);
+  EXPECT_EQ(shown.views()[0].title, "all 2 views");
+  EXPECT_EQ(shown.views()[1].title, "room");
+  std::string found;
+  for (const ShownPoint& p : shown.points()) {
+    found +=
+        shown.views()[p.view].title + " " + p.label + (p.on_area ? " mm2" : "") + (p.on_energy ? " nJ" : "") + "\n";
+  }
+  EXPECT_EQ(found, "all 2 views mean 1 mm2\nroom #1 mm2 nJ\nroom #2 nJ\nhall #3 mm2\nhall #5 mm2\n");
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.time_us"), 3.0);  // of 1 and 9
+  EXPECT_TRUE(std::isnan(shown.value(shown.points()[0], "gpu.energy_nj_per_ray")));
+  // Over k = 4, the first point of the first view, in each view.
+  EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[2], shown.reference()), 0.5);
+  EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[4], shown.reference()), 2.25);
+}
+
+TEST_F(SweepResultsTest, APointIsCalledByWhatSetsItApart) {
+  nlohmann::json points = nlohmann::json::array();
+  for (int id = 1; id <= 8; ++id) {  // one change at a time; view and g never set a point apart
+    nlohmann::json coordinates = {{"view", id % 2}, {"g", 7}};
+    for (const char* key : {"a", "b", "c", "d", "e", "f"}) coordinates[key] = id > 2 && key[0] - 'a' == id - 3 ? 2 : 1;
+    points.push_back({{"id", id}, {"coordinates", coordinates}, {"values", {{"gpu.time_us", id}}}});
+  }
+  testing_sweep::make_points(path, points);
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  EXPECT_EQ(shown.varying(), (std::vector<std::string>{"a", "b", "c", "d", "e", "f"}));
+  EXPECT_EQ(shown.name(results.points[0]), "all else as most points have it");
+  EXPECT_EQ(shown.name(results.points[3]), "b = 2");
 }
 
 }  // namespace

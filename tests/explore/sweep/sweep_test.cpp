@@ -7,6 +7,7 @@
 #include <random>
 
 #include "explore/sweep/sweep_bench.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 #include "paths.h"
 
 namespace grtx::sim {
@@ -396,6 +397,17 @@ TEST_F(Sweep, ADatabaseOfAnEarlierVersionIsReadAndNotFilled) {
       .execute("UPDATE value SET value = 'many' WHERE point_id = 3 AND name = 'gpu.cycles'");
   EXPECT_THAT(test::shell(grtx::paths::program() + " report " + folder + "/old.sqlite -o " + folder + "/r.html").output,
               HasSubstr("its value gpu.cycles must be a number"));
+}
+
+TEST_F(Sweep, PointsOfTwoModelsStandInOneDatabase) {
+  write_plan();
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  Sqlite(folder + "/a.sqlite", Sqlite::Open::create).execute("UPDATE meta SET value = '1' WHERE key = 'model_version'");
+  const Outcome filled = sweep("a.sqlite");
+  EXPECT_EQ(filled.code, 2);
+  EXPECT_THAT(filled.output, HasSubstr("meta.model_version: 1: this program's model has version " +
+                                       std::to_string(kModelVersion) + ": begin another database"));
 }
 
 TEST_F(Sweep, ADatabaseCalledMemoryIsEmpty) {

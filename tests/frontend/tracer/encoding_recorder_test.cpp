@@ -80,6 +80,8 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     options.checkpoint = variant % 7 < 4;
     options.checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo;
     options.checkpoint_capacity = variant % 7 == 3 ? 12 : 1024;
+    if (variant % 2 == 0 && variant % 3 != 2) options.checkpoint_bins = variant % 4 == 0 ? 8 : 2;
+    options.below_instance = variant % 10 < 4 ? BelowInstance::finish : BelowInstance::checkpoint;
     options.child_order = variant % 11 == 7   ? ChildOrder::slot
                           : variant % 11 == 3 ? ChildOrder::vulkan_sim
                                               : ChildOrder::near_first;

@@ -352,7 +352,7 @@ TEST(RayWalk, GivesRaysTheColoursAndCountsOfTheWalkThatRecords) {
     SCOPED_TRACE(accel_name(kind) + " variant " + std::to_string(variant));
     RayTracer by_lists(scene, gaussians, accel, options), recording(scene, gaussians, accel, options);
     Footprint touched(accel.image()), expected_touched(accel.image());
-    VisitTracker tracker(accel.image(), touched), expected_tracker(accel.image(), expected_touched);
+    VisitTracker tracker(touched), expected_tracker(expected_touched);
     by_lists.track_visits(&tracker);
     recording.track_visits(&expected_tracker);
     NullRecorder nobody;

@@ -20,9 +20,11 @@ namespace {
 constexpr std::array<unsigned, 6> kBufferSizes{1, 2, 4, 8, 16, 64};
 constexpr std::array<unsigned, 3> kCapacities{1, 9, 1024};  // the first two overflow
 
+constexpr std::array<unsigned, 4> kBins{0, 2, 8, 32};
+
 /// Numbers of choices: k, checkpointing, child order, t_max update, checkpoint order, replay t_max, capacity, pop test,
-/// structure.
-constexpr std::array<unsigned, 9> kChoices{6, 2, 3, 2, 3, 2, 3, 2, 2};
+/// checkpoint bins, what lies below an instance, structure.
+constexpr std::array<unsigned, 11> kChoices{6, 2, 3, 2, 3, 2, 3, 2, 4, 2, 2};
 using Setting = std::array<unsigned, kChoices.size()>;
 
 TracerOptions options_of(const Setting& s) {
@@ -35,19 +37,24 @@ TracerOptions options_of(const Setting& s) {
   options.replay_tmax = static_cast<ReplayTmax>(s[5]);
   options.checkpoint_capacity = kCapacities[s[6]];
   options.pop_test = static_cast<PopTest>(s[7]);
+  options.checkpoint_bins = kBins[s[8]];
+  options.below_instance = static_cast<BelowInstance>(s[9]);
   return options;
 }
 
 std::string text(const Setting& s) {
   std::string result =
       "k, checkpoint, child order, t_max update, checkpoint order, replay t_max, capacity, "
-      "pop test, structure:";
+      "pop test, bins, below instance, structure:";
   for (const unsigned choice : s) result += " " + std::to_string(choice);
   return result;
 }
 
-/// Without checkpointing three choices mean nothing.
-bool redundant(const Setting& s) { return s[1] == 0 && (s[4] != 0 || s[5] != 0 || s[6] != 0); }
+/// Without checkpointing five choices mean nothing, and bins have an order of their own.
+bool redundant(const Setting& s) {
+  if (s[8] != 0 && s[4] != 0) return true;
+  return s[1] == 0 && (s[4] != 0 || s[5] != 0 || s[6] != 0 || s[8] != 0 || s[9] != 0);
+}
 
 std::vector<Setting> all_settings() {
   std::vector<Setting> settings;
@@ -233,6 +240,51 @@ TEST(TracerInvariance, OverflowHappensAndIsCounted) {
   const RenderResult result = test::trace_scene(scene, test::front_camera(16, 16), AccelKind::tri20, options);
   EXPECT_GT(result.counters.checkpoint_overflows, 0u);
   EXPECT_LE(result.counters.checkpoints_max_per_ray, 4u);
+}
+
+TEST(TracerInvariance, AFullBinOverflowsOnlyWhenAllBeforeItAreFull) {
+  const Scene scene = test::random_scene(3);
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
+  options.checkpoint_bins = 4;
+  options.checkpoint_capacity = 1;
+  const Camera camera = test::front_camera(16, 16);
+  const RenderResult full = test::trace_scene(scene, camera, AccelKind::tri20, options);
+  EXPECT_GT(full.counters.checkpoint_overflows, 0u);
+  EXPECT_LE(full.counters.checkpoints_max_per_ray, 5u);
+  options.checkpoint_capacity = 1024;
+  const RenderResult roomy = test::trace_scene(scene, camera, AccelKind::tri20, options);
+  EXPECT_EQ(roomy.counters.checkpoint_overflows, 0u);
+  options.checkpoint_capacity = static_cast<unsigned>(roomy.counters.checkpoints_max_per_ray) * 3 / 4;
+  EXPECT_EQ(test::trace_scene(scene, camera, AccelKind::tri20, options).counters.checkpoint_overflows, 0u)
+      << "a bin gives what it has no room for to the one before it";
+}
+
+TEST(TracerInvariance, BinsReadLessThanTwoBuffers) {
+  const Scene scene = test::random_scene(3);
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
+  const Camera camera = test::front_camera(16, 16);
+  const TracerCounters buffers = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
+  options.checkpoint_bins = 8;
+  const TracerCounters bins = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
+  EXPECT_LT(bins.checkpoints_read, buffers.checkpoints_read);
+  EXPECT_LT(bins.checkpoints_written, buffers.checkpoints_written);
+}
+
+TEST(TracerInvariance, AFinishedInstanceLeavesNoEntryBelowIt) {
+  const Scene scene = test::random_scene(3);
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
+  const Camera camera = test::front_camera(16, 16);
+  const TracerCounters cut = test::trace_scene(scene, camera, AccelKind::tlas_tri20, options).counters;
+  options.below_instance = BelowInstance::finish;
+  const TracerCounters finished = test::trace_scene(scene, camera, AccelKind::tlas_tri20, options).counters;
+  EXPECT_LT(finished.checkpoints_written, cut.checkpoints_written);
+  EXPECT_LT(finished.visits_instance, cut.visits_instance) << "no instance is entered a second time";
 }
 
 TEST(TracerInvariance, WidthAndBoundsDoNotMatter) {

@@ -145,18 +145,19 @@ TEST(MemoryMap, CheckpointBuffersOfARayAlternateWithoutOverlap) {
   }
 }
 
-TEST(MemoryMap, ALogHasRoomForFourBuffersAndEndsOnASectorBoundary) {
-  for (const std::uint64_t bytes : {8u, 16u, 20u}) {
-    const MemoryMap map(header_of(true, 8, 32), {1, 2, 0, 0, bytes, true});
-    EXPECT_EQ(map.checkpoint_log_entries(), 4u * 300u);
-    EXPECT_EQ(map.checkpoint_log_entries() * bytes % kSectorBytes, 0u);
-    for (std::uint64_t ray = 0; ray < 64; ++ray) {
-      EXPECT_EQ(map.checkpoint_log(ray) % kSectorBytes, 0u);
-      if (ray > 0) {
-        EXPECT_GE(map.checkpoint_log(ray), map.checkpoint_log(ray - 1) + map.checkpoint_log_entries() * bytes);
-      }
+TEST(MemoryMap, BinsOfARayLieOneBehindTheOther) {
+  traces::Header header = header_of(true, 8, 32);
+  header.checkpoint_bins = 8;
+  const MemoryMap map(header, {1, 2, 0, 0, 8});
+  const std::uint64_t stride = map.checkpoint_bin(0, 1) - map.checkpoint_bin(0, 0);
+  EXPECT_EQ(stride % 128, 0u);
+  EXPECT_GE(stride, 300u * 8);
+  for (std::uint64_t ray = 0; ray < 64; ++ray) {
+    for (unsigned bin = 0; bin < 9; ++bin) {  // the far one is the last
+      EXPECT_EQ(map.checkpoint_bin(ray, bin), map.checkpoint_bin(0, 0) + (ray * 9 + bin) * stride);
     }
   }
+  EXPECT_LE(map.checkpoint_bin(63, 8) + stride, extent(map, "checkpoint").base + extent(map, "checkpoint").bytes);
 }
 
 TEST(MemoryMap, EvictionBuffersHoldTheirCapacityThenStartOver) {

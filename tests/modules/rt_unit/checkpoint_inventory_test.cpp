@@ -11,9 +11,14 @@ namespace {
 
 constexpr std::uint64_t kLanes = 256;
 
-std::map<std::string, std::uint64_t> bits_of(const CheckpointConfig& config, std::uint64_t log_entries = 0) {
+std::map<std::string, std::uint64_t> bits_of(const CheckpointConfig& config, unsigned bins = 0,
+                                             std::uint64_t capacity = 0) {
+  traces::Header header;
+  header.two_level = true;
+  header.checkpoint_bins = bins;
+  header.checkpoint_capacity = capacity;
   std::map<std::string, std::uint64_t> bits;
-  for (const Storage& s : checkpoint_inventory("unit", config, kLanes, true, log_entries).storage) {
+  for (const Storage& s : checkpoint_inventory("unit", config, kLanes, header).storage) {
     bits[s.name] += s.bits;
   }
   return bits;
@@ -29,33 +34,36 @@ TEST(CheckpointInventory, HoldsASectorARayAndDirection) {
   EXPECT_EQ(bits.at("submitted"), kLanes * 8);
   EXPECT_EQ(bits.at("open_sectors"), kLanes * 256);
   EXPECT_EQ(bits.at("read_sectors"), kLanes * 256);
-  for (const char* part : {"runs", "private_store", "store_reads", "ahead", "named"})
+  for (const char* part : {"bin_pointers", "bin_read", "open_tags", "private_store", "store_reads"})
     EXPECT_FALSE(bits.contains(part)) << part;
   config.write_combine = config.read_buffer = false;
   EXPECT_FALSE(bits_of(config).contains("open_sectors"));
   EXPECT_FALSE(bits_of(config).contains("read_sectors"));
 }
 
-TEST(CheckpointInventory, ARunIsTwoPlacesOfTheLogAndAMark) {
+TEST(CheckpointInventory, ABinIsThreePlaces) {
   CheckpointConfig config;
-  config.entry_bytes = 16;
-  for (const auto& [log_entries, place_bits] : {std::pair(1024u, 10u), std::pair(1025u, 11u), std::pair(512u, 9u)}) {
-    EXPECT_EQ(bits_of(config, log_entries).at("runs"), kLanes * (2 * (2 * place_bits + 1) + 128)) << log_entries;
+  config.entry_bytes = 8;
+  config.write_combine = true;
+  config.open_sectors = 2;
+  for (const auto& [capacity, place_bits] : {std::pair(512u, 10u), std::pair(511u, 9u), std::pair(1024u, 11u)}) {
+    const auto bits = bits_of(config, 8, capacity);
+    EXPECT_EQ(bits.at("bin_pointers"), kLanes * 9 * 3 * place_bits) << "read, written, and what the round may read";
+    EXPECT_EQ(bits.at("bin_read"), kLanes * (32 + 22 + 4));
+    EXPECT_EQ(bits.at("open_sectors"), kLanes * 2 * 256);
+    EXPECT_EQ(bits.at("open_tags"), kLanes * 2 * (4 + place_bits));
   }
+  EXPECT_FALSE(bits_of(config).contains("bin_pointers"));
 }
 
-TEST(CheckpointInventory, StoresAndReadingAheadArePricedWhereTheyAre) {
+TEST(CheckpointInventory, AStoreIsPricedWhereItIs) {
   CheckpointConfig config;
   config.entry_bytes = 20;
   config.store.entries = 4;
   config.store.warps = 3;
-  config.read_ahead = 2;
-  config.prefetch_nodes = true;
   const auto bits = bits_of(config);
   EXPECT_EQ(bits.at("private_store"), 2u * 4 * 3 * 32 * 160) << "both buffers of each ray";
   EXPECT_EQ(bits.at("store_reads"), kLanes * 8);
-  EXPECT_EQ(bits.at("ahead"), kLanes * 40);
-  EXPECT_EQ(bits.at("named"), kLanes * 16);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/traces/event.h"
 
 namespace grtx::modules {
 namespace {
@@ -37,7 +38,7 @@ Numbers numbers(const CheckpointLayout::Sectors& sectors) {
 
 /// One more entry, with the sectors that it completes.
 CheckpointLayout::Sectors write(CheckpointLayout& layout, CheckpointLayout::Lane& lane) {
-  EXPECT_EQ(layout.submit(lane, 1, false, false), 1u);
+  layout.submit(lane, 1);
   return layout.append(lane);
 }
 
@@ -69,14 +70,16 @@ TEST(CheckpointLayout, EntriesThatAreNotCombinedWriteWhatTheyTouch) {
 TEST(CheckpointLayout, OnlyTheLastSectorOfEntriesThatEndWithinOneIsOpen) {
   CheckpointLayout layout = layout_of(kFifo, kEntries, true, true);
   CheckpointLayout::Lane lane;
-  EXPECT_EQ(layout.open_sector(lane), CheckpointLayout::kNoSector) << "nothing written";
+  EXPECT_EQ(layout.close_sector(lane), CheckpointLayout::kNoSector) << "nothing written";
   std::vector<std::uint64_t> open;
   for (unsigned i = 0; i < kEntries; ++i) {
     write(layout, lane);
-    open.push_back(layout.open_sector(lane));
+    CheckpointLayout::Lane ends_here = lane;
+    open.push_back(layout.close_sector(ends_here));
+    EXPECT_FALSE(layout.has_open_sector(ends_here));
   }
   EXPECT_EQ(open, (std::vector<std::uint64_t>{0, 1, 1, 2, 3, 3, 4, CheckpointLayout::kNoSector}));
-  EXPECT_EQ(layout_of(kFifo, kEntries, false, true).open_sector(lane), CheckpointLayout::kNoSector);
+  EXPECT_FALSE(layout_of(kFifo, kEntries, false, true).has_open_sector(lane));
 }
 
 TEST(CheckpointLayout, AHeldSectorIsNotReadAgain) {
@@ -138,28 +141,44 @@ TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
   header.warp_size = 32;
   const MemoryMap map(header, {1, 2, 0, 0});
   CheckpointLayout layout = layout_of(kFifo, kEntries, true, true);
-  const auto even = layout.begin(map, 0, 0, 5, 2, true, 0), odd = layout.begin(map, 0, 0, 5, 3, true, 0);
+  const auto even = layout.begin(map, 0, 0, 5, 2, true, 0, {}), odd = layout.begin(map, 0, 0, 5, 3, true, 0, {});
   EXPECT_EQ(even.destination, odd.source);
   EXPECT_EQ(even.source, odd.destination);
   EXPECT_NE(even.source, even.destination);
 }
 
-TEST(CheckpointLayout, OnlyReferencesNeedTheOrderOfWriting) {
-  using traces::CheckpointOrder;
-  for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
-    traces::Header header;
-    header.checkpoint = true;
-    header.checkpoint_order = order;
-    header.checkpoint_capacity = kEntries;
-    CheckpointConfig config;
-    EXPECT_NO_THROW(CheckpointLayout(config, header));
-    config.forward = CheckpointForward::reference;
-    if (order == CheckpointOrder::nearest) {
-      EXPECT_THROW(CheckpointLayout(config, header), Error);
-    } else {
-      EXPECT_NO_THROW(CheckpointLayout(config, header));
+TEST(CheckpointLayout, ABinBeginsAnewWhenItWasEmptyAndGoesAroundWhenNot) {
+  traces::Header header;
+  header.checkpoint = true;
+  header.checkpoint_capacity = 6;
+  header.checkpoint_bins = 2;
+  const MemoryMap map(header, {1, 2, 0, 0, 8});
+  CheckpointConfig config;
+  config.entry_bytes = 8;
+  config.read_buffer = true;
+  CheckpointLayout layout(config, header);
+  traces::Ray ray;
+  ray.bins.assign(10, 1);
+  ray.rounds.resize(4);
+  const std::uint64_t first = map.checkpoint_bin(map.ray_slot(0, 0, 5), 1) / kSectorBytes;
+  CheckpointLayout::Lane lane;
+  const auto round = [&](std::uint32_t number, unsigned reads, unsigned writes) {
+    lane = layout.begin(map, 0, 0, 5, number, number > 0, 0, ray);
+    std::vector<std::uint64_t> sectors;
+    for (unsigned i = 0; i < reads; ++i) {
+      for (const std::uint64_t sector : numbers(layout.read(lane))) sectors.push_back(sector - first);
     }
-  }
+    for (unsigned i = 0; i < writes; ++i) {
+      for (const std::uint64_t sector : numbers(write(layout, lane))) sectors.push_back(sector - first);
+    }
+    return sectors;
+  };
+  using Sectors = std::vector<std::uint64_t>;
+  EXPECT_EQ(round(0, 0, 3), (Sectors{0, 0, 0}));
+  EXPECT_EQ(round(1, 2, 5), (Sectors{0, 0, 1, 1, 0, 0})) << "one is left: places 3, 4, 5, 0, 1";
+  EXPECT_EQ(round(2, 6, 0), (Sectors{0, 1, 0})) << "places 2, 3, 4, 5, 0, 1";
+  EXPECT_EQ(round(3, 0, 2), (Sectors{0, 0})) << "it was empty: places 0, 1";
+  EXPECT_THROW(write(layout, lane), Error) << "no bin is left";
 }
 
 TEST(CheckpointLayout, NothingLiesBeyondTheCapacity) {

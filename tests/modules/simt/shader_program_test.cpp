@@ -388,5 +388,27 @@ TEST(ShaderProgramHeader, RefusesWarpsWiderThanTheMessages) {
   }
 }
 
+TEST(ShaderIntersection, ReadsAMatrixALaneUnlessTheRayIsInTheInstancesSpace) {
+  for (const bool two_level : {false, true}) {
+    traces::Header header = simt_header();
+    header.accel = two_level ? traces::AccelKind::tlas_box : traces::AccelKind::box;
+    header.two_level = two_level;
+    Program p(header);
+    ASSERT_TRUE(p.program.intersects());
+    AnyHitBatch batch;
+    batch.slot = kSlot;
+    batch.lanes = 0x7;
+    batch.leaf = {2, 9, 2};
+    batch.outcome = {LeafOutcome::miss, LeafOutcome::inserted, LeafOutcome::beyond};
+    p.program.intersection(batch, p.phase);
+    EXPECT_EQ(p.phase.instructions, two_level ? 28u : 28u + 24u);
+    // Matrices of 48 B at 96 and 432: sectors 3 and 4, 13 and 14; lane 2 shares those of lane 0.
+    EXPECT_EQ(p.phase.loads.size(), two_level ? 0u : 4u);
+    EXPECT_TRUE(p.phase.stores.empty());
+    EXPECT_EQ(p.program.counters().intersection_calls, 3u);
+    EXPECT_EQ(ShaderProgram::hits_of(batch).lanes, 0x2u);
+  }
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -20,8 +20,9 @@ namespace grtx::sim::test {
 
 class ObservedRun {
  public:
-  /// procedural: leaves are spheres, or ellipsoids without a BLAS.
-  explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false) {
+  /// procedural: leaves are spheres, or ellipsoids without a BLAS; boxes: they are boxes.
+  explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false,
+                       bool boxes = false) {
     folder_ = std::filesystem::path(::testing::TempDir()) /
               ("grtx_observed_" + std::to_string(::getpid()) + "_" + std::to_string(++count()));
     std::filesystem::create_directories(folder_);
@@ -35,7 +36,7 @@ class ObservedRun {
     random.checkpoint = checkpoint;
     random.capacity = checkpoint ? 1000 : 0;
     auto trace = traces::testing::random_trace(random);
-    if (procedural) make_procedural(trace);
+    if (procedural) make_procedural(trace, boxes);
     for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;
     traces::testing::write_trace(path("t.grtx"), trace.header, trace.groups);
   }

@@ -45,6 +45,7 @@ TEST(ScTrace, RecordsAUsersSignal) {
     TraceSource source(reader, groups);
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
     Gpu gpu("gpu", config, reader.header(), reader.totals().max_evictions_per_ray, source, {});
+    const PauseAtEnd pause("pause_at_end", gpu);
     const auto memory = memory_system(kBuiltInMemory)(gpu, {});
     WarpCounter counter("counter", gpu);
     sc_core::sc_trace_file* file = sc_core::sc_create_vcd_trace_file(run.path("user").c_str());

@@ -152,24 +152,6 @@ TEST_P(WaveformExactness, PrivateStoresAreCounted) {
   EXPECT_EQ(last(file, unit + "read"), statistic(stats_, counted + "read"));
 }
 
-TEST_P(WaveformExactness, LanesThatHelpAreShown) {
-  EXPECT_FALSE(record().changes.contains("gpu.sm0.rt.lane_cooperation.helping"));
-  const VcdFile file = record({}, {"rt.cooperation.ahead=2"});
-  // Each node taken takes a lane at least the latency of its test.
-  EXPECT_GT(sum(file, "rt.lane_cooperation.helping", file.end), 13 * statistic(stats_, "gpu.rt.cooperation.taken") / 2);
-  EXPECT_GT(statistic(stats_, "gpu.rt.cooperation.taken"), 0U);
-  EXPECT_EQ(last(file, "rt.lane_cooperation.helping"), 0U);
-  EXPECT_EQ(last(file, "rt.lane_cooperation.held"), 0U);
-}
-
-TEST_P(WaveformExactness, PrefetchesFromStacksAreCounted) {
-  const std::string signal = "rt.sibling_prefetcher.stack_nodes";
-  EXPECT_FALSE(record().changes.contains("gpu.sm0." + signal));
-  const VcdFile file = record({}, {"rt.stack_prefetch.depth=2", "rt.stack_prefetch.pops=1"});
-  EXPECT_GT(last(file, signal), 0U);
-  EXPECT_EQ(last(file, signal), statistic(stats_, "gpu.rt.prefetch.stack_nodes"));
-}
-
 TEST_P(WaveformExactness, LanesOfAWarpAreInOneStateEach) {
   const VcdFile file = record();
   std::uint64_t rounds = 0;

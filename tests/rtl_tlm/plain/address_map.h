@@ -14,30 +14,41 @@ namespace grtx::sim::plain {
 class AddressMap {
  public:
   /// most_evictions: of a ray, as the trace's totals have it.
+  /// stack_sectors: of a ray's stack area; 0: there is none. entry_bytes: of a checkpoint entry.
   /// k_by_ray, evictions_by_lane: as simt.k_buffer_layout and simt.eviction_layout say.
-  AddressMap(const traces::Header& header, unsigned sms, unsigned slots, std::uint64_t most_evictions, bool spill,
-             bool k_by_ray, bool evictions_by_lane)
-      : header_(header), slots_(slots), k_by_ray_(k_by_ray), evictions_by_lane_(evictions_by_lane) {
+  AddressMap(const traces::Header& header, unsigned sms, unsigned slots, std::uint64_t most_evictions,
+             std::uint64_t stack_sectors, std::uint64_t entry_bytes, bool k_by_ray, bool evictions_by_lane)
+      : header_(header),
+        slots_(slots),
+        stack_sectors_(stack_sectors),
+        entry_bytes_(entry_bytes),
+        k_by_ray_(k_by_ray),
+        evictions_by_lane_(evictions_by_lane) {
     const std::uint64_t warps = std::uint64_t{sms} * slots, rays = warps * header.warp_size;
     k_ = header.tracing == traces::Tracing::single ? 2 * header.k : header.k;
     place(header.node_image_bytes);
     gaussian_ = place(header.gaussians * header.gaussian_record_bytes);
+    const std::uint64_t unit = header.layout == traces::NodeLayout::compact ? 80 : 64;  // of a node
+    if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / unit * 48);
     sh_ = place(header.gaussians * header.sh_record_bytes);
     k_buffer_ = place(warps * k_ * 8 * header.warp_size);
     if (header.checkpoint) {
-      checkpoint_stride_ = odd_lines(header.checkpoint_capacity * 20);
-      checkpoint_ = place(rays * 2 * checkpoint_stride_);
+      if (header.checkpoint_bins > 0) lists_ = header.checkpoint_bins + 1;
+      checkpoint_stride_ = odd_lines(header.checkpoint_capacity * entry_bytes);
+      checkpoint_ = place(rays * lists_ * checkpoint_stride_);
       evictions_ = std::max<std::uint64_t>({header.checkpoint_capacity, 256, most_evictions});
       eviction_stride_ = odd_lines(evictions_ * 8 * (evictions_by_lane_ ? header.warp_size : 1));
       eviction_ = place((evictions_by_lane_ ? warps : rays) * eviction_stride_);
     }
     pixel_ = place(std::uint64_t{header.width} * header.height * 16);
-    if (spill) {
-      stack_stride_ = odd_lines(kStackSectors * kSector);
+    if (stack_sectors > 0) {
+      stack_stride_ = odd_lines(stack_sectors * kSector);
       stack_ = place(rays * stack_stride_);
     }
   }
   std::uint64_t gaussian(std::uint64_t id) const { return gaussian_ + id * header_.gaussian_record_bytes; }
+  /// leaf: address of the box, bytes.
+  std::uint64_t shape(std::uint64_t leaf) const { return shape_ + leaf / 64 * 48; }
   std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
   std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
   std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
@@ -50,16 +61,15 @@ class AddressMap {
     }
     return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * 8;
   }
-  std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned buffer, std::uint64_t entry) const {
-    return checkpoint_ + (ray(sm, slot, lane) * 2 + buffer) * checkpoint_stride_ + entry * 20;
+  /// list: one of the two buffers, or a bin.
+  std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned list, std::uint64_t entry) const {
+    return checkpoint_ + (ray(sm, slot, lane) * lists_ + list) * checkpoint_stride_ + entry * entry_bytes_;
   }
   std::uint64_t stack(unsigned sm, unsigned slot, unsigned lane, std::uint64_t sector) const {
-    return stack_ + ray(sm, slot, lane) * stack_stride_ + sector % kStackSectors * kSector;
+    return stack_ + ray(sm, slot, lane) * stack_stride_ + sector % stack_sectors_ * kSector;
   }
 
  private:
-  static constexpr std::uint64_t kStackSectors = 128;  // 256 entries of 16 B
-
   std::uint64_t warp(unsigned sm, unsigned slot) const { return std::uint64_t{sm} * slots_ + slot; }
   std::uint64_t ray(unsigned sm, unsigned slot, unsigned lane) const {
     return warp(sm, slot) * header_.warp_size + lane;
@@ -78,9 +88,12 @@ class AddressMap {
 
   traces::Header header_;
   unsigned slots_;
+  std::uint64_t stack_sectors_, entry_bytes_;
   bool k_by_ray_, evictions_by_lane_;
+  std::uint64_t lists_ = 2;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
-  std::uint64_t gaussian_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, stack_ = 0;
+  std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0,
+                stack_ = 0;
   std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;
 };
 

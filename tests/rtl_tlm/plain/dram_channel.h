@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "grtx/modules/dram/dram.h"
 #include "rtl_tlm/plain/address_map.h"
+#include "rtl_tlm/plain/dram_commands.h"
 #include "rtl_tlm/plain/dram_socket.h"
 #include "rtl_tlm/plain/statistics.h"
 
@@ -28,17 +28,17 @@ class DramChannel {
         core_(core),
         slices_(map.sharers(channel)),
         sockets_(sockets),
-        banks_(config.channel.banks) {}
+        commands_(config.channel) {}
 
   void tick(Cycle now) {
     take_requests(now);
     if (!config_.perfect) issue_commands(now);
-    queue_clocks_ += bursts_.size();
+    queue_clocks_ += commands_.queued();
     for (const unsigned slice : slices_) begin_response(now, slice);
   }
   bool idle() const {
     const auto quiet = [this](unsigned slice) { return !sockets_[slice].request && sockets_[slice].responses.empty(); };
-    return bursts_.empty() && done_.empty() && std::all_of(slices_.begin(), slices_.end(), quiet);
+    return commands_.queued() == 0 && done_.empty() && std::all_of(slices_.begin(), slices_.end(), quiet);
   }
   std::uint64_t bytes() const { return bytes_; }
   void report(Statistics& s) const {
@@ -50,7 +50,8 @@ class DramChannel {
     s.add("gpu.dram.row_misses", row_misses_);
     s.add("gpu.dram.row_conflicts", row_conflicts_);
     s.add("gpu.dram.activates", activates_);
-    s.add("gpu.dram.precharges", precharges_);
+    s.add("gpu.dram.precharges", precharges_ + commands_.refresh_precharges());
+    s.add("gpu.dram.refreshes", commands_.refreshes());
     s.add("gpu.dram.bursts", columns_);
     s.add("gpu.dram.aged", aged_);
     s.add("gpu.dram.queue_clocks", queue_clocks_);
@@ -60,26 +61,12 @@ class DramChannel {
   }
 
  private:
-  static constexpr std::size_t kNone = ~std::size_t{0};
-
-  struct Burst {
-    std::uint64_t request;
-    Access access;
-    unsigned bank;
-    std::uint64_t row;
-    Cycle arrival;
-  };
   /// What a request still waits for, and which commands it needed.
   struct Parts {
+    Access access;
     std::uint64_t left;
     bool activated, precharged;
   };
-  struct Bank {
-    std::optional<std::uint64_t> row;
-    Cycle activate_from = 0, precharge_from = 0, column_from = 0;  ///< earliest next command
-    unsigned overtaken = 0;  ///< column commands for hits younger than the oldest request, in a row
-  };
-
   bool asks(Cycle now, unsigned slice) const {
     return sockets_[slice].request && memory_.first_after(sockets_[slice].request->first) <= now;
   }
@@ -108,119 +95,35 @@ class DramChannel {
       if (!asks(now, slices_[turn_])) return;
     }
     const std::uint64_t bursts = (kSector + config_.channel.burst_bytes - 1) / config_.channel.burst_bytes;
-    refused_ = bursts_.size() + bursts > config_.channel.queue;
+    refused_ = commands_.queued() + bursts > config_.channel.queue;
     if (refused_) {
       ++queue_full_;
       return;
     }
     const Access access = end_request(now, slices_[turn_]);
     turn_ = (turn_ + 1) % slices_.size();
-    parts_[order_] = {bursts, false, false};
-    const std::uint64_t row_number = map_.in_channel(access.address) / config_.channel.row_bytes;
-    const std::uint64_t row = row_number / config_.channel.banks;
-    std::uint64_t bank = row_number % config_.channel.banks;
-    if (config_.channel.bank_xor) bank ^= row % config_.channel.banks;
-    for (std::uint64_t b = 0; b < bursts; ++b)
-      bursts_.push_back({order_, access, static_cast<unsigned>(bank), row, now});
+    parts_[order_] = {access, bursts, false, false};
+    for (std::uint64_t b = 0; b < bursts; ++b) {
+      commands_.enqueue(now, order_, map_.in_channel(access.address), access.write);
+    }
     ++order_;
   }
-
-  /// What the scheduler sees of a bank with requests. Bursts are named by their places in the queue.
-  struct View {
-    std::size_t oldest;
-    std::size_t hit = kNone;  ///< the oldest burst for the open row
-    bool column_ready = false, row_ready = false;
-    bool hit_first = false;  ///< the bank serves its hit before its oldest burst
-  };
-  bool aged(const Burst& burst, Cycle now) const { return now > burst.arrival + config_.channel.age_cap; }
-  std::map<unsigned, View> views(Cycle now) const {
-    std::map<unsigned, View> all;
-    for (std::size_t i = 0; i < bursts_.size(); ++i) {
-      const Burst& burst = bursts_[i];
-      View& view = all.try_emplace(burst.bank, View{i}).first->second;
-      if (view.hit == kNone && banks_[burst.bank].row == burst.row) view.hit = i;
-    }
-    for (auto& [number, view] : all) {
-      const Bank& bank = banks_[number];
-      if (view.hit != kNone) {
-        const Cycle bus = bursts_[view.hit].access.write ? write_from_ : read_from_;
-        view.column_ready = now >= bus && now >= bank.column_from;
-      }
-      const bool lacks_row = view.hit != view.oldest;
-      view.row_ready =
-          lacks_row && (bank.row ? now >= bank.precharge_from : now >= bank.activate_from && now >= activate_from_);
-      const bool capped = config_.channel.scheduling == "fr_fcfs_cap" && bank.overtaken >= config_.channel.hit_cap;
-      view.hit_first = view.hit != kNone && (!lacks_row || (!aged(bursts_[view.oldest], now) && !capped));
-    }
-    return all;
-  }
   void issue_commands(Cycle now) {
-    const std::map<unsigned, View> banks = views(now);
-    std::size_t column = kNone, row = kNone, first_hit = kNone;
-    for (const auto& [number, view] : banks) {
-      if (config_.channel.scheduling == "fcfs") {
-        if (view.oldest == 0 && view.hit == 0 && view.column_ready) column = 0;
-        if (view.row_ready) row = std::min(row, view.oldest);
-      } else if (view.hit_first) {
-        first_hit = std::min(first_hit, view.hit);
-        if (view.column_ready) column = std::min(column, view.hit);
-      } else if (view.row_ready) {
-        row = std::min(row, view.oldest);
-      }
+    const DramCommands::Issued issued = commands_.step(now);
+    if (issued.row) {
+      ++(issued.precharge ? precharges_ : activates_);
+      Parts& parts = parts_.at(issued.row->request);
+      (issued.precharge ? parts.precharged : parts.activated) = true;
     }
-    // The data bus waits for an aged hit.
-    if (first_hit != kNone && first_hit != column && aged(bursts_[first_hit], now)) column = kNone;
-    if (row != kNone) row_command(now, bursts_[row]);
-    if (column != kNone) {
-      Bank& bank = banks_[bursts_[column].bank];
-      bank.overtaken = column == banks.at(bursts_[column].bank).oldest ? 0 : bank.overtaken + 1;
-      column_command(now, bursts_[column], bank);
-      bursts_.erase(bursts_.begin() + static_cast<std::ptrdiff_t>(column));
-    }
-  }
-  void column_command(Cycle now, const Burst& burst, Bank& bank) {
-    const auto& t = config_.channel.timing;
+    if (!issued.column) return;
     ++columns_;
-    Cycle done;
-    if (burst.access.write) {
-      write_from_ = now + t.ccd;
-      read_from_ = now + t.wl + t.ccd + t.cdlr;
-      bank.precharge_from = std::max<Cycle>(bank.precharge_from, now + t.wl + t.ccd + t.wr);
-      done = now + t.wl + t.ccd;
-    } else {
-      read_from_ = now + t.ccd;
-      const Cycle turn = t.cl + t.ccd + t.turn;
-      write_from_ = now + (turn > t.wl ? turn - t.wl : 0);
-      bank.precharge_from = std::max<Cycle>(bank.precharge_from, now + t.rtp);
-      done = now + t.cl + t.ccd;
-    }
-    Parts& parts = parts_.at(burst.request);
-    if (--parts.left == 0) {
-      ++(parts.precharged ? row_conflicts_ : parts.activated ? row_misses_ : row_hits_);
-      parts_.erase(burst.request);
-      latency_.add(done - burst.arrival);
-      aged_ += aged(burst, now) ? 1 : 0;
-      done_.emplace(std::pair{done + config_.fixed_latency, order_++}, burst.access);
-    }
-  }
-  void row_command(Cycle now, const Burst& burst) {
-    const auto& t = config_.channel.timing;
-    Bank& bank = banks_[burst.bank];
-    bank.overtaken = 0;
-    if (bank.row) {
-      bank.row.reset();
-      bank.activate_from = std::max<Cycle>(bank.activate_from, now + t.rp);
-      parts_.at(burst.request).precharged = true;
-      ++precharges_;
-      return;
-    }
-    bank.row = burst.row;
-    bank.column_from = now + t.rcd;
-    bank.precharge_from = now + t.ras;
-    bank.activate_from = now + t.rc;
-    activate_from_ = now + t.rrd;
-    parts_.at(burst.request).activated = true;
-    ++activates_;
+    const Parts& parts = parts_.at(issued.column->request);
+    if (--parts_.at(issued.column->request).left > 0) return;
+    ++(parts.precharged ? row_conflicts_ : parts.activated ? row_misses_ : row_hits_);
+    latency_.add(issued.done - issued.column->arrival);
+    aged_ += commands_.aged(*issued.column, now) ? 1 : 0;
+    done_.emplace(std::pair{issued.done + config_.fixed_latency, order_++}, parts.access);
+    parts_.erase(issued.column->request);
   }
   void begin_response(Cycle now, unsigned slice) {
     const auto own = std::find_if(done_.begin(), done_.end(),
@@ -242,12 +145,10 @@ class DramChannel {
   std::deque<DramSocket>& sockets_;
   std::size_t turn_ = 0;  ///< in slices_
   bool refused_ = false;  ///< its request found no room and keeps its turn
-  std::vector<Bank> banks_;
-  std::deque<Burst> bursts_;                                ///< oldest first
+  DramCommands commands_;
   std::map<std::uint64_t, Parts> parts_;                    ///< by request
   std::map<std::pair<Cycle, std::uint64_t>, Access> done_;  ///< by the clock in which the response may begin
   std::uint64_t order_ = 0;
-  Cycle read_from_ = 0, write_from_ = 0, activate_from_ = 0;  ///< of the whole channel
 
   std::uint64_t reads_ = 0, writes_ = 0, bytes_ = 0, responses_ = 0;
   std::uint64_t row_hits_ = 0, row_misses_ = 0, row_conflicts_ = 0, activates_ = 0, precharges_ = 0, columns_ = 0;

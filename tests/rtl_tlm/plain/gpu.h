@@ -54,7 +54,7 @@ class Sm {
       memory.node = port(!config.rt.memory.by_shader, config.rt.memory.sectors_per_cycle);
       if (u == 0) simt_port = port(true, config.simt.sectors_per_cycle);
       memory.checkpoint = port(header.checkpoint);
-      memory.prefetch = port(config.rt.sibling_prefetch || config.rt.prefetcher.stack.depth > 0);
+      memory.prefetch = port(config.rt.sibling_prefetch);
       memory.stack = port(config.rt.warp_buffer.spill);
       memories.push_back(memory);
     }
@@ -105,8 +105,9 @@ inline constexpr Cycle kDrainStep = 256;
 inline Statistics run(const GpuConfig& config, const traces::Header& header,
                       const std::vector<traces::RayGroup>& groups, std::uint64_t most_evictions) {
   const Clock core(config.core_mhz), memory(config.memory_mhz);
-  const AddressMap map(header, config.sms, config.resident_warps, most_evictions, config.rt.warp_buffer.spill,
-                       config.simt.k_buffer_layout == modules::RayArrayLayout::by_ray,
+  const AddressMap map(header, config.sms, config.resident_warps, most_evictions,
+                       config.rt.warp_buffer.spill ? 256 / stack_entries_of_a_sector(header) : 0,
+                       config.rt.checkpoint.entry_bytes, config.simt.k_buffer_layout == modules::RayArrayLayout::by_ray,
                        config.simt.eviction_layout == modules::RayArrayLayout::by_lane);
   const SliceMap slices(config.interleave);
 

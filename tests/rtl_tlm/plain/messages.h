@@ -45,9 +45,11 @@ struct AnyHitBatch {
     unsigned lane;
     traces::LeafOutcome outcome;
     unsigned shifts;
+    std::uint64_t leaf;  ///< address of the node
   };
   unsigned slot = 0, round = 0;
-  std::vector<Call> calls;  ///< lowest lane first
+  std::vector<Call> calls;   ///< lowest lane first
+  bool intersected = false;  ///< the intersection shader has seen them
 };
 struct AnyHitDone {
   unsigned slot = 0;

@@ -80,13 +80,13 @@ TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
     test::Random random(seed);
     const RandomOptions options = test::random_options(random, seed);
     GpuConfig config = test::random_machine(random);
-    test::make_insertion_possible(config, options);
+    test::make_possible(config, options);
     auto trace = random_trace(options);
     // Secondary groups follow the primary ones.
     std::stable_sort(trace.groups.begin(), trace.groups.end(),
                      [](const auto& a, const auto& b) { return a.kind < b.kind; });
     for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
-    if (random.upto(3) == 0) test::make_procedural(trace);
+    if (const unsigned leaves = random.upto(5); leaves < 3) test::make_procedural(trace, leaves < 2);
     const traces::testing::TemporaryFile file("plain");
     traces::testing::write_trace(file.path(), trace.header, trace.groups);
     EXPECT_EQ(differences(file.path(), config), "") << describe(options) << "\n" << config_json(config).dump();

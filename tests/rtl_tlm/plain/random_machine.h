@@ -50,12 +50,24 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   trace.capacity = trace.checkpoint ? random.one_of({6U, 1000U, 1000U}) : 0;
   trace.checkpoint_order =
       random.one_of({traces::CheckpointOrder::fifo, traces::CheckpointOrder::lifo, traces::CheckpointOrder::nearest});
+  if (seed % 5 == 4) trace.child_order = traces::ChildOrder::vulkan_sim;
+  if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
+  using traces::NodeLayout;
+  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed});
+  Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
+  if (trace.checkpoint && bins.coin()) {
+    trace.bins = bins.one_of({2U, 4U, 8U, 32U});
+    trace.capacity = bins.one_of({3U, 8U, 1000U});
+    trace.checkpoint_order = traces::CheckpointOrder::fifo;
+  }
   return trace;
 }
 
-/// Ellipsoids in place of triangles, or spheres as the BLAS.
-inline void make_procedural(traces::testing::RandomTrace& trace) {
-  trace.header.accel = trace.header.two_level ? traces::AccelKind::tlas_sphere : traces::AccelKind::ellipsoid;
+/// Ellipsoids or spheres in place of triangles, or boxes.
+inline void make_procedural(traces::testing::RandomTrace& trace, bool boxes = false) {
+  using traces::AccelKind;
+  trace.header.accel = trace.header.two_level ? (boxes ? AccelKind::tlas_box : AccelKind::tlas_sphere)
+                                              : (boxes ? AccelKind::box : AccelKind::ellipsoid);
   for (traces::RayGroup& group : trace.groups) {
     for (traces::NodeDefinition& node : group.nodes) {
       for (traces::NodeKind& kind : node.child_kinds) {
@@ -186,14 +198,7 @@ inline GpuConfig random_machine(Random& random) {
   c.rt.quadric = insertion.upto(5) < 3;
   c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
   c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
-  Random prefetch = stores;  // likewise
-  if (prefetch.upto(2) == 0) {
-    rt.prefetcher.stack.depth = prefetch.one_of({1U, 2U, 4U, 16U});
-    rt.prefetcher.stack.trigger = prefetch.coin() ? modules::StackTrigger::pop : modules::StackTrigger::push;
-    rt.prefetcher.stack.pops = prefetch.one_of({1U, 2U, 3U});
-  }
-  if (prefetch.upto(2) == 0) rt.cooperation.ahead = prefetch.one_of({1U, 2U, 4U, 16U});
-  Random traffic = prefetch;  // likewise
+  Random traffic = stores;  // likewise
   using modules::TrafficCharging;
   if (rt.checkpoint.store.entries == 0 && traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
   if (traffic.upto(3) == 0) c.simt.costs.eviction_traffic = TrafficCharging::uncharged;
@@ -206,12 +211,39 @@ inline GpuConfig random_machine(Random& random) {
   }
   Random buffer = channels;  // likewise
   l1.write_back_buffer = buffer.one_of({1U, 2U, 16U});
+  rt.checkpoint.entry_bytes = buffer.one_of({8U, 16U, 20U, 20U, 28U});
+  rt.prefetcher.replayed = buffer.coin();
+  if (buffer.coin()) {  // what only some parts have
+    auto& more = dram.channel;
+    more.bank_groups = more.banks == 1 ? 1 : buffer.one_of({1U, 2U, std::min(more.banks, 4U)});
+    more.group_bytes = std::max(32U, std::min(more.row_bytes, buffer.one_of({32U, 64U, 256U})));
+    t.ccd_l = buffer.one_of({0U, 7U});
+    t.rrd_l = buffer.one_of({0U, 23U});
+    t.cdlr_l = buffer.one_of({0U, 12U});
+    t.rcd_wr = buffer.one_of({0U, 9U});
+    t.faw = buffer.one_of({0U, 101U});
+    t.rfc = buffer.one_of({0U, 60U});
+    t.refi = buffer.one_of({0U, 400U, 3333U});
+  }
+  Random boxes = buffer;  // likewise
+  for (unsigned* cost : {&costs.intersection_fixed, &costs.intersection_transform}) {
+    if (boxes.upto(2) == 0) *cost = boxes.one_of({0U, 1U, 60U});
+  }
+  Random entries = boxes;  // likewise
+  rt.checkpoint.open_sectors = entries.one_of({1U, 2U, 3U, 8U});
   check_config(c, "a random machine");
   return c;
 }
 
-/// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them.
-inline void make_insertion_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
+/// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them. Four entries
+/// without t fill a sector of a stack. Bins need entries of 8 B, and no private store.
+inline void make_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
+  unsigned& stack = config.rt.warp_buffer.stack_entries;
+  if (trace.pop_test == traces::PopTest::off) stack = std::max(stack, 4U);
+  if (trace.bins != 0) {
+    config.rt.checkpoint.entry_bytes = 8;
+    config.rt.checkpoint.store.entries = 0;
+  }
   modules::PrivateStore::Config& store = config.simt.private_store;
   if (trace.tracing != traces::Tracing::multi) store.insertion = false;
   if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);

@@ -1,6 +1,5 @@
 // Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
-// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_prefetch,stack_unit,
-// cooperative_lanes}.md.
+// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit}.md.
 #pragma once
 
 #include <algorithm>
@@ -27,6 +26,11 @@
 
 namespace grtx::sim::plain {
 
+/// Of 16 B with a t, of 8 B without.
+inline unsigned stack_entries_of_a_sector(const traces::Header& header) {
+  return header.pop_test == traces::PopTest::on ? 2 : 4;
+}
+
 class RtUnit {
  public:
   /// Ports to the L1; those that a configuration does not use are never touched.
@@ -40,10 +44,13 @@ class RtUnit {
     const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
       return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
     };
-    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+    modules::IntersectionUnit::Config box = config.ray_box;
+    if (header.layout == traces::NodeLayout::obb) box.latency += config.box_rotate_latency;  // the ray, before it
+    units_ = {pipelines(box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_transform)};
     leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
+    boxes_ = header.accel == traces::AccelKind::box || header.accel == traces::AccelKind::tlas_box;
     if (ellipsoid_ && config.quadric) {  // one pass as long as both
       ellipsoid_ = false;
       units_[2].latency += config.ray_transform.latency;
@@ -98,7 +105,8 @@ class RtUnit {
     static constexpr const char* kEvents[] = {"visits_internal", "visits_instance", "visits_leaf",
                                               "culls",           "replay_takes",    "replay_forwards"};
     for (std::size_t e = 0; e < 6; ++e) s.add(p + kEvents[e], events_[e]);
-    s.add(p + "any_hit_calls", any_hit_lanes_);
+    s.add(p + "any_hit_calls", any_hit_calls_);
+    if (boxes_) s.add(p + "intersection_calls", any_hit_lanes_);
     s.add(p + "calls", calls_);
     s.most(p + "max_stack_depth", max_depth_);
     s.add(p + "warp_latency", warp_latency_);
@@ -129,15 +137,7 @@ class RtUnit {
     s.add(p + "prefetch.merged", prefetch_merged_);
     s.add(p + "prefetch.dropped", prefetch_dropped_);
     s.add(p + "prefetch.sectors", prefetch_sectors_);
-    s.add(p + "prefetch.stack_looks", stack_looks_);
-    s.add(p + "prefetch.stack_nodes", stack_nodes_);
-    s.add(p + "prefetch.stack_merged", stack_merged_);
-    s.add(p + "prefetch.stack_dropped", stack_dropped_);
-    s.add(p + "prefetch.stack_culled", stack_culled_);
-    s.add(p + "cooperation.taken", taken_);
-    s.add(p + "cooperation.helped", helped_);
-    s.add(p + "cooperation.waited", waited_);
-    s.add(p + "cooperation.wasted", wasted_);
+    s.add(p + "prefetch.replayed", triggers_replayed_);
     s.add(p + "stack.spills", spills_);
     s.add(p + "stack.fills", fills_);
     s.most(p + "stack.max_spilled", max_spilled_);
@@ -175,23 +175,10 @@ class RtUnit {
     std::optional<std::uint64_t> open_sector, held_sector;
     unsigned sectors_due = 0;  // of the entry being read
     std::deque<Record> records;
+    std::uint64_t taken = ~std::uint64_t{0};  // node that the last source entry named
     // stack unit
     std::uint64_t depth = 0, spilled = 0;  // entries in all, and of these in memory
     unsigned held_back = 0;                // checkpoint entries that wait for the stack
-    // prefetches from the stack
-    unsigned climbs = 0;              // events in succession that took an entry and pushed none
-    std::set<std::size_t> requested;  // entries that have been asked for, by the event that takes them
-    // lane cooperation
-    struct Ahead {
-      bool there = false, awaited = false;
-    };
-    std::map<std::size_t, Ahead> ahead;  // what others do or have done for it, by the event that takes the entry
-    struct Errand {
-      unsigned busy;
-      std::size_t taker;
-      unsigned children;
-    };
-    std::optional<Errand> errand;  // what it does for another
   };
   struct Warp {
     bool used = false;
@@ -240,7 +227,26 @@ class RtUnit {
   const traces::NodeDefinition& definition(const Warp& warp, const traces::Event& e) const {
     return warp.group->nodes[e.node];
   }
-  std::uint64_t stored(traces::NodeKind kind) const { return traces::node_bytes(kind, header_.bvh_width); }
+  // docs/model/node-image.md: nodes of layout compact have 80 B, but instance leaves two of these, of which the first
+  // is read, and leaves of four triangles; of layout compressed all nodes have 64 B. Neither has headers to read.
+  bool compact() const { return header_.layout == traces::NodeLayout::compact; }
+  bool compressed() const { return header_.layout == traces::NodeLayout::compressed; }
+  std::uint64_t unit() const { return compact() ? 80 : 64; }
+  std::uint64_t stored(traces::NodeKind kind) const {
+    if (compact()) return kind == traces::NodeKind::instance ? 160 : 80;
+    return compressed() ? 64 : traces::node_bytes(kind, header_.bvh_width);
+  }
+  /// Sectors of what a visit reads of a node.
+  std::vector<std::uint64_t> sectors_of(traces::NodeKind kind, std::uint64_t address) const {
+    std::uint64_t bytes = compact() ? 80 : stored(kind);
+    if (kind == traces::NodeKind::instance && !compact() && !compressed()) {
+      bytes = config_.memory.traffic.instance_leaf_bytes;
+    }
+    std::vector<std::uint64_t> sectors;
+    for (std::uint64_t at = address / kSector * kSector; at < address + bytes; at += kSector) sectors.push_back(at);
+    return sectors;
+  }
+  std::uint64_t entry_bytes() const { return config_.checkpoint.entry_bytes; }
   Lane& lane(LaneName name) { return warps_[name.first].lanes[name.second]; }
   static std::uint64_t tag(LaneName name) { return std::uint64_t{name.first} * kLanes + name.second; }
   static LaneName lane_of(std::uint64_t tag) {
@@ -291,8 +297,6 @@ class RtUnit {
       unit.flying.erase(unit.flying.begin());
       if (ellipsoid_ && &unit == &units_[3]) {
         queue_at(units_[2], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
-      } else if (lane(name).errand) {
-        errand_done(name);
       } else {
         result(name);
       }
@@ -307,13 +311,12 @@ class RtUnit {
       lane.depth += static_cast<unsigned>(std::popcount(e.pushed()));
       max_depth_ = std::max(max_depth_, lane.depth);
     }
-    look_at_stack(name);
-    if (e.kind() == traces::EventKind::visit_leaf && traces::calls_any_hit(e.outcome())) {
+    if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
       return;
     }
-    if (e.kind() == traces::EventKind::visit_internal) remember(warp, lane, e);
+    if (e.kind() == traces::EventKind::visit_internal) remember(warp, name, e);
     finish_event(name, static_cast<unsigned>(std::popcount(unsigned{e.checkpoints})));
   }
   // The event is over but for its checkpoint entries.
@@ -328,26 +331,27 @@ class RtUnit {
       submit(name, entries);
     }
   }
-  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move in pairs.
+  // Keeps at most stack_entries in the warp buffer, and one there for an event that takes it; entries move by sectors.
   bool stack_moves(LaneName name) {
     Lane& lane = this->lane(name);
     const std::size_t before = stack_queue_.size();
+    const unsigned together = stack_entries_of_a_sector(header_);
     while (lane.depth - lane.spilled > config_.warp_buffer.stack_entries) {
-      stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), true});
-      lane.spilled += 2;
+      stack_queue_.push_back({name, stack_address(name, lane.spilled / together), true});
+      lane.spilled += together;
     }
     max_spilled_ = std::max(max_spilled_, lane.spilled);
     if (lane.depth == lane.spilled && lane.spilled > 0 && lane.next != lane.end) {
       const auto kind = event(lane).kind();
       if (kind != traces::EventKind::replay_take && kind != traces::EventKind::replay_forward) {
-        lane.spilled -= 2;
-        stack_queue_.push_back({name, stack_address(name, lane.spilled / 2), false});
+        lane.spilled -= together;
+        stack_queue_.push_back({name, stack_address(name, lane.spilled / together), false});
       }
     }
     return stack_queue_.size() != before;
   }
-  std::uint64_t stack_address(LaneName name, std::uint64_t pair) const {
-    return map_.stack(sm_, warps_[name.first].slot, name.second, pair);
+  std::uint64_t stack_address(LaneName name, std::uint64_t sector) const {
+    return map_.stack(sm_, warps_[name.first].slot, name.second, sector);
   }
   void stack_moved(LaneName name) { submit(name, lane(name).held_back); }
   void submit(LaneName name, unsigned entries) {
@@ -356,8 +360,9 @@ class RtUnit {
     const bool last = lane.next == lane.end;
     const std::uint64_t total = lane.written + entries;
     lane.flush = last && charged() && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
-                 total * 20 % kSector != 0;
-    if (entries > 0 || lane.flush) {
+                 total * entry_bytes() % kSector != 0;
+    if (binned()) lane.flush = last && charged() && config_.checkpoint.write_combine;
+    if (entries > 0 || (binned() ? lane.flush && !bins(name).open.empty() : lane.flush)) {
       lane.state = State::write;
       submitted_.push_back(name);
     } else {
@@ -420,13 +425,14 @@ class RtUnit {
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
-      unsigned tests = 1;
-      if (lane.errand) {
-        if (internal && config_.box_op_per_child) tests = lane.errand->children;
-      } else {
-        lane.state = State::unit;
-        if (internal && config_.box_op_per_child) tests = definition(warp, event(lane)).child_count;
+      if (boxes_ && fetch.kind == traces::NodeKind::procedural) {  // no unit: a shader tests
+        result({fetch.entry, l});
+        continue;
       }
+      unsigned tests = 1;
+      lane.state = State::unit;
+      if (internal && config_.box_op_per_child) tests = definition(warp, event(lane)).child_count;
+      if (event(lane).kind() == traces::EventKind::visit_leaf && compact() && leaf_unit_ == 1) tests = 4;
       queue_at(unit, {{fetch.entry, l}, now_, tests});
     }
   }
@@ -437,8 +443,10 @@ class RtUnit {
   // The source entry of the event is there: a replay_take pushes it, a replay_forward may submit it.
   void entry_read(LaneName name) {
     Lane& lane = this->lane(name);
-    if (event(lane).kind() == traces::EventKind::replay_take) max_depth_ = std::max(max_depth_, ++lane.depth);
-    lane.climbs = 0;
+    if (event(lane).kind() == traces::EventKind::replay_take) {
+      max_depth_ = std::max(max_depth_, ++lane.depth);
+      lane.taken = std::uint64_t{event(lane).node} * unit();
+    }
     finish_event(name, event(lane).checkpoints);
   }
 
@@ -469,7 +477,8 @@ class RtUnit {
     }
     if (!prefetch_queue_.empty() && memory_.prefetch->request.has_room(now_)) {
       Prefetch& prefetch = prefetch_queue_.front();
-      send(memory_.prefetch, prefetch.address + kSector * prefetch.sent, prefetch.region, false, 0, true);
+      send(memory_.prefetch, prefetch.address / kSector * kSector + kSector * prefetch.sent, prefetch.region, false, 0,
+           true);
       ++prefetch_sectors_;
       if (++prefetch.sent == prefetch.sectors) prefetch_queue_.pop_front();
     }
@@ -524,7 +533,7 @@ class RtUnit {
   }
   bool charged() const { return config_.checkpoint.traffic == modules::TrafficCharging::charged; }
   void take_items() {
-    const unsigned places = config_.checkpoint.write_combine ? 1 : 2;
+    const unsigned places = config_.checkpoint.write_combine || entry_bytes() < 20 ? 1 : 2;
     bool stored = false;  // an entry in this cycle
     for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
       const LaneName name = submitted_.front();
@@ -540,33 +549,36 @@ class RtUnit {
         max_entries_ = std::max(max_entries_, lane.written);
       } else if (!charged()) {
         --lane.to_write;
+        if (binned()) place_in_bin(name);
         ++entries_written_;
         max_entries_ = std::max(max_entries_, ++lane.written);
       } else if (write_queue_.size() + places > config_.checkpoint.write_queue) {
         return;
+      } else if (binned()) {
+        take_binned(name);
       } else if (lane.to_write > 0) {
         --lane.to_write;
         const std::uint64_t first = entry_address(warp, name.second, warp.round % 2, lane.written++);
         ++entries_written_;
         max_entries_ = std::max(max_entries_, lane.written);
-        const std::uint64_t last_sector = (first + 19) / kSector * kSector;
+        const std::uint64_t last_sector = (first + entry_bytes() - 1) / kSector * kSector;
         const std::uint64_t first_sector = first / kSector * kSector;
         if (last_sector != first_sector) ++straddling_written_;
         if (!config_.checkpoint.write_combine) {
           write_queue_.push_back(first_sector);
           if (last_sector != first_sector) write_queue_.push_back(last_sector);
         } else {
-          const bool reaches_end = (first + 20) / kSector * kSector != first_sector;
-          if (reaches_end) write_queue_.push_back(first_sector);
+          const std::uint64_t end = first + entry_bytes();
+          if (end / kSector * kSector != first_sector) write_queue_.push_back(first_sector);
           lane.open_sector.reset();
-          if ((first + 20) % kSector != 0) lane.open_sector = (first + 20) / kSector * kSector;
+          if (end % kSector != 0) lane.open_sector = end / kSector * kSector;
         }
       } else {
         write_queue_.push_back(*lane.open_sector);
         lane.open_sector.reset();
         lane.flush = false;
       }
-      if (lane.to_write == 0 && !lane.flush) {
+      if (lane.to_write == 0 && !(binned() ? lane.flush && !bins(name).open.empty() : lane.flush)) {
         submitted_.pop_front();
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
@@ -574,6 +586,80 @@ class RtUnit {
   }
   std::uint64_t entry_address(const Warp& warp, unsigned lane, unsigned buffer, std::uint64_t index) const {
     return map_.checkpoint(sm_, warp.slot, lane, buffer, index);
+  }
+
+  // Bins: queues by distance, the last one for all beyond.
+  bool binned() const { return header_.checkpoint_bins > 0; }
+  struct Bins {
+    struct Queue {
+      std::deque<std::uint64_t> places;  // of the entries that are there
+      std::uint64_t next = 0;            // place of the next to be written
+      std::size_t readable = 0;          // of this round
+    };
+    std::vector<Queue> queues;
+    std::vector<std::size_t> order;  // in which the round reads them
+    std::size_t written = 0;         // by the ray: the next one's bin is ray->bins[written]
+    std::deque<std::uint64_t> open;  // sectors, the one used last at the end
+  };
+  Bins& bins(LaneName name) { return bins_[{warps_[name.first].slot, name.second}]; }
+  void begin_bins(LaneName name, const traces::Ray& ray) {
+    const Warp& warp = warps_[name.first];
+    Bins& b = bins(name);
+    if (warp.round == 0) b = {};
+    if (!ray.rounds[warp.round].replay) b.queues.assign(header_.checkpoint_bins + 1, {});
+    const traces::BinOrder& order = ray.rounds[warp.round].bins;
+    b.order.clear();
+    for (std::size_t i = 0; i < header_.checkpoint_bins; ++i)
+      b.order.push_back((order.first + i) % header_.checkpoint_bins);
+    b.order.insert(b.order.begin() + order.before_far, header_.checkpoint_bins);
+    for (Bins::Queue& queue : b.queues) {
+      if (queue.places.empty()) queue.next = 0;
+      queue.readable = queue.places.size();
+    }
+  }
+  /// Address of the lane's next entry.
+  std::uint64_t place_in_bin(LaneName name) {
+    Bins& b = bins(name);
+    const unsigned bin = lane(name).ray->bins.at(b.written++);
+    Bins::Queue& queue = b.queues.at(bin);
+    const std::uint64_t place = queue.next++ % header_.checkpoint_capacity;
+    queue.places.push_back(place);
+    return entry_address(warps_[name.first], name.second, bin, place);
+  }
+  std::uint64_t next_of_bins(LaneName name) {
+    Bins& b = bins(name);
+    for (const std::size_t bin : b.order) {
+      Bins::Queue& queue = b.queues[bin];
+      if (queue.readable == 0) continue;
+      --queue.readable;
+      const std::uint64_t place = queue.places.front();
+      queue.places.pop_front();
+      return entry_address(warps_[name.first], name.second, static_cast<unsigned>(bin), place);
+    }
+    throw std::logic_error("nothing to read in any bin");
+  }
+  /// An entry, or an open sector behind the last of them.
+  void take_binned(LaneName name) {
+    Lane& lane = this->lane(name);
+    std::deque<std::uint64_t>& open = bins(name).open;
+    if (lane.to_write == 0) {
+      write_queue_.push_back(open.front());
+      open.pop_front();
+      return;
+    }
+    --lane.to_write;
+    ++entries_written_;
+    max_entries_ = std::max(max_entries_, ++lane.written);
+    const std::uint64_t end = place_in_bin(name) + entry_bytes();
+    const std::uint64_t sector = (end - 1) / kSector * kSector;
+    const bool was_open = std::find(open.begin(), open.end(), sector) != open.end();
+    std::erase(open, sector);
+    if (!config_.checkpoint.write_combine || end % kSector == 0) return write_queue_.push_back(sector);
+    if (!was_open && open.size() == config_.checkpoint.open_sectors) {
+      write_queue_.push_back(open.front());
+      open.pop_front();
+    }
+    open.push_back(sector);
   }
 
   // --- 6 any-hit ---------------------------------------------------------------------------------------------------
@@ -617,7 +703,8 @@ class RtUnit {
       if (lane.state != State::any_hit_wait) continue;
       lane.state = State::any_hit_run;
       since = std::min(since, lane.waiting_since);
-      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts()});
+      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts(), event(lane).node * std::uint64_t{64}});
+      any_hit_calls_ += traces::calls_any_hit(event(lane).outcome()) ? 1 : 0;
     }
     ++any_hit_batches_;
     any_hit_lanes_ += batch.calls.size();
@@ -632,7 +719,7 @@ class RtUnit {
     for (Warp& warp : warps_) {
       if (!warp.used || (oldest != nullptr && oldest->age < warp.age)) continue;
       const bool finished = std::all_of(std::begin(warp.lanes), std::end(warp.lanes), [](const Lane& lane) {
-        return (lane.state == State::finished || lane.state == State::absent) && !lane.errand;
+        return lane.state == State::finished || lane.state == State::absent;
       });
       if (finished) oldest = &warp;
     }
@@ -666,7 +753,6 @@ class RtUnit {
     for (unsigned l = 0; l < kLanes; ++l) {
       if (warps_[chosen].lanes[l].state == State::ready) handle({chosen, l});
     }
-    if (config_.cooperation.ahead > 0) cooperate(chosen);
   }
   unsigned choose(const std::vector<unsigned>& candidates) const {
     const auto older = [this](unsigned a, unsigned b) { return warps_[a].age < warps_[b].age; };
@@ -689,38 +775,22 @@ class RtUnit {
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
     const traces::Event& e = event(lane);
-    const std::uint64_t at = std::uint64_t{e.node} * traces::kNodeUnit;
-    if (const auto done = lane.ahead.find(lane.next); done != lane.ahead.end()) {
-      if (e.kind() == EventKind::cull) {
-        ++wasted_;
-        lane.ahead.erase(done);
-      } else if (done->second.there) {
-        ++helped_;
-        lane.ahead.erase(done);
-        result(name);
-        return;
-      } else {
-        ++waited_;
-        done->second.awaited = true;
-        lane.state = State::memory;
-        return;
-      }
-    }
+    const std::uint64_t at = std::uint64_t{e.node} * unit();
     switch (e.kind()) {
       case EventKind::visit_internal:
-        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * traces::kNodeUnit, false);
+        visit(name, NodeKind::internal, std::uint64_t{definition(warp, e).address} * unit(), false);
         return;
       case EventKind::visit_instance:
-        if (e.detail == 0) trigger(lane, at);
-        visit(name, NodeKind::instance, at, e.detail == 0 && config_.memory.traffic.blas_header_read);
+        trigger(name, at);
+        visit(name, NodeKind::instance, at,
+              e.detail == 0 && config_.memory.traffic.blas_header_read && !compact() && !compressed());
         return;
       case EventKind::visit_leaf:
-        trigger(lane, at);
+        trigger(name, at);
         visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
         return;
       case EventKind::cull:
         --lane.depth;
-        look_at_stack(name);
         finish_event(name, e.checkpoints);
         return;
       default:
@@ -747,13 +817,12 @@ class RtUnit {
     }
     Fetch fetch{name.first, name.second, address, header, kind, region, {name.second}, {}, 0, 0, now_};
     const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
-    if (leaf && config_.memory.traffic.leaf_descriptor_read) fetch.sectors.emplace_back(address, region);
-    const std::uint64_t bytes =
-        kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
-    for (std::uint64_t b = 0; b < bytes; b += kSector) fetch.sectors.emplace_back(address + b, region);
+    if (leaf && config_.memory.traffic.leaf_descriptor_read)
+      fetch.sectors.emplace_back(address / kSector * kSector, region);
+    for (const std::uint64_t sector : sectors_of(kind, address)) fetch.sectors.emplace_back(sector, region);
     std::uint64_t below = header_.blas_base;  // the tree that an instance leaf leads to: the BLAS, or an object's TLAS
     for (const traces::SceneLeaf& placed : header_.scene_leaves) {
-      if (placed.address == address) below = header_.object_roots[placed.object] - traces::kHeaderBytes;
+      if (placed.address == address) below = header_.object_roots[placed.object] - unit();
     }
     for (std::uint64_t b = 0; header && b < traces::kHeaderBytes; b += kSector) {
       fetch.sectors.emplace_back(below + b, region_of(traces::NodeKind::internal, below));
@@ -767,6 +836,7 @@ class RtUnit {
     Lane& lane = warp.lanes[name.second];
     const bool backwards = header_.checkpoint_order == traces::CheckpointOrder::lifo;
     const std::uint64_t index = backwards ? lane.source - 1 - lane.reads : lane.reads;
+    const std::uint64_t in_bin = binned() ? next_of_bins(name) : 0;
     ++lane.reads;
     ++entries_read_;
     if (!charged()) return entry_read(name);
@@ -775,10 +845,11 @@ class RtUnit {
       lane.state = State::read;
       return;
     }
-    const std::uint64_t first = entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    const std::uint64_t first = binned() ? in_bin : entry_address(warp, name.second, (warp.round + 1) % 2, index);
+    const std::uint64_t last = first + entry_bytes() - 1;
     std::vector<std::uint64_t> sectors{first / kSector * kSector};
-    if ((first + 19) / kSector * kSector != sectors[0]) {
-      sectors.push_back((first + 19) / kSector * kSector);
+    if (last / kSector * kSector != sectors[0]) {
+      sectors.push_back(last / kSector * kSector);
       ++straddling_read_;
     }
     if (backwards) std::reverse(sectors.begin(), sectors.end());
@@ -801,188 +872,80 @@ class RtUnit {
     Region region;
     unsigned sectors, sent = 0;
   };
-  static std::uint64_t child_address(const Record& record, unsigned slot, unsigned width) {
+  std::uint64_t child_address(const Record& record, unsigned slot) const {
     std::uint64_t address = record.child_base;
-    for (unsigned s = 0; s < slot; ++s) address += traces::node_bytes(record.node->child_kinds[s], width);
+    for (unsigned s = 0; s < slot; ++s) address += stored(record.node->child_kinds[s]);
     return address;
   }
-  void remember(const Warp& warp, Lane& lane, const traces::Event& e) {
-    if (!config_.sibling_prefetch || std::popcount(e.pushed()) < 2) return;
+  void remember(const Warp& warp, LaneName name, const traces::Event& e) {
+    if (!config_.sibling_prefetch) return;
     const traces::NodeDefinition& node = definition(warp, e);
-    bool leaf = false;
-    for (unsigned s = 0; s < node.child_count; ++s) {
-      leaf = leaf || ((e.pushed() >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+    const auto siblings_with_leaf = [&](unsigned mask) {
+      bool leaf = false;
+      for (unsigned s = 0; s < node.child_count; ++s) {
+        leaf = leaf || ((mask >> s & 1) != 0 && node.child_kinds[s] != traces::NodeKind::internal);
+      }
+      return leaf && std::popcount(mask) >= 2;
+    };
+    const Record record{std::uint64_t{node.address} * unit(), std::uint64_t{node.child_base} * unit(), &node,
+                        e.pushed()};
+    if (siblings_with_leaf(e.pushed())) keep(lane(name), record);
+    const bool in_blas = header_.two_level && record.node_address >= header_.blas_base;
+    if (siblings_with_leaf(e.checkpoints) && !in_blas) {
+      auto& visits = written_together_[{warp.slot, name.second}];
+      visits.push_back(record);
+      visits.back().hit = e.checkpoints;
     }
-    if (!leaf) return;
-    lane.records.push_back({std::uint64_t{node.address} * traces::kNodeUnit,
-                            std::uint64_t{node.child_base} * traces::kNodeUnit, &node, e.pushed()});
+  }
+  void keep(Lane& lane, const Record& record) {
+    lane.records.push_back(record);
     if (lane.records.size() > config_.prefetcher.records) lane.records.pop_front();
   }
-  void trigger(Lane& lane, std::uint64_t leaf) {
-    for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
-      unsigned self = 8;
-      for (unsigned s = 0; s < record->node->child_count; ++s) {
-        if ((record->hit >> s & 1) != 0 && child_address(*record, s, header_.bvh_width) == leaf) self = s;
-      }
-      if (self == 8) continue;
-      if (record->triggered) return;
-      record->triggered = true;
-      ++triggers_;
-      for (unsigned s = 0; s < record->node->child_count; ++s) {
-        if ((record->hit >> s & 1) == 0 || s == self) continue;
-        const std::uint64_t address = child_address(*record, s, header_.bvh_width);
-        if (!queued_now(record->node_address, address)) continue;
-        const traces::NodeKind kind = record->node->child_kinds[s];
-        const std::uint64_t bytes =
-            kind == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(kind);
-        const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
-                                       [&](const Prefetch& p) { return p.address == address; });
-        if (there) {
-          ++prefetch_merged_;
-        } else if (prefetch_queue_.size() >= config_.prefetcher.queue) {
-          ++prefetch_dropped_;
-        } else {
-          prefetch_queue_.push_back({address, region_of(kind, address), static_cast<unsigned>(bytes / kSector)});
-          ++prefetch_nodes_;
-        }
-      }
-      return;
-    }
-  }
-  // --- prefetches from the stack -----------------------------------------------------------------------------------
-  // The lane's present event has moved its stack.
-  void look_at_stack(LaneName name) {
-    const auto& config = config_.prefetcher.stack;
-    if (config.depth == 0) return;
-    using traces::EventKind;
-    Warp& warp = warps_[name.first];
-    Lane& lane = warp.lanes[name.second];
-    const traces::Event& e = event(lane);
-    const int pushed = e.kind() == EventKind::visit_internal ? std::popcount(e.pushed()) : 0;
-    const bool climbs = e.kind() != EventKind::visit_instance && pushed == 0;
-    lane.climbs = climbs ? lane.climbs + 1 : 0;
-    if (config.trigger == modules::StackTrigger::pop ? lane.climbs < config.pops : pushed < 2) return;
-    ++stack_looks_;
-    const bool shader_first = e.kind() == EventKind::visit_leaf && traces::calls_any_hit(e.outcome());
-    const std::uint64_t lowest = lane.spilled;  // of the entries that are not in memory
-    std::uint64_t position = lane.depth;
-    if (!shader_first && position > 0) --position;  // the top is fetched at once
-    for (unsigned i = 0; i < config.depth && position > lowest; ++i, --position) {
-      const std::size_t taker = taker_of(lane, position, lane.next + 1);
-      if (lane.requested.contains(taker)) continue;
-      const traces::Event& takes = lane.ray->events[taker];
-      const std::pair<traces::NodeKind, std::uint64_t> node = named_by_entry(warp, takes);
-      if (std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
-                      [&](const Prefetch& p) { return p.address == node.second; })) {
-        ++stack_merged_;
-      } else if (prefetch_queue_.size() >= config_.prefetcher.queue) {
-        ++stack_dropped_;
-        continue;
-      } else {
-        const std::uint64_t bytes =
-            node.first == traces::NodeKind::instance ? config_.memory.traffic.instance_leaf_bytes : stored(node.first);
-        prefetch_queue_.push_back(
-            {node.second, region_of(node.first, node.second), static_cast<unsigned>(bytes / kSector)});
-        ++stack_nodes_;
-        if (takes.kind() == EventKind::cull) ++stack_culled_;
-      }
-      lane.requested.insert(taker);
-    }
-  }
-  std::pair<traces::NodeKind, std::uint64_t> named_by_entry(const Warp& warp, const traces::Event& takes) const {
-    using traces::EventKind;
-    const std::uint64_t at = std::uint64_t{takes.node} * traces::kNodeUnit;
-    switch (takes.kind()) {
-      case EventKind::visit_internal:
-        return {traces::NodeKind::internal, std::uint64_t{definition(warp, takes).address} * traces::kNodeUnit};
-      case EventKind::visit_instance:
-        return {traces::NodeKind::instance, at};
-      case EventKind::visit_leaf:
-        return {leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle, at};
-      default:
-        return {kind_in_tree(*warp.group, at), at};
-    }
-  }
-  // The event that takes the entry in this place of the stack, 1 being the lowest: walks the rest of the round, from
-  // the first event that has not moved the stack, and sees which finds it so deep and handles its top.
-  std::size_t taker_of(const Lane& lane, std::uint64_t place, std::size_t first) const {
-    using traces::EventKind;
-    std::uint64_t depth = lane.depth;
-    for (std::size_t i = first; i < lane.end; ++i) {
-      const traces::Event& e = lane.ray->events[i];
-      if (depth == place) return i;
-      if (e.kind() == EventKind::visit_instance) continue;
-      depth =
-          depth - 1 + (e.kind() == EventKind::visit_internal ? static_cast<unsigned>(std::popcount(e.pushed())) : 0U);
-    }
-    throw std::logic_error("an entry that nobody takes");
-  }
-  // A culled entry's event does not say what its node is: the node whose child it is does.
-  traces::NodeKind kind_in_tree(const traces::RayGroup& group, std::uint64_t address) const {
-    for (const traces::NodeDefinition& node : group.nodes) {
-      std::uint64_t child = std::uint64_t{node.child_base} * traces::kNodeUnit;
-      for (unsigned s = 0; s < node.child_count; ++s) {
-        if (child == address) {
-          const traces::NodeKind kind = node.child_kinds[s];
-          if (kind == traces::NodeKind::internal || kind == traces::NodeKind::instance) return kind;
-          return leaf_unit_ == 2 ? traces::NodeKind::procedural : traces::NodeKind::triangle;
-        }
-        child += stored(node.child_kinds[s]);
-      }
-    }
-    return traces::NodeKind::internal;
-  }
-
-  // --- lane cooperation --------------------------------------------------------------------------------------------
-  static bool goes_on(const Lane& lane) { return lane.state != State::absent && lane.state != State::finished; }
-  // Idle lanes, lowest first, take nodes of busy ones: the nearest to the top first, of the lowest lane.
-  void cooperate(unsigned w) {
-    Warp& warp = warps_[w];
-    for (unsigned helper = 0; helper < header_.warp_size; ++helper) {
-      if (goes_on(warp.lanes[helper]) || warp.lanes[helper].errand) continue;
-      if (!send_on_errand(w, helper)) return;
-    }
-  }
-  bool send_on_errand(unsigned w, unsigned helper) {
-    using traces::EventKind;
-    Warp& warp = warps_[w];
-    for (unsigned level = 1; level <= config_.cooperation.ahead; ++level) {
-      for (unsigned b = 0; b < kLanes; ++b) {
-        Lane& busy = warp.lanes[b];
-        if (!goes_on(busy) || busy.ahead.size() >= config_.cooperation.ahead) continue;
-        const bool at_shader = busy.state == State::any_hit_wait || busy.state == State::any_hit_run;
-        const std::uint64_t above = level - (at_shader ? 1 : 0);  // entries above the one to be taken
-        if (busy.depth <= busy.spilled + above) continue;
-        const std::size_t taker = taker_of(busy, busy.depth - above, busy.next + (at_shader ? 1 : 0));
-        if (busy.ahead.contains(taker)) continue;
-        const traces::Event& takes = busy.ray->events[taker];
-        const auto [kind, address] = named_by_entry(warp, takes);
-        busy.ahead[taker] = {};
-        ++taken_;
-        const unsigned children =
-            takes.kind() == EventKind::visit_internal ? definition(warp, takes).child_count : header_.bvh_width;
-        warp.lanes[helper].errand = typename Lane::Errand{b, taker, children};
-        if (kind != traces::NodeKind::internal) trigger(busy, address);
-        fetch({w, helper}, kind, address,
-              kind == traces::NodeKind::instance && config_.memory.traffic.blas_header_read);
-        return true;
-      }
+  /// Whether the record has the leaf among its hit children.
+  bool has(const Record& record, std::uint64_t leaf) const {
+    for (unsigned s = 0; s < record.node->child_count; ++s) {
+      if ((record.hit >> s & 1) != 0 && child_address(record, s) == leaf) return true;
     }
     return false;
   }
-  void errand_done(LaneName name) {
-    Warp& warp = warps_[name.first];
-    const auto errand = *warp.lanes[name.second].errand;
-    warp.lanes[name.second].errand.reset();
-    Lane& busy = warp.lanes[errand.busy];
-    const auto found = busy.ahead.find(errand.taker);
-    if (found == busy.ahead.end()) return;  // the entry has been culled
-    found->second.there = true;
-    if (!found->second.awaited) return;
-    busy.ahead.erase(found);
-    result({name.first, errand.busy});
+  void trigger(LaneName name, std::uint64_t leaf) {
+    if (!config_.sibling_prefetch) return;
+    Lane& lane = this->lane(name);
+    for (auto record = lane.records.rbegin(); record != lane.records.rend(); ++record) {
+      if (!has(*record, leaf)) continue;
+      if (!record->triggered) queue_siblings(*record, leaf);
+      record->triggered = true;
+      return;
+    }
+    // The entry that named this leaf says with which siblings it was written.
+    if (!config_.prefetcher.replayed || entry_bytes() == 8 || lane.taken != leaf) return;
+    const auto& visits = written_together_[{warps_[name.first].slot, name.second}];
+    const auto visit = std::find_if(visits.rbegin(), visits.rend(), [&](const Record& r) { return has(r, leaf); });
+    if (visit == visits.rend()) return;
+    ++triggers_replayed_;
+    queue_siblings(*visit, leaf);
+    keep(lane, *visit);
+    lane.records.back().triggered = true;
   }
-
+  void queue_siblings(const Record& record, std::uint64_t leaf) {
+    ++triggers_;
+    for (unsigned s = 0; s < record.node->child_count; ++s) {
+      const std::uint64_t address = child_address(record, s);
+      if ((record.hit >> s & 1) == 0 || address == leaf || !queued_now(record.node_address, address)) continue;
+      const traces::NodeKind kind = record.node->child_kinds[s];
+      const bool there = std::any_of(prefetch_queue_.begin(), prefetch_queue_.end(),
+                                     [&](const Prefetch& p) { return p.address == address; });
+      if (there) {
+        ++prefetch_merged_;
+      } else if (prefetch_queue_.size() >= config_.prefetcher.queue) {
+        ++prefetch_dropped_;
+      } else {
+        const auto sectors = static_cast<unsigned>(sectors_of(kind, address).size());
+        prefetch_queue_.push_back({address, region_of(kind, address), sectors});
+        ++prefetch_nodes_;
+      }
+    }
+  }
   /// Whether no lane has asked for this sibling of this node in this cycle yet; remembers it.
   bool queued_now(std::uint64_t node, std::uint64_t sibling) {
     if (asked_cycle_ != now_) asked_.clear();
@@ -1013,7 +976,9 @@ class RtUnit {
         lane.ray = &ray;
         for (unsigned r = 0; r < call.round; ++r) lane.next += ray.rounds[r].event_count;
         lane.end = lane.next + ray.rounds[call.round].event_count;
+        if (!ray.rounds[call.round].replay) written_together_[{call.slot, l}].clear();
         lane.source = written_before_[{call.slot, l}];
+        if (header_.checkpoint && binned()) begin_bins({w, l}, ray);
         lane.depth = ray.rounds[call.round].replay ? 0 : 1;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
@@ -1052,7 +1017,9 @@ class RtUnit {
   std::deque<StackMove> stack_queue_;
   std::set<std::pair<std::uint64_t, std::uint64_t>> asked_;
   Cycle asked_cycle_ = ~Cycle{0};
+  std::map<std::pair<unsigned, unsigned>, std::vector<Record>> written_together_;  // slot, lane
   std::map<std::pair<unsigned, unsigned>, std::uint64_t> written_before_;  // slot, lane: entries of the last round
+  std::map<std::pair<unsigned, unsigned>, Bins> bins_;                     // slot, lane
   std::optional<unsigned> last_;
   std::uint64_t last_age_ = 0;
 
@@ -1063,13 +1030,13 @@ class RtUnit {
   Distribution fetch_latency_, warp_latency_;
   std::uint64_t selections_ = 0, lanes_handled_ = 0, lanes_active_ = 0, stall_empty_ = 0, stall_queue_full_ = 0;
   std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
-  std::uint64_t any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
+  bool boxes_ = false;  ///< a shader tests what lies in a leaf
+  std::uint64_t any_hit_calls_ = 0, any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
   std::uint64_t store_written_ = 0, store_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
-  std::uint64_t triggers_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0, prefetch_sectors_ = 0;
-  std::uint64_t stack_looks_ = 0, stack_nodes_ = 0, stack_merged_ = 0, stack_dropped_ = 0, stack_culled_ = 0;
-  std::uint64_t taken_ = 0, helped_ = 0, waited_ = 0, wasted_ = 0;
+  std::uint64_t triggers_ = 0, triggers_replayed_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0,
+                prefetch_sectors_ = 0;
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
 };
 

@@ -16,9 +16,9 @@
 
 namespace grtx::sim::plain {
 
-enum class PhaseKind { prologue, evict_move, trace_call, any_hit, sort, blend, epilogue, node_fetch };
-inline constexpr const char* kPhaseNames[] = {"prologue", "evict_move", "trace_call", "any_hit",
-                                              "sort",     "blend",      "epilogue",   "node_fetch"};
+enum class PhaseKind { prologue, evict_move, trace_call, any_hit, sort, blend, epilogue, node_fetch, intersection };
+inline constexpr const char* kPhaseNames[] = {"prologue", "evict_move", "trace_call", "any_hit",     "sort",
+                                              "blend",    "epilogue",   "node_fetch", "intersection"};
 
 struct Phase {
   PhaseKind kind = PhaseKind::prologue;
@@ -36,7 +36,7 @@ struct Phase {
 /// What the shaders counted of what they did.
 struct ShaderCounts {
   std::uint64_t ray_rounds = 0, any_hit_calls = 0, evictions = 0, eviction_moves = 0, processed = 0, blended = 0;
-  std::uint64_t k_buffer_mismatches = 0;
+  std::uint64_t k_buffer_mismatches = 0, intersections = 0;
   std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
 };
 
@@ -100,6 +100,16 @@ class ShaderProgram {
     });
   }
 
+  /// Boxes: each lane's ray against what lies in its box, whose matrix is read unless an instance has been entered.
+  Phase intersection(const AnyHitBatch& batch, ShaderCounts& counts) const {
+    Phase phase{PhaseKind::intersection, costs_.intersection_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
+    counts.intersections += batch.calls.size();
+    if (header_.two_level) return phase;
+    phase.instructions += costs_.intersection_transform;
+    Instruction matrix(phase.loads, phase.load_instructions, Region::gaussian, false);
+    for (const AnyHitBatch::Call& call : batch.calls) matrix.touch(map_.shape(call.leaf), 48);
+    return phase;
+  }
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
     if (header_.tracing == traces::Tracing::stochastic) return any_hit_stochastic(batch, counts);
     return header_.tracing == traces::Tracing::single ? any_hit_single(batch, counts) : any_hit_multi(batch, counts);

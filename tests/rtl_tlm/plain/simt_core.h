@@ -75,6 +75,8 @@ class SimtCore {
     s.add(p + "ray_rounds", counts_.ray_rounds);
     s.add(p + "any_hit.batches", batches_);
     s.add(p + "any_hit.calls", counts_.any_hit_calls);
+    s.add(p + "intersection.batches", intersection_batches_);
+    s.add(p + "intersection.calls", counts_.intersections);
     s.add(p + "evictions", counts_.evictions);
     s.add(p + "eviction_moves", counts_.eviction_moves);
     s.add(p + "processed", counts_.processed);
@@ -141,6 +143,7 @@ class SimtCore {
     unsigned round = 0, pass = 0;
     std::optional<Running> phase;
     std::deque<AnyHitBatch> batches;
+    std::vector<AnyHitBatch::Call> called;  ///< of the intersection shader
     std::deque<NodeFetchBatch> fetches;
     std::uint64_t stores = 0;  ///< not acknowledged
   };
@@ -149,7 +152,8 @@ class SimtCore {
   RtMessages& rt_of(unsigned slot) { return *rt_[slot % rt_.size()]; }
   static bool is_any_hit(const Slot& slot) {
     return slot.phase &&
-           (slot.phase->phase.kind == PhaseKind::any_hit || slot.phase->phase.kind == PhaseKind::node_fetch);
+           (slot.phase->phase.kind == PhaseKind::any_hit || slot.phase->phase.kind == PhaseKind::node_fetch ||
+            slot.phase->phase.kind == PhaseKind::intersection);
   }
   /// Slots with any-hit phases first, then the others; lower ones first.
   template <typename F>
@@ -258,8 +262,21 @@ class SimtCore {
     slot.stores += done.phase.stores.size();
     const Step begin = header_.checkpoint ? Step::evict_move : Step::trace_call;
     switch (done.phase.kind) {
+      case PhaseKind::intersection: {
+        // The warp goes on as the any-hit shader of those that hit.
+        AnyHitBatch hits = done.batch;
+        hits.intersected = true;
+        std::erase_if(hits.calls, [](const auto& call) { return !traces::calls_any_hit(call.outcome); });
+        slot.called = done.batch.calls;
+        if (hits.calls.empty()) {
+          shaded_.push_back({number(slot), slot.called});
+        } else {
+          slot.batches.push_front(hits);
+        }
+        return;
+      }
       case PhaseKind::any_hit:
-        shaded_.push_back({number(slot), done.batch.calls});
+        shaded_.push_back({number(slot), done.batch.intersected ? slot.called : done.batch.calls});
         return;
       case PhaseKind::node_fetch:
         fetched_.push_back({number(slot), {done.fetch.fetches}});
@@ -311,6 +328,10 @@ class SimtCore {
     if (!slot.batches.empty()) {
       slot.phase->batch = slot.batches.front();
       slot.batches.pop_front();
+      if (traces::has_box_leaves(header_.accel) && !slot.phase->batch.intersected) {
+        ++intersection_batches_;
+        return program.intersection(slot.phase->batch, counts_);
+      }
       ++batches_;
       return program.any_hit(slot.phase->batch, counts_);
     }
@@ -427,6 +448,7 @@ class SimtCore {
     if (slot.phase->loads > 0) return State::memory;
     switch (slot.phase->phase.kind) {
       case PhaseKind::any_hit:
+      case PhaseKind::intersection:
         return State::any_hit;
       case PhaseKind::node_fetch:
         return State::fetch;
@@ -469,7 +491,8 @@ class SimtCore {
   std::array<std::uint64_t, kPhases> phases_{}, instructions_{};
   std::array<std::uint64_t, kStates> state_cycles_{};
   std::array<std::uint64_t, modules::kRegionCount> loads_{}, stores_{};
-  std::uint64_t warps_ = 0, rounds_ = 0, batches_ = 0, instructions_total_ = 0, issue_wait_ = 0;
+  std::uint64_t warps_ = 0, rounds_ = 0, batches_ = 0, intersection_batches_ = 0, instructions_total_ = 0,
+                issue_wait_ = 0;
   std::uint64_t store_reads_ = 0, store_writes_ = 0, store_wait_ = 0;
   std::uint64_t sectors_ = 0, load_instructions_ = 0, store_instructions_ = 0, blocked_ = 0, deepest_ = 0;
 };

@@ -18,7 +18,7 @@ TEST(StatisticsDifference, EachStatisticBelongsToAUnitOfTheBlockDiagram) {
                {"gpu.rt.stall.memory", "RT scheduler and warp buffer"},
                {"gpu.rt.node_fetch_latency", "memory scheduler"},
                {"gpu.rt.stack.spills", "stack unit"},
-               {"gpu.rt.stack_prefetch.nodes", "prefetchers"},
+               {"gpu.rt.prefetch.nodes", "prefetchers"},
                {"gpu.rt.ray_box.tests", "ray-box unit"},
                {"gpu.rt.any_hit.batches", "any-hit collector"},
                {"gpu.rt.checkpoint.entries_read", "checkpoint unit"},

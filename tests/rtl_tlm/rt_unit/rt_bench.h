@@ -121,8 +121,7 @@ class RtBench {
   RtBench(const traces::Header& header, BenchOptions options)
       : options_(std::move(options)),
         map_(header, {1, static_cast<unsigned>(options_.resident_warps), 0, options_.rt.warp_buffer.spill ? 128u : 0u,
-                      options_.rt.checkpoint.entry_bytes,
-                      options_.rt.checkpoint.forward == modules::CheckpointForward::reference}),
+                      options_.rt.checkpoint.entry_bytes}),
         clock_("clock", 1000.0, options_.idle_skip) {
     const auto make_rt = [&] {
       rt_ = std::make_unique<modules::RtUnit>("rt", options_.rt, header, map_, clock_, 0u, options_.parts);

@@ -119,106 +119,61 @@ TEST_F(RtUnitCheckpointTest, SmallerEntriesTakeFewerSectors) {
   }
 }
 
-TEST_F(RtUnitCheckpointTest, ForwardedByReferenceNothingIsWrittenAgainButARunEntry) {
-  // Round 0 writes 4 entries; round 1 forwards all: one run entry; round 2 reads it, then the four.
+TEST_F(RtUnitCheckpointTest, BinsAreReadInTheirOrderAndWhatIsNotReadStays) {
+  // Round 0 writes children 0 to 5 to bins 2, 0, 1, 1, 3, 1, of which 3 is the far one. Round 1 reads bin 0 and, of bin
+  // 1, one entry, which it forwards to bin 3. Round 2 begins with the rest of bin 1, then comes the far bin.
   traces::RayGroup group;
-  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(4, NodeKind::triangle))};
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::triangle))};
   group.rays.resize(1);
-  add_round(group.rays[0], {internal_event(0, 0, 0b1111)});
-  add_round(group.rays[0], {forward_event(10, 1), forward_event(11, 1), forward_event(12, 1), forward_event(13, 1)},
-            true);
-  std::vector<Event> takes;
-  for (std::uint32_t leaf = 10; leaf < 14; ++leaf) {
-    takes.push_back(take_event(leaf));
-    takes.push_back(leaf_event(leaf, LeafOutcome::miss));
+  add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
+  add_round(group.rays[0], {take_event(11), leaf_event(11, LeafOutcome::miss), forward_event(12, 1)}, true);
+  std::vector<Event> rest;
+  for (const std::uint32_t leaf : {13u, 15u, 14u, 12u, 10u}) {
+    rest.push_back(take_event(leaf));
+    rest.push_back(leaf_event(leaf, LeafOutcome::miss));
   }
-  add_round(group.rays[0], takes, true);
-  BenchOptions options = with_sector_buffers();
-  options.rt.checkpoint.forward = modules::CheckpointForward::reference;
-  options.rt.checkpoint.entry_bytes = 16;
-  RtBench bench(small_header("tri20", kCapacity), options);
-  bench.launch(group, 0);
-  bench.run();
-  const std::uint64_t base = bench.map().checkpoint_log(0);
-  std::vector<std::string> log;
-  for (const auto& r : bench.requests[1]) {
-    log.push_back((r.request.write ? "W" : "R") + std::to_string(r.request.address - base));
-  }
-  // The run entry is at 64, in a sector that it does not fill.
-  EXPECT_THAT(log, ::testing::ElementsAre("W0", "W32", "R0", "R32", "W64", "R64", "R0", "R32"));
-  const auto c = bench.counters().checkpoint;
-  EXPECT_EQ(c.entries_written, 4u);
-  EXPECT_EQ(c.log.entries_referenced, 4u);
-  EXPECT_EQ(c.log.runs_written, 1u);
-  EXPECT_EQ(c.entries_read, 8u);
-}
-
-TEST_F(RtUnitCheckpointTest, SectorsAreReadAheadFromTraceRayOn) {
-  // Eight entries of 20 B: five sectors. Round 1 is accepted three cycles after round 0 retires, and its window of two
-  // sectors is sent from the next cycle on; the first demand read goes before the second of them.
-  BenchOptions options = with_sector_buffers();
-  options.rt.checkpoint.read_ahead = 2;
-  const auto group = write_then_replay(8);
-  RtBench bench(small_header("tri20", kCapacity), options);
-  bench.launch(group, 0);
-  bench.run();
-  const std::uint64_t base = bench.map().checkpoint_entry(0, 0, 0);
-  std::vector<std::uint64_t> ahead;
-  std::vector<Cycle> cycles;
-  for (const auto& r : bench.requests[1]) {
-    if (!r.request.prefetch) continue;
-    ahead.push_back(r.request.address - base);
-    cycles.push_back(r.cycle);
-  }
-  EXPECT_THAT(ahead, ::testing::ElementsAre(0, 32, 64, 96, 128));
-  const Cycle accepted = bench.dones[0].cycle + 1 + 1;
-  EXPECT_EQ(cycles[0], accepted + 1);
-  EXPECT_EQ(cycles[1], accepted + 3);
-  const auto c = bench.counters().checkpoint;
-  EXPECT_EQ(c.sectors_ahead, 5u);
-  EXPECT_EQ(c.ahead_returned, 5u);
-  EXPECT_EQ(c.sectors_read, 5u) << "each is read again when it is needed, from the L1";
-}
-
-TEST_F(RtUnitCheckpointTest, NodesOfEntriesThatCameAheadArePrefetchedIfTheyWillBeTaken) {
-  // Four entries of 8 B in one sector: with the first come the others, of which 11 is forwarded.
-  traces::RayGroup group;
-  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(4, NodeKind::triangle))};
-  group.rays.resize(1);
-  add_round(group.rays[0], {internal_event(0, 0, 0b1111)});
-  add_round(group.rays[0],
-            {take_event(10), leaf_event(10, LeafOutcome::miss), forward_event(11, 1), take_event(12),
-             leaf_event(12, LeafOutcome::miss), take_event(13), leaf_event(13, LeafOutcome::miss)},
-            true);
-  for (const bool siblings : {false, true}) {
-    SCOPED_TRACE(siblings);
+  add_round(group.rays[0], rest, true);
+  group.rays[0].bins = {2, 0, 1, 1, 3, 1, 3};
+  group.rays[0].rounds[1].bins = {0, 3};
+  group.rays[0].rounds[2].bins = {1, 1};
+  auto header = small_header("tri20", kCapacity);
+  header.checkpoint_bins = 3;
+  for (const unsigned open : {1u, 8u}) {
+    SCOPED_TRACE(open);
     fresh_context();
     BenchOptions options = with_sector_buffers();
     options.rt.checkpoint.entry_bytes = 8;
-    options.rt.checkpoint.prefetch_nodes = true;
-    options.rt.sibling_prefetch = siblings;
-    RtBench bench(small_header("tri20", kCapacity), options);
+    options.rt.checkpoint.open_sectors = open;
+    RtBench bench(header, options);
     bench.launch(group, 0);
     bench.run();
-    std::vector<std::uint64_t> nodes;
-    for (const auto& r : bench.requests[2]) {
-      EXPECT_TRUE(r.request.prefetch);
-      if (r.request.address % 64 == 0) nodes.push_back(r.request.address / 64);
+    const std::uint64_t base = bench.map().checkpoint_bin(0, 0);
+    const std::uint64_t stride = bench.map().checkpoint_bin(0, 1) - base;
+    std::string log;
+    for (const auto& r : bench.requests[1]) {
+      const std::uint64_t at = r.request.address - base;
+      EXPECT_EQ(at % stride, 0u) << "all entries of a bin lie in one sector";
+      log += (r.request.write ? "W" : "R") + std::to_string(at / stride) + " ";
     }
-    EXPECT_THAT(nodes, ::testing::ElementsAre(12, 13));
-    // In the cycle in which the sector comes, that after the memory latency.
-    EXPECT_EQ(bench.requests[2][0].cycle, bench.dones[0].cycle + 3 + 1 + 20);
-    EXPECT_EQ(bench.counters().prefetch.entry_nodes, 2u);
-    EXPECT_EQ(bench.counters().prefetch.nodes, 0u);
+    // With one open sector each entry for another bin closes it; with eight they are closed at the end, the one used
+    // longest ago first.
+    EXPECT_EQ(log, open == 1 ? "W2 W0 W1 W3 W1 R0 R1 W3 R1 R3 R2 " : "W2 W0 W3 W1 R0 R1 W3 R1 R3 R2 ");
+    const auto c = bench.counters().checkpoint;
+    EXPECT_EQ(c.entries_written, 7u);
+    EXPECT_EQ(c.entries_read, 7u);
+    EXPECT_EQ(c.max_entries, 6u);
   }
 }
 
-TEST_F(RtUnitCheckpointTest, ASortedSourceCannotBeForwardedByReference) {
+TEST_F(RtUnitCheckpointTest, BinsNeedEntriesThatEndWithTheirSector) {
   auto header = small_header("tri20", kCapacity);
-  header.checkpoint_order = traces::CheckpointOrder::nearest;
+  header.checkpoint_bins = 4;
   BenchOptions options;
-  options.rt.checkpoint.forward = modules::CheckpointForward::reference;
-  EXPECT_THROW(RtBench(header, options), Error);
+  EXPECT_THROW(RtBench(header, options), Error) << "20 B";
+  options.rt.checkpoint.entry_bytes = 8;
+  EXPECT_NO_THROW(RtBench(header, options));
+  options.rt.checkpoint.store.entries = 1;
+  EXPECT_THROW(RtBench(header, options), Error) << "a store of two buffers";
 }
 
 TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {

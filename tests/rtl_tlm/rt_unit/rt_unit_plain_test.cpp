@@ -1,4 +1,5 @@
-// The SystemC RT unit against the plain one, cycle by cycle: every retirement, any-hit batch and memory request.
+// The SystemC RT unit against the plain one (tests/rtl_tlm/plain), cycle by cycle: every retirement, any-hit batch and
+// memory request.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -10,8 +11,7 @@
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
 #include "real_scene_files.h"
-#include "rtl_tlm/rt_unit/plain_rt_unit.h"
-#include "rtl_tlm/rt_unit/rt_bench.h"
+#include "rtl_tlm/rt_unit/plain_rt_bench.h"
 #include "traces/random_group.h"
 
 namespace grtx::sim {
@@ -37,7 +37,7 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   fresh_context();
   options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
   RtBench bench(header, options);
-  PlainRtUnit plain(options.rt, header, bench.map(), options.memory_latency, options.any_hit_cycles);
+  PlainRtBench plain(header, options);
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const bool any = std::any_of(groups[g].rays.begin(), groups[g].rays.end(),
                                  [](const traces::Ray& ray) { return !ray.rounds.empty(); });
@@ -47,24 +47,25 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   }
   bench.run(50'000'000);
   plain.run(50'000'000);
-  std::vector<PlainRtUnit::Done> dones;
+  std::vector<PlainRtBench::Done> dones;
   for (const auto& d : bench.dones) dones.push_back({d.slot, d.round, d.cycle});
-  std::vector<PlainRtUnit::Batch> batches;
+  std::vector<PlainRtBench::Batch> batches;
   for (const auto& b : bench.batches) batches.push_back({b.batch.slot, b.batch.round, b.batch.lanes, b.cycle});
   using fmt::format;
   for (unsigned c = 0; c < 4; ++c) {
-    std::vector<PlainRtUnit::Request> requests;
+    std::vector<PlainRtBench::Request> requests;
     for (const auto& r : bench.requests[c]) requests.push_back({r.request.address, r.request.write, r.cycle});
     const char* names[] = {"node request", "checkpoint request", "prefetch request", "stack request"};
-    expect_same(names[c], plain.requests[c], requests, [](const PlainRtUnit::Request& r) {
+    expect_same(names[c], plain.requests[c], requests, [](const PlainRtBench::Request& r) {
       return format("cycle {} {} {:#x}", r.cycle, r.write ? "write" : "read", r.address);
     });
   }
-  expect_same("any-hit batch", plain.batches, batches, [](const PlainRtUnit::Batch& b) {
+  expect_same("any-hit batch", plain.batches, batches, [](const PlainRtBench::Batch& b) {
     return format("cycle {} slot {} round {} lanes {:#x}", b.cycle, b.slot, b.round, b.lanes);
   });
-  expect_same("retirement", plain.dones, dones,
-              [](const PlainRtUnit::Done& d) { return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round); });
+  expect_same("retirement", plain.dones, dones, [](const PlainRtBench::Done& d) {
+    return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round);
+  });
 }
 
 /// Any configuration, from roomy to starved.
@@ -94,9 +95,6 @@ BenchOptions random_configuration(std::mt19937& random) {
   rt.checkpoint.write_combine = one_of({0, 1}) != 0;
   rt.checkpoint.read_buffer = one_of({0, 1}) != 0;
   rt.checkpoint.entry_bytes = one_of({8, 16, 20, 28});
-  if (one_of({0, 1}) != 0) rt.checkpoint.forward = modules::CheckpointForward::reference;
-  rt.checkpoint.read_ahead = one_of({0, 1, 2, 5});
-  rt.checkpoint.prefetch_nodes = one_of({0, 1}) != 0;
   rt.sibling_prefetch = one_of({0, 1, 1}) != 0;
   rt.prefetcher = {one_of({1, 4}), one_of({2, 32}), one_of({0, 1}) != 0};
   rt.warp_buffer.spill = one_of({0, 1, 1}) != 0;

@@ -199,17 +199,7 @@ TEST_F(RtUnitPrivateStoreTest, IsPricedByItsEntriesWarpsAndPorts) {
   EXPECT_EQ(store->word_bits, 128u);
 }
 
-TEST(PrivateStoreConfig, RefusesWhatLooksForEntriesInMemory) {
-  for (const char* other :
-       {"rt.checkpoint.forward=reference", "rt.checkpoint.read_ahead=2", "rt.checkpoint.prefetch_nodes=true"}) {
-    try {
-      load_config("", {"rt.private_store.checkpoint_entries=4", other});
-      FAIL() << other;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.place(), "rt.private_store.checkpoint_entries");
-    }
-    EXPECT_NO_THROW(load_config("", {other}));
-  }
+TEST(PrivateStoreConfig, RefusesLanesOfOddBytes) {
   EXPECT_THROW(load_config("", {"simt.private_store.lane_bytes=6"}), Error);
 }
 

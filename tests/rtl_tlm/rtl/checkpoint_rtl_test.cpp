@@ -121,10 +121,6 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
     return std::string(modules::checkpoint_rtl_refusal(rt).key);
   };
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.forward = modules::CheckpointForward::reference; }),
-            "checkpoint.forward");
-  EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.read_ahead = 1; }), "checkpoint.read_ahead");
-  EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.prefetch_nodes = true; }), "checkpoint.prefetch_nodes");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.store.entries = 4; }), "private_store.checkpoint_entries");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.lanes = 33; }), "checkpoint.lanes");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.write_queue = 65; }), "checkpoint.write_queue");

@@ -82,10 +82,24 @@ TEST(LowerBounds, BandwidthOfTheL2IsChosenWithoutThatOfTheDram) {
 TEST(LowerBounds, AMissIsNoSlowerThanTheL2) {
   GpuConfig config;
   config.rt.memory.merge_in_flight = false;
+  config.l1.mshr_merges = 1;
   const traces::Header header;
   const Cycle hit = ChainLatencies(config, header).internal;
   config.l1.latency = 3529;
   EXPECT_EQ(ChainLatencies(config, header).internal, hit - 20 + 165);
+}
+
+// A ray whose nodes are being prefetched when it comes waits for less than a hit takes: runs were called too fast.
+TEST(LowerBounds, AVisitThatJoinsAMissOfTheL1MayBeSoonerThanAHit) {
+  GpuConfig config;
+  config.rt.memory.merge_in_flight = false;
+  const traces::Header header;
+  const Cycle joined = ChainLatencies(config, header).internal;
+  config.l1.latency = 1000;
+  EXPECT_EQ(ChainLatencies(config, header).internal, joined);
+  config.l1.mshr_merges = 1;  // nothing joins
+  config.l1.latency = 20;
+  EXPECT_EQ(ChainLatencies(config, header).internal, joined - 2 + 20);
 }
 
 TEST(LowerBounds, PerfectDramHasNoDataBus) {
@@ -101,6 +115,7 @@ TEST(LowerBounds, PerfectDramHasNoDataBus) {
 TEST(LongestRay, SumsTheVisitsOfATinyRay) {
   GpuConfig config;
   config.rt.memory.merge_in_flight = false;
+  config.l1.mshr_merges = 1;
   const test::TinyTrace tiny{1, 2};
   const ChainLatencies latencies(config, test::tiny_header(tiny));
   // Fetch: 1 to the request, 1 link, 20 L1, 1 into the unit; box 13, triangle 37.

@@ -5,8 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/memory_files.h"
+#include "grtx/rtl_tlm/run/simulation_inputs.h"
+#include "grtx/traces/reader.h"
 #include "rtl_tlm/observe/observed_run.h"
 #include "rtl_tlm/run/hostile_memory.h"
 
@@ -153,6 +158,35 @@ TEST(MemorySystem, DramModelTakesRegisteredNamesAndListsThem) {
   const ordered_json document = ordered_json::parse(child.result());
   EXPECT_EQ(document.at("config").at("dram.model"), "hostile");
   EXPECT_TRUE(document.at("stats").contains("gpu.dram.refreshes"));
+}
+
+// The configuration has the name of its file alone: results of another memory were kept under the same key.
+TEST(MemorySystem, AChangedFileOfTheMemoryChangesTheInputs) {
+  const test::ObservedRun run;
+  ChildProcess child("simulation", [&] {
+    register_memory_system("hostile", hostile({}), true);
+    const std::string file = run.path("memory.json"), part = run.path("memspec/part.json");
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml",
+                                         {"dram.model=hostile", "dram.simulator.config=" + file});
+    std::filesystem::create_directories(run.path("memspec"));
+    write_file(file, R"({"memspec": "part.json", "of itself": "memory.json", "unknown": "none.json"})");
+    write_file(part, "fast");
+    const auto inputs = [&] { return simulate(run.path("t.grtx"), config, {}).document.at("inputs"); };
+    const auto hash = [&] { return memory_files(config).hash(); };
+    const std::string before = hash();
+    EXPECT_EQ(memory_files(config).files().size(), 2U);
+    EXPECT_EQ(inputs().at("memory.files_hash"), before);
+    write_file(part, "slow");
+    EXPECT_NE(hash(), before);
+    write_file(part, "fast");
+    EXPECT_EQ(hash(), before);
+    write_file(run.path("memspec/none.json"), "now there");
+    EXPECT_NE(hash(), before);
+    EXPECT_TRUE(memory_files(GpuConfig()).files().empty());
+    EXPECT_FALSE(simulation_inputs(traces::Reader(run.path("t.grtx")), GpuConfig()).contains("memory.files_hash"));
+    return std::string(::testing::Test::HasFailure() ? "failed" : "held");
+  });
+  EXPECT_EQ(child.result(), "held");
 }
 
 TEST(MemorySystem, FastModeHasTheBuiltInDramOnly) {

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
@@ -210,52 +208,6 @@ INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
                                            Kind{"hw", false, true}, Kind{"grtx", true, true},
                                            Kind{"sw_objects", true, false, 3}, Kind{"grtx_objects", true, true, 3}),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
-
-TEST(Simulation, WorkIsTheSameForEveryConfigurationAndOnlyTimeChanges) {
-  const TemporaryFile file("work");
-  write_random(file.path(), random_options(true, true));
-  const ordered_json reference = simulated(file.path(), small());
-  const std::vector<std::string> settings = {"rt.scheduler.policy=round_robin",
-                                             "rt.scheduler.policy=greedy_then_oldest",
-                                             "rt.prefetch.enabled=false",
-                                             "rt.memory.merge_in_flight=true",
-                                             "rt.box.per_child=true",
-                                             "rt.any_hit.timeout=0",
-                                             "rt.checkpoint.write_combine=true",
-                                             "rt.checkpoint.read_buffer=true",
-                                             "l1.perfect=true",
-                                             "l2.perfect=true",
-                                             "dram.perfect=true",
-                                             "l1.mshr_entries=1",
-                                             "l1.link_capacity=1",
-                                             "crossbar.link_capacity=1",
-                                             "l2.slices=3",
-                                             "l1.banks=1",
-                                             "rt.warp_buffer.entries=1",
-                                             "gpu.resident_warps=1",
-                                             "dram.queue=4",
-                                             "simt.message_latency=7",
-                                             "gpu.rt_units=2",
-                                             "gpu.rt_units=3",
-                                             "rt.memory.by_shader=true",
-                                             "rt.memory.by_shader=true rt.memory.merge_in_flight=false",
-                                             "rt.memory.by_shader=true gpu.rt_units=2 simt.cost.node_fetch=0",
-                                             "rt.warp_buffer.spill=false",
-                                             "rt.warp_buffer.stack_entries=2",
-                                             "rt.warp_buffer.stack_entries=4 gpu.rt_units=2"};
-  for (const std::string& setting : settings) {
-    std::vector<std::string> each;
-    std::istringstream words(setting);
-    for (std::string word; words >> word;) each.push_back(word);
-    const ordered_json result =
-        simulated(file.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", each));
-    EXPECT_EQ(result["violations"], ordered_json::array()) << setting;
-    for (const char* name : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.rt.checkpoint.entries_written",
-                             "gpu.simt.blended", "gpu.simt.ray_rounds"}) {
-      EXPECT_EQ(value(result, name), value(reference, name)) << setting << ", " << name;
-    }
-  }
-}
 
 TEST(Simulation, ASubsetOfGroupsRunsOnlyThese) {
   const TemporaryFile file("subset");

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
+
+#include "grtx/rtl_tlm/run/model_version.h"
 
 namespace grtx::sim {
 namespace {
@@ -28,19 +31,22 @@ TEST(StatisticsJson, WritesIntegersExactlyAndDoublesInTheShortestForm) {
   EXPECT_EQ(statistics_text(document()),
             "{\n"
             "  \"schema\": \"grtx.stats/1\",\n"
-            "  \"config\": {\n"
-            "    \"l1.latency\": 20\n"
-            "  },\n"
-            "  \"inputs\": {\n"
-            "    \"trace\": \"abc\"\n"
-            "  },\n"
-            "  \"stats\": {\n"
-            "    \"gpu.cycles\": {\"value\":18446744073709551615,\"unit\":\"cycles\",\"description\":\"time\"},\n"
-            "    \"gpu.b_rate\": {\"value\":0.1,\"unit\":\"ratio\",\"description\":\"a \\\"quoted\\\" text\"},\n"
-            "    \"gpu.a_none\": {\"value\":null,\"unit\":\"ratio\",\"description\":\"not a number\"},\n"
-            "    \"host.wall_seconds\": {\"value\":1.5,\"unit\":\"s\",\"description\":\"wall time\"}\n"
-            "  }\n"
-            "}\n");
+            "  \"model_version\": " +
+                std::to_string(kModelVersion) +
+                ",\n"
+                "  \"config\": {\n"
+                "    \"l1.latency\": 20\n"
+                "  },\n"
+                "  \"inputs\": {\n"
+                "    \"trace\": \"abc\"\n"
+                "  },\n"
+                "  \"stats\": {\n"
+                "    \"gpu.cycles\": {\"value\":18446744073709551615,\"unit\":\"cycles\",\"description\":\"time\"},\n"
+                "    \"gpu.b_rate\": {\"value\":0.1,\"unit\":\"ratio\",\"description\":\"a \\\"quoted\\\" text\"},\n"
+                "    \"gpu.a_none\": {\"value\":null,\"unit\":\"ratio\",\"description\":\"not a number\"},\n"
+                "    \"host.wall_seconds\": {\"value\":1.5,\"unit\":\"s\",\"description\":\"wall time\"}\n"
+                "  }\n"
+                "}\n");
 }
 
 TEST(StatisticsJson, TextReadsBackAsTheSameDocument) {

@@ -68,7 +68,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Machine{"l1_links_of_one", true, {"l1.link_capacity=1"}, 0.06},
                       Machine{"crossbar_links_of_one", true, {"crossbar.link_capacity=1"}, 0.06},
                       Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}, 0.06},
-                      Machine{"stack_prefetch", true, {"rt.stack_prefetch.depth=4", "rt.stack_prefetch.pops=1"}, 0.06},
                       Machine{"private_stores",
                               true,
                               {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",

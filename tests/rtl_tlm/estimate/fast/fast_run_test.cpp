@@ -1,6 +1,4 @@
 // Fast mode against cycle mode, on random traces: close in cycles, and in what the caches saw.
-#include "grtx/rtl_tlm/estimate/fast/fast_run.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -9,6 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
+#include "rtl_tlm/estimate/fast/fast_counters.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -37,10 +36,10 @@ class FastRunTest : public ::testing::TestWithParam<bool> {
                        [this] { return test::simulate_priced(file_.path(), config_, {}).document.at("stats").dump(); });
     return ordered_json::parse(child.result());
   }
-  FastRun whole(const traces::Reader& reader) const {
+  GpuCounters whole(const traces::Reader& reader) const {
     std::vector<std::uint64_t> groups(reader.group_count());
     std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-    return run_fast(reader, groups, first_launches(reader, groups, config_), config_, {});
+    return test::fast_counters(reader, groups, first_launches(reader, groups, config_), config_);
   }
 
   TemporaryFile file_{"fast"};
@@ -51,12 +50,12 @@ TEST_P(FastRunTest, IsCloseToCycleMode) {
   const ordered_json stats = cycle_mode();
   const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
   const traces::Reader reader(file_.path());
-  const FastRun run = whole(reader);
+  const GpuCounters run = whole(reader);
   // These warps are short: some latencies that the model leaves out count more than in a scene.
-  EXPECT_NEAR(static_cast<double>(run.cycles()) / value("gpu.cycles"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.counters.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.counters.memory.traffic.bytes) / value("gpu.dram.bytes"), 1.0, 0.06);
-  EXPECT_NEAR(static_cast<double>(run.counters.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
+  EXPECT_NEAR(static_cast<double>(run.cycles) / value("gpu.cycles"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.l2.accesses()) / value("gpu.l2.accesses"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.memory.traffic.bytes) / value("gpu.dram.bytes"), 1.0, 0.06);
+  EXPECT_NEAR(static_cast<double>(run.l1.all().reads) / value("gpu.l1.all.reads"), 1.0, 0.01);
 }
 
 /// Cycles that a node waits for the L1, of the archived grtx trace on one SM.
@@ -88,20 +87,34 @@ TEST(FastRunTurns, AWidePortTakesSectorsOfSeveralLinesACycle) {
   EXPECT_NEAR(node_latency(SimulationMode::fast, wide), expected, 0.05 * expected);
 }
 
+/// Which groups were launched where, and when the last one ended.
+struct Watch final : modules::WarpObserver {
+  std::vector<std::pair<std::uint32_t, unsigned>> launches;
+  std::size_t ends = 0;
+  Cycle last = 0;
+  void launched(unsigned sm, unsigned /*slot*/, const traces::RayGroup& group, Cycle /*now*/) override {
+    launches.emplace_back(group.index, sm);
+  }
+  void ended(unsigned /*sm*/, unsigned /*slot*/, Cycle now) override {
+    ++ends;
+    last = std::max(last, now);
+  }
+};
+
 TEST_P(FastRunTest, EveryGroupEndsOnceAndTheSameEachTime) {
   const traces::Reader reader(file_.path());
-  std::vector<std::uint32_t> decoded;
-  std::vector<std::uint64_t> groups = {3, 7, 8, 40, 95};
-  const auto count = [&decoded](const traces::RayGroup& group) { decoded.push_back(group.index); };
-  const FastRun run = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, count);
-  EXPECT_EQ(decoded, (std::vector<std::uint32_t>{3, 7, 8, 40, 95}));
-  ASSERT_EQ(run.group_end.size(), groups.size());
-  for (const Cycle end : run.group_end) EXPECT_GT(end, 0U);
-  EXPECT_EQ(run.cycles(), *std::max_element(run.group_end.begin(), run.group_end.end()));
-  EXPECT_EQ(run.group_sm[0], 1U);
-  EXPECT_EQ(run.group_sm[1], 1U);
-  const FastRun again = run_fast(reader, groups, {{1, 0}, {1, 1}}, config_, {});
-  EXPECT_EQ(run.group_end, again.group_end);
+  const std::vector<std::uint64_t> groups = {3, 7, 8, 40, 95};
+  Watch first, again;
+  const GpuCounters run = test::fast_counters(reader, groups, {{1, 0}, {1, 1}}, config_, &first);
+  ASSERT_EQ(first.launches.size(), groups.size());
+  for (std::size_t i = 0; i < groups.size(); ++i) EXPECT_EQ(first.launches[i].first, groups[i]);
+  EXPECT_EQ(first.launches[0].second, 1U);
+  EXPECT_EQ(first.launches[1].second, 1U);
+  EXPECT_EQ(first.ends, groups.size());
+  EXPECT_EQ(run.cycles, first.last);
+  test::fast_counters(reader, groups, {{1, 0}, {1, 1}}, config_, &again);
+  EXPECT_EQ(first.launches, again.launches);
+  EXPECT_EQ(first.last, again.last);
 }
 
 // A unit that hands over one entry a cycle, to a queue of two: eight lanes wait for it at once.
@@ -109,9 +122,9 @@ TEST_P(FastRunTest, CyclesInWhichLanesAreBlockedAreThoseOfTheUnit) {
   config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml",
                         {"rt.checkpoint.lanes=1", "rt.checkpoint.write_queue=2"});
   const traces::Reader reader(file_.path());
-  const FastRun run = whole(reader);
-  const std::uint64_t blocked = run.counters.rt.checkpoint.blocked_cycles;
-  EXPECT_LE(blocked, run.cycles() * config_.sms);
+  const GpuCounters run = whole(reader);
+  const std::uint64_t blocked = run.rt.checkpoint.blocked_cycles;
+  EXPECT_LE(blocked, run.cycles * config_.sms);
   EXPECT_EQ(blocked > 0, GetParam());
   const auto in_cycle_mode = cycle_mode().at("gpu.rt.checkpoint.blocked_cycles").at("value").get<double>();
   EXPECT_LE(static_cast<double>(blocked), 1.5 * in_cycle_mode);
@@ -122,16 +135,16 @@ TEST_P(FastRunTest, PerfectCachesAskNobody) {
   const traces::Reader reader(file_.path());
   // A DRAM that counts: with the present one, which warp is the last matters more.
   config_ = load_config(grtx::paths::source_dir() + "/configs/small.toml", {"dram.fixed_latency=2000"});
-  const Cycle with = whole(reader).cycles();
+  const Cycle with = whole(reader).cycles;
   config_.l2.perfect = true;
-  const FastRun no_dram = whole(reader);
-  EXPECT_EQ(no_dram.counters.memory.traffic.responses, 0U);
-  EXPECT_GT(no_dram.counters.l2.accesses(), 0U);
-  EXPECT_LT(no_dram.cycles(), with);
+  const GpuCounters no_dram = whole(reader);
+  EXPECT_EQ(no_dram.memory.traffic.responses, 0U);
+  EXPECT_GT(no_dram.l2.accesses(), 0U);
+  EXPECT_LT(no_dram.cycles, with);
   config_.l1.perfect = true;
-  const FastRun no_l2 = whole(reader);
-  EXPECT_EQ(no_l2.counters.l2.accesses(), 0U);
-  EXPECT_LT(no_l2.cycles(), no_dram.cycles());
+  const GpuCounters no_l2 = whole(reader);
+  EXPECT_EQ(no_l2.l2.accesses(), 0U);
+  EXPECT_LT(no_l2.cycles, no_dram.cycles);
 }
 
 // The decoder lets such a trace pass; so do the hashes of a file that was written so.
@@ -155,11 +168,8 @@ TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
   const TemporaryFile file{"fast"};
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   const traces::Reader reader(file.path());
-  std::vector<std::uint64_t> groups(reader.group_count());
-  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-  const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
   try {
-    run_fast(reader, groups, {}, config, {});
+    test::fast_counters(reader, load_config(grtx::paths::source_dir() + "/configs/small.toml", {}));
     FAIL() << "it ran";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("although checkpointing is off"), std::string::npos);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <numeric>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,9 +11,9 @@
 
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_run.h"
 #include "grtx/rtl_tlm/estimate/fast/timed_share.h"
 #include "paths.h"
+#include "rtl_tlm/estimate/fast/fast_counters.h"
 #include "rtl_tlm/observe/observed_run.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -83,7 +82,6 @@ INSTANTIATE_TEST_SUITE_P(
         Machine{"two_mshrs", true, {"l1.mshr_entries=2"}}, Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}},
         Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}},
         Machine{"spilling", true, {"rt.warp_buffer.stack_entries=2"}},
-        Machine{"stack_prefetch", true, {"rt.stack_prefetch.depth=4", "rt.stack_prefetch.pops=1"}},
         Machine{"private_stores",
                 true,
                 {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",
@@ -105,10 +103,7 @@ class FastStrideTrace : public ::testing::TestWithParam<bool> {
   }
   GpuCounters run(std::vector<std::string> settings) const {
     const traces::Reader reader(file_.path());
-    std::vector<std::uint64_t> groups(reader.group_count());
-    std::iota(groups.begin(), groups.end(), std::uint64_t{0});
-    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-    return run_fast(reader, groups, {}, config, {}).counters;
+    return test::fast_counters(reader, load_config(grtx::paths::source_dir() + "/configs/small.toml", settings));
   }
   TemporaryFile file_{"fast"};
 };
@@ -155,15 +150,13 @@ TEST_P(FastStrideTrace, BlendingWaitsForTheLastOfAllItsLoads) {
   constexpr auto kMemory = static_cast<std::size_t>(modules::WarpActivity::memory);
   const traces::Reader reader(grtx::paths::source_dir() + "/data/traces/" + (GetParam() ? "grtx" : "baseline") +
                               ".grtx");
-  std::vector<std::uint64_t> groups(reader.group_count());
-  std::iota(groups.begin(), groups.end(), std::uint64_t{0});
   const auto waits = [&](unsigned events, unsigned seed) {
     // Any-hit shaders, which load the k-buffer, wait for nothing: what is left is blending.
     const GpuConfig config =
         load_config(grtx::paths::source_dir() + "/configs/small.toml",
                     {stride(events), fmt::format("fast.seed={}", seed), "dram.mhz=300",
                      "simt.private_store.k_buffer_entries=16", "simt.private_store.eviction_entries=16"});
-    return static_cast<double>(run_fast(reader, groups, {}, config, {}).counters.simt.warp_cycles[kMemory]);
+    return static_cast<double>(test::fast_counters(reader, config).simt.warp_cycles[kMemory]);
   };
   constexpr unsigned kSeeds = 8;
   double sum = 0.0;

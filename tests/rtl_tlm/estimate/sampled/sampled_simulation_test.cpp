@@ -122,12 +122,23 @@ TEST_F(SampledSimulation, OfATraceTooSmallForWindowsAllIsSimulatedAndItSaysSo) {
   expect_whole(windows(), "2400 warps are too few for 20 windows at a share of 0.1");
 }
 
+TEST_F(SampledSimulation, WindowsPayWhereTheySuitALargeTrace) {
+  const traces::Reader reader(file_.path());
+  const std::uint64_t visits = reader.totals().visits();
+  EXPECT_TRUE(windows_pay(reader, config_, windows(), visits));
+  EXPECT_FALSE(windows_pay(reader, config_, windows(), visits + 1));
+  EXPECT_FALSE(windows_pay(reader, config_, windows()));  // by default: minutes of cycle mode
+  config_.resident_warps = 64;                            // windows would be too few
+  EXPECT_FALSE(windows_pay(reader, config_, windows(), 0));
+}
+
 class SampledSimulationOfTwoLaunches : public SampledSimulation {
  protected:
   SampledSimulationOfTwoLaunches() : SampledSimulation(kGroups / 4) {}
 };
 
 TEST_F(SampledSimulationOfTwoLaunches, AllIsSimulated) {
+  EXPECT_FALSE(windows_pay(traces::Reader(file_.path()), config_, windows(), 0));
   expect_whole(windows(), "secondary rays are a second launch");
 }
 

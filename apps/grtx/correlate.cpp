@@ -1,0 +1,59 @@
+// grtx correlate: measured figures of real machines against a sweep.
+#include "grtx/explore/report/correlate.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
+
+namespace grtx::sim {
+namespace {
+
+struct CorrelateArguments {
+  std::string measured, database, output;
+  double within = std::numeric_limits<double>::infinity();
+};
+
+int correlate_files(const CorrelateArguments& options, bool json) {
+  const SweepResults sweep = read_sweep_results(options.database);
+  const Correlation result = correlate(read_measured(options.measured), sweep, options.database);
+  if (!options.output.empty()) {
+    const std::string name = std::filesystem::path(options.measured).filename().string();
+    write_file(options.output, correlation_page(result, name, sweep));
+  }
+  if (json) {
+    nlohmann::ordered_json document = json_document("correlate");
+    document.update(correlation_json(result));
+    print_json(document);
+  } else {
+    fmt::print("{}", correlation_text(result));
+  }
+  return result.mean_error > options.within ? 1 : 0;
+}
+
+}  // namespace
+
+void add_correlate(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<CorrelateArguments>();
+  CLI::App* command =
+      make_command(app, common, "correlate", "Measured figures of real machines against a sweep: errors and ranks",
+                   [options, &common] { return correlate_files(*options, common.json); });
+  command->add_option("MEASURED", options->measured, "CSV of measured figures (no default)")
+      ->type_name(kInputFile)
+      ->required();
+  command->add_option("DATABASE", options->database, "Database of grtx sweep (no default)")
+      ->type_name(kInputFile)
+      ->required();
+  command->add_option("-o,--output", options->output, "HTML page with a scatter to write (default: none)")
+      ->type_name(kOutputFile);
+  command->add_option("--within", options->within, "Largest mean error, 0.1 for 10 %; exit 1 above it (default: any)")
+      ->check(CLI::NonNegativeNumber);
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,12 @@
+// What every page of the program has around its content.
+#pragma once
+
+#include <string>
+
+namespace grtx::sim {
+
+/// A whole page. title: plain text; command: that writes it; body: sections, each with an id and a heading right behind
+/// it, to which the page's list of contents leads.
+std::string html_page(const std::string& title, const std::string& command, const std::string& body);
+
+}  // namespace grtx::sim

@@ -1,0 +1,231 @@
+#include "grtx/rtl_tlm/platform/gpu_component.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/run/conservation.h"
+#include "grtx/rtl_tlm/run/run_report.h"
+#include "grtx/rtl_tlm/run/simulation_inputs.h"
+
+namespace grtx::sim {
+namespace {
+
+constexpr const char* kReport = "/grtx/gpu";
+constexpr Cycle kWatchCycles = 65536;
+constexpr Cycle kDrainCycles = 256;  // between two looks whether all is written, as `grtx sim` has it
+
+bool has_rtl(const modules::RtUnitConfig& rt) {
+  constexpr auto kRtl = modules::UnitImplementation::rtl;
+  return rt.box_implementation == kRtl || rt.transform_implementation == kRtl || rt.checkpoint.implementation == kRtl;
+}
+
+}  // namespace
+
+GpuComponent::Launch::Launch(const traces::Reader& from, const Gpu& gpu, const MemorySystem& memory,
+                             const Options& options)
+    : reader(&from),
+      file(from, all_groups(from), kDecodeAhead),
+      source(file, from.header(), ChainLatencies(options.machine, from.header())),
+      watchdog(gpu, memory, options.watchdog_cycles, kWatchCycles) {}
+
+GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& options)
+    : sc_module(name), registers("registers"), options_(options) {
+  check_config(options_.machine, this->name());
+  if (options_.traces.empty()) throw Error(this->name(), "traces", "there must be one at least");
+  if (has_rtl(options_.machine.rt)) throw Error(this->name(), "machine", "blocks in RTL cannot be launched twice");
+  for (const std::string& path : options_.traces) {
+    readers_.push_back(std::make_unique<traces::Reader>(path));
+    readers_.back()->verify_content();
+    if (!same_hardware(readers_.back()->header(), readers_.front()->header())) {
+      throw Error(path, "header", "is for other hardware than " + options_.traces.front());
+    }
+  }
+  const traces::Reader& first = *readers_.front();
+  BuildOptions build;
+  for (const auto& reader : readers_) {
+    build.memory_bytes = std::max(build.memory_bytes, memory_bytes(options_.machine, *reader));
+  }
+  build.run_ahead = false;  // the kernel has other things to do
+  build.parts = options_.parts;
+  gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, source_,
+                               build);
+  memory_ = (options_.memory ? options_.memory : memory_system(options_.machine.dram_model))(*gpu_, build);
+  if (!options_.waveform.path.empty()) {
+    waveform_ = std::make_unique<Waveform>(options_.waveform, *gpu_, *memory_, first.header(),
+                                           "config " + config_hash(options_.machine));
+    waveform_->rest_while_idle();
+  }
+  registers.register_b_transport(this, &GpuComponent::b_transport);
+  registers.register_transport_dbg(this, &GpuComponent::transport_dbg);
+  SC_METHOD(start);
+  sensitive << start_;
+  dont_initialize();
+  SC_METHOD(warps_ended);
+  sensitive << gpu_->distributor().done();
+  dont_initialize();
+  SC_METHOD(drain);
+  sensitive << drain_;
+  dont_initialize();
+  SC_METHOD(watch);
+  sensitive << watch_;
+  dont_initialize();
+  SC_METHOD(signal_interrupt);
+  sensitive << interrupt_changed_;
+}
+
+GpuComponent::~GpuComponent() {
+  if (!waveform_) return;
+  try {
+    waveform_->finish();
+  } catch (const std::exception& error) {
+    SC_REPORT_WARNING(kReport, error.what());
+  }
+}
+
+void GpuComponent::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+  payload.set_dmi_allowed(false);
+  payload.set_response_status(access(payload, delay));
+}
+
+unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
+  if (payload.is_write()) return 0;
+  return access(payload, sc_core::SC_ZERO_TIME) == ::tlm::TLM_OK_RESPONSE ? payload.get_data_length() : 0;
+}
+
+::tlm::tlm_response_status GpuComponent::access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay) {
+  const std::uint64_t first = payload.get_address();
+  const std::uint64_t bytes = payload.get_data_length();
+  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
+  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (bytes == 0 || bytes % 4 != 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
+  if (first % 4 != 0 || first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) {
+    return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  }
+  for (std::uint64_t at = 0; at < bytes; at += 4) {
+    std::uint32_t word = 0;
+    if (payload.is_write()) {
+      std::memcpy(&word, payload.get_data_ptr() + at, sizeof word);
+      write(first + at, word, delay);
+    } else {
+      word = read(first + at);
+      std::memcpy(payload.get_data_ptr() + at, &word, sizeof word);
+    }
+  }
+  return ::tlm::TLM_OK_RESPONSE;
+}
+
+std::uint32_t GpuComponent::read(std::uint64_t offset) const {
+  const Cycle last = results_.empty() ? 0 : results_.back().cycles;
+  switch (static_cast<GpuRegister>(offset)) {
+    case GpuRegister::status: {
+      const bool busy = starting_ || launch_ != nullptr;
+      return (busy ? StatusBits::kBusy : 0u) | (done_ ? StatusBits::kDone : 0u) |
+             (error_ != LaunchError::none ? StatusBits::kError : 0u);
+    }
+    case GpuRegister::trace:
+      return trace_;
+    case GpuRegister::cycles:
+      return static_cast<std::uint32_t>(last);
+    case GpuRegister::cycles_high:
+      return static_cast<std::uint32_t>(last >> 32);
+    case GpuRegister::error:
+      return static_cast<std::uint32_t>(error_);
+    case GpuRegister::launches:
+      return static_cast<std::uint32_t>(results_.size());
+    case GpuRegister::traces:
+      return static_cast<std::uint32_t>(readers_.size());
+    case GpuRegister::control:
+      break;
+  }
+  return 0;
+}
+
+// Registers that are only read ignore what is written.
+void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay) {
+  if (offset == static_cast<std::uint64_t>(GpuRegister::trace)) trace_ = value;
+  if (offset != static_cast<std::uint64_t>(GpuRegister::control)) return;
+  if ((value & ControlBits::kAcknowledge) != 0) {
+    raised_ = false;
+    interrupt_changed_.notify(delay);
+  }
+  if ((value & ControlBits::kStart) == 0) return;
+  if (starting_ || launch_) return fail(LaunchError::busy, "started while a launch is under way");
+  starting_ = true;
+  done_ = false;
+  error_ = LaunchError::none;
+  caches_ = (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold;
+  start_.notify(delay);
+}
+
+void GpuComponent::start() {
+  starting_ = false;
+  if (trace_ >= readers_.size()) {
+    return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", trace_, readers_.size()));
+  }
+  if (!memory_->restart(caches_) && begun_) {
+    return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
+  }
+  begun_ = true;
+  const traces::Reader& reader = *readers_[trace_];
+  launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
+  source_.switch_to(&launch_->source);
+  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);
+  watch_.notify(cycles(kWatchCycles));
+}
+
+// Also in cycle 0 of a platform, before any launch: a distributor without groups has nothing to wait for.
+void GpuComponent::warps_ended() {
+  if (!launch_ || !gpu_->finished()) return;
+  launch_->end = settle(*gpu_, *memory_);
+  launch_->drains = true;
+  drain();
+}
+
+void GpuComponent::drain() {
+  if (gpu_->idle() && memory_->idle()) return end_launch();
+  drain_.notify(cycles(kDrainCycles));
+}
+
+void GpuComponent::end_launch() {
+  FinishedRun finished;
+  finished.counters = collect_counters(*gpu_, *memory_, launch_->end);
+  finished.violations = emptiness_violations(*gpu_, *memory_);
+  for (std::string& violation : memory_->violations()) finished.violations.push_back(std::move(violation));
+  finished.inventories = inventory_of(*gpu_, *memory_);
+  SimulationResult& result = results_.emplace_back();
+  report_run(finished, launch_->source, options_.machine, nullptr, options_.price, result);
+  result.inputs = simulation_inputs(*launch_->reader, options_.machine);
+  launch_.reset();
+  source_.switch_to(nullptr);
+  watch_.cancel();
+  done_ = true;
+  if (!result.violations.empty()) return fail(LaunchError::broken_law, result.violations.front());
+  raise_interrupt();
+}
+
+void GpuComponent::watch() {
+  if (!launch_) return;
+  if (const std::string why = launch_->watchdog.look(); !why.empty()) {
+    return fail(LaunchError::stands_still,
+                why + (launch_->drains ? " but requests are under way" : " but warps remain"));
+  }
+  watch_.notify(cycles(kWatchCycles));
+}
+
+void GpuComponent::fail(LaunchError error, const std::string& what) {
+  error_ = error;
+  raise_interrupt();
+  SC_REPORT_WARNING(kReport, fmt::format("{}: {}", name(), what).c_str());
+}
+
+void GpuComponent::raise_interrupt() {
+  raised_ = true;
+  interrupt_changed_.notify(sc_core::SC_ZERO_TIME);
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,130 @@
+// The GPU as a part of somebody else's virtual platform: an sc_module with registers behind a TLM-2.0 socket and an
+// interrupt. It never pauses or stops the kernel, begins when it is told, and there may be several:
+// docs/guide/platform.md.
+#pragma once
+
+#include <tlm_utils/simple_target_socket.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <tlm>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
+#include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/rtl_tlm/run/measured_source.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/run/switched_source.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/rtl_tlm/run/watchdog.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+
+/// Byte offsets of the registers, 32 bits each; accesses are of aligned words, one or several.
+enum class GpuRegister : std::uint64_t {
+  control = 0x00,      ///< written: ControlBits; reads as 0
+  status = 0x04,       ///< StatusBits
+  trace = 0x08,        ///< number of the trace that the next launch runs
+  cycles = 0x10,       ///< of the last launch, 64 bits
+  cycles_high = 0x14,  ///<
+  error = 0x18,        ///< LaunchError of the last start
+  launches = 0x1c,     ///< launches that have ended without an error
+  traces = 0x20,       ///< traces that there are
+};
+inline constexpr std::uint64_t kGpuRegisterBytes = 0x24;
+
+struct ControlBits {
+  static constexpr std::uint32_t kStart = 1;       ///< from cold caches, unless
+  static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
+  static constexpr std::uint32_t kAcknowledge = 4;  ///< the interrupt goes down
+};
+struct StatusBits {
+  static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
+};
+enum class LaunchError : std::uint32_t {
+  none = 0,
+  no_such_trace = 1,
+  busy = 2,          ///< started while it ran: that launch goes on
+  stands_still = 3,  ///< nothing moves although warps remain; it stays busy
+  memory = 4,        ///< the memory system cannot begin anew
+  broken_law = 5,    ///< it has ended, but SimulationResult::violations is not empty
+};
+
+class GpuComponent final : public sc_core::sc_module {
+ public:
+  using SC_CURRENT_USER_MODULE = GpuComponent;  // SC_HAS_PROCESS, which SystemC 3 deprecates
+  struct Options {
+    GpuConfig machine;
+    std::vector<std::string> traces;  ///< paths, by number; all for the same hardware (same_hardware())
+    GpuParts parts;                   ///< units of your own
+    MemorySystemFactory memory;       ///< stands in for what machine.dram_model names
+    EnergyPricing price;              ///< none: no energy statistics
+    Cycle watchdog_cycles = 2'000'000;
+    WaveformOptions waveform;  ///< of all launches, its window in cycles of each; off when its path is empty
+  };
+  /// Throws Error for traces that cannot be read or are not of one hardware, and for a bad configuration.
+  GpuComponent(const sc_core::sc_module_name& name, const Options& options);
+  ~GpuComponent() override;
+
+  /// b_transport and nb_transport: a start takes effect at the annotated time; registers are read as they are when the
+  /// call is made. No DMI. transport_dbg reads, and writes nothing.
+  tlm_utils::simple_target_socket<GpuComponent, 32> registers;
+  /// High from the end of a launch, or an error, until it is acknowledged.
+  sc_core::sc_out<bool> interrupt{"interrupt"};
+
+  Gpu& gpu() { return *gpu_; }
+  MemorySystem& memory() { return *memory_; }
+  /// Of each launch that has ended, in order: the statistics of `grtx sim` but for host.*.
+  const std::vector<SimulationResult>& results() const { return results_; }
+
+ private:
+  void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  unsigned transport_dbg(::tlm::tlm_generic_payload& payload);
+  ::tlm::tlm_response_status access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  std::uint32_t read(std::uint64_t offset) const;
+  void write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay);
+  void start();
+  void warps_ended();
+  void drain();
+  void end_launch();
+  void watch();
+  void fail(LaunchError error, const std::string& what);
+  void raise_interrupt();
+  sc_core::sc_time cycles(Cycle count) const { return sc_core::sc_time::from_value(count * gpu_->core().period_fs()); }
+  void signal_interrupt() { interrupt.write(raised_); }
+
+  Options options_;
+  std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
+  SwitchedSource source_;
+  std::unique_ptr<Gpu> gpu_;
+  std::unique_ptr<MemorySystem> memory_;
+  std::unique_ptr<Waveform> waveform_;
+
+  /// A launch under way.
+  struct Launch {
+    Launch(const traces::Reader& from, const Gpu& gpu, const MemorySystem& memory, const Options& options);
+    const traces::Reader* reader;
+    TraceSource file;
+    MeasuredSource source;
+    Watchdog watchdog;
+    EndOfRun end;
+    bool drains = false;  ///< all warps have ended
+  };
+  std::unique_ptr<Launch> launch_;
+  std::vector<SimulationResult> results_;
+  sc_core::sc_event start_, drain_, watch_, interrupt_changed_;
+  std::uint32_t trace_ = 0;
+  modules::Caches caches_ = modules::Caches::cold;
+  bool begun_ = false;  ///< there has been a launch
+  bool starting_ = false;
+  bool done_ = false;
+  bool raised_ = false;
+  LaunchError error_ = LaunchError::none;
+};
+
+}  // namespace grtx::sim

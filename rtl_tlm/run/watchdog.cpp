@@ -1,0 +1,39 @@
+#include "grtx/rtl_tlm/run/watchdog.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <systemc>
+
+#include "grtx/base/error.h"
+
+namespace grtx::sim {
+namespace {
+
+/// The kernel's clock counts femtoseconds in 64 bits: what is scheduled must not wrap around.
+void check_time(const Gpu& gpu, Cycle now) {
+  constexpr std::uint64_t kLastFs = std::uint64_t{1} << 63;
+  if (gpu.core().time_fs(now) < kLastFs && now < kLastFs / gpu.core().period_fs()) return;
+  throw Error("sim", "",
+              fmt::format("{} cycles are {:.0f} s of the machine's time: more than a run can take", now,
+                          1e-15 * static_cast<double>(kLastFs)));
+}
+
+}  // namespace
+
+std::string Watchdog::look() {
+  const std::uint64_t progress = gpu_.progress() + memory_.progress();
+  const Cycle now = gpu_.core().edge_at_or_after_now();
+  check_time(gpu_, now);
+  if (progress != progress_) {
+    progress_ = progress;
+    since_ = now;
+  }
+  const Cycle awaited = std::max(gpu_.awaited(), gpu_.core().cycle_at(memory_.awaited_fs()));
+  if (awaited > now + step_) since_ = std::max(since_, awaited);  // who polls asks for cycles that come soon
+  if (!sc_core::sc_pending_activity()) return "nothing is scheduled";
+  if (now > since_ + limit_) return fmt::format("no progress for {} cycles", now - since_);
+  return "";
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,30 @@
+// Tells when the model stands still although work remains: nothing moves, and nobody waits for a time that has yet to
+// come. What is scheduled for later (an access of a slow memory, a long phase of a shader) is waited for, however long.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "grtx/rtl_tlm/gpu/gpu.h"
+#include "grtx/rtl_tlm/gpu/memory_system.h"
+
+namespace grtx::sim {
+
+class Watchdog {
+ public:
+  /// limit: cycles without progress. step: between two looks. Both models must outlive it.
+  Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit, Cycle step)
+      : gpu_(gpu), memory_(memory), limit_(limit), step_(step) {}
+
+  /// Why the model stands still; empty: it moves, or waits. Throws Error when its time is at an end.
+  std::string look();
+
+ private:
+  const Gpu& gpu_;
+  const MemorySystem& memory_;
+  Cycle limit_, step_;
+  std::uint64_t progress_ = ~std::uint64_t{0};
+  Cycle since_ = 0;
+};
+
+}  // namespace grtx::sim

@@ -1,0 +1,213 @@
+// GpuComponent: a GPU on somebody else's platform. Every launch gives the statistics of a run of its own, whatever ran
+// before; with kept caches those of `simulate()` after the trace before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "rtl_tlm/plain/random_machine.h"
+#include "rtl_tlm/platform/platform_bench.h"
+#include "rtl_tlm/tiny_trace.h"
+#include "traces/random_group.h"
+#include "traces/temporary_file.h"
+
+namespace grtx::sim {
+namespace {
+
+using test::Station;
+using test::TestLaunch;
+using traces::testing::random_trace;
+using traces::testing::RandomOptions;
+using traces::testing::TemporaryFile;
+
+std::string alone(const std::string& trace, const GpuConfig& config, const std::string& warm = "") {
+  ChildProcess child("simulation", [&] {
+    SimulationOptions options;
+    options.warm_trace = warm;
+    const SimulationResult result = simulate(trace, config, options);
+    return result.violations.empty() ? test::statistics_of(result) : result.violations.front();
+  });
+  return child.result();
+}
+
+/// The statistics of all launches of a component, one after the other.
+std::vector<std::string> launched(const GpuComponent::Options& options, const std::vector<TestLaunch>& launches) {
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    Station station("gpu0", options, launches);
+    sc_core::sc_start();
+    nlohmann::json all = nlohmann::json::array();
+    for (const SimulationResult& result : station.gpu.results()) {
+      all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
+    }
+    if (sc_core::sc_get_status() != sc_core::SC_RUNNING && sc_core::sc_get_status() != sc_core::SC_PAUSED) {
+      all.push_back("the kernel has stopped");
+    }
+    return all.dump();
+  });
+  return nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
+}
+
+void write_random(const std::string& path, const RandomOptions& options, bool procedural) {
+  auto trace = random_trace(options);
+  std::stable_sort(trace.groups.begin(), trace.groups.end(),
+                   [](const auto& a, const auto& b) { return a.kind < b.kind; });
+  for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
+  if (procedural) test::make_procedural(trace);
+  traces::testing::write_trace(path, trace.header, trace.groups);
+}
+
+/// The first line in which two texts differ.
+std::string first_difference(const std::string& a, const std::string& b) {
+  std::istringstream left(a), right(b);
+  std::string of_left, of_right, name;
+  while (std::getline(left, of_left) && std::getline(right, of_right)) {
+    if (of_left.find("{") != std::string::npos) name = of_left;
+    if (of_left != of_right) return name + ": " + of_left + " / " + of_right;
+  }
+  return a == b ? "" : "one is longer";
+}
+
+class GpuComponentLaunches : public ::testing::TestWithParam<unsigned> {};
+constexpr unsigned kShares = 8;
+
+// Two scenes of one structure; what the launch before left must not show.
+TEST_P(GpuComponentLaunches, EqualRunsOfTheirOwnOnRandomMachines) {
+  const char* const wanted = std::getenv("GRTX_PLATFORM_MACHINES");
+  const unsigned machines = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 24;
+  for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
+    test::Random random(seed + 7000);
+    RandomOptions options = test::random_options(random, seed);
+    GpuConfig config = test::random_machine(random);
+    test::make_possible(config, options);
+    const bool procedural = random.upto(3) == 0;
+    const TemporaryFile first("launch"), second("launch");
+    write_random(first.path(), options, procedural);
+    options.seed += 1000;
+    options.groups = 1 + random.upto(11);
+    write_random(second.path(), options, procedural);
+    GpuComponent::Options component;
+    component.machine = config;
+    component.traces = {first.path(), second.path()};
+    const auto results = launched(component, {{0}, {1, false, 3.5}, {1, true}, {0}, {1, true, 1e4}});
+    const std::string text = config_json(config).dump();
+    ASSERT_EQ(results.size(), 5u) << text;
+    EXPECT_EQ(first_difference(results[0], alone(first.path(), config)), "") << seed << text;
+    EXPECT_EQ(first_difference(results[1], alone(second.path(), config)), "") << seed << text;
+    EXPECT_EQ(first_difference(results[3], results[0]), "") << seed << text;
+    EXPECT_EQ(first_difference(results[4], alone(second.path(), config, first.path())), "") << seed << text;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Shares, GpuComponentLaunches, ::testing::Range(0U, kShares));
+
+struct TinyFile {
+  explicit TinyFile(unsigned groups) : file("tiny") { test::write_tiny_trace(file.path(), {groups, 32}); }
+  TemporaryFile file;
+};
+
+GpuConfig small_machine() {
+  GpuConfig config;
+  config.sms = 2;
+  return config;
+}
+
+TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
+  const TinyFile few(3), many(40);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path(), many.file.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
+    Station a("a", options, {{0}, {1}}), b("b", options, {{1, false, 0.3}, {0}});
+    sc_core::sc_start();
+    nlohmann::json cycles = {a.launcher.cycles, b.launcher.cycles};
+    for (const char* name : {"a.gpu.sm0.rt", "b.gpu.sm0.rt", "a.memory_clock", "b.dram"}) {
+      cycles.push_back(sc_core::sc_find_object(name) != nullptr);
+    }
+    return cycles.dump();
+  });
+  const auto cycles = nlohmann::json::parse(child.result());
+  EXPECT_EQ(cycles[0][0], cycles[1][1]);
+  EXPECT_EQ(cycles[0][1], cycles[1][0]);
+  EXPECT_NE(cycles[0][0], cycles[0][1]);
+  for (std::size_t i = 2; i < 6; ++i) EXPECT_EQ(cycles[i], true) << i;
+}
+
+TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
+  const TinyFile few(3);
+  const TemporaryFile waves("waves");
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
+  options.waveform.path = waves.path();
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    std::uint64_t end = 0;
+    {
+      Station station("board", options, {{0}, {0, false, 1e5}});
+      sc_core::sc_start();
+      end = sc_core::sc_time_stamp().value();
+    }
+    return std::to_string(end);
+  });
+  const std::uint64_t end = std::stoull(child.result());
+  std::ifstream file(waves.path());
+  std::uint64_t last = 0;
+  bool named = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) last = std::stoull(line.substr(1));
+    named = named || line.find("$scope module board $end") != std::string::npos;
+  }
+  EXPECT_TRUE(named);
+  EXPECT_GT(last, 100'000'000'000u) << "the second launch, 100 us after the first, is there";
+  EXPECT_LE(last, end);
+}
+
+TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
+  const TinyFile few(3);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
+    Station station("a", options, {{5}, {0}});
+    sc_core::sc_start();
+    const auto& launcher = station.launcher;
+    return nlohmann::json{launcher.errors, launcher.cycles, station.gpu.results().size()}.dump();
+  });
+  const auto found = nlohmann::json::parse(child.result());
+  EXPECT_EQ(found[0][0], static_cast<std::uint32_t>(LaunchError::no_such_trace));
+  EXPECT_EQ(found[0][1], 0u);
+  EXPECT_GT(found[1][1], 0u);
+  EXPECT_EQ(found[2], 1u);
+}
+
+TEST(GpuComponent, RefusesTracesOfOtherHardware) {
+  const TinyFile few(3);
+  const TemporaryFile other("other");
+  traces::Header header = test::tiny_header({2, 32});
+  header.k = 3;
+  traces::testing::write_trace(other.path(), header, {test::tiny_group({2, 32}, 0), test::tiny_group({2, 32}, 1)});
+  GpuComponent::Options options;
+  options.traces = {few.file.path(), other.path()};
+  ChildProcess child("platform", [&]() -> std::string {
+    modules::set_time_resolution_to_fs();
+    try {
+      GpuComponent gpu("gpu", options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  });
+  EXPECT_NE(child.result().find("is for other hardware"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace grtx::sim

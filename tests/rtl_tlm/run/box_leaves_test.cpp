@@ -1,0 +1,84 @@
+// Boxes as leaves: a shader on the SM tests what lies in them, one call after the other for a ray that waits for it.
+#include <gtest/gtest.h>
+
+#include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/tiny_trace.h"
+
+namespace grtx::sim {
+namespace {
+
+using test::statistic;
+
+/// One ray: its first leaf is missed, its second hit.
+void write_one_ray(const std::string& path, traces::AccelKind kind) {
+  const test::TinyTrace tiny{1, 1};
+  traces::Header header = test::tiny_header(tiny);
+  header.accel = kind;
+  traces::RayGroup group = test::tiny_group(tiny, 0);
+  group.nodes[0].child_kinds[0] = group.nodes[0].child_kinds[1] = traces::NodeKind::procedural;
+  traces::Ray& ray = group.rays[0];
+  ray.events[1].detail = static_cast<std::uint8_t>(traces::LeafOutcome::miss);
+  ray.events[2].kind_shifts = traces::Event::pack(traces::EventKind::visit_leaf);
+  ray.rounds[0].k_count = ray.rounds[0].processed_count = 1;
+  ray.processed.resize(1);
+  traces::Writer writer(path, header);
+  writer.append(group);
+  writer.finish();
+}
+
+nlohmann::ordered_json stats_of(traces::AccelKind kind, const std::vector<std::string>& settings,
+                                SimulationMode mode = SimulationMode::cycle) {
+  const traces::testing::TemporaryFile file("box");
+  write_one_ray(file.path(), kind);
+  ChildProcess child("simulation", [&] {
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
+    const SimulationResult result = test::simulate_priced(file.path(), config, {}, mode);
+    nlohmann::ordered_json answer = {{"stats", result.document.at("stats")}, {"violations", result.violations}};
+    return answer.dump();
+  });
+  const auto answer = nlohmann::ordered_json::parse(child.result());
+  EXPECT_EQ(answer.at("violations").size(), 0U) << answer.at("violations").dump();
+  return answer.at("stats");
+}
+
+TEST(BoxLeaves, EachIsACallOfTheIntersectionShaderAndAHitOneOfTheAnyHitShaderToo) {
+  const auto stats = stats_of(traces::AccelKind::box, {});
+  EXPECT_EQ(statistic(stats, "gpu.rt.intersection_calls"), 2U);
+  EXPECT_EQ(statistic(stats, "gpu.rt.any_hit_calls"), 1U);
+  EXPECT_EQ(statistic(stats, "gpu.simt.intersection.batches"), 2U);
+  EXPECT_EQ(statistic(stats, "gpu.simt.any_hit.batches"), 1U);
+  EXPECT_EQ(statistic(stats, "gpu.simt.instructions.intersection"), 2U * (28 + 24));
+  EXPECT_EQ(statistic(stats, "gpu.rt.ray_sphere.operations"), 0U);
+  EXPECT_EQ(statistic(stats, "gpu.rt.ray_transform.operations"), 0U);
+  // Blending reads the record of one Gaussian, 48 B in two sectors; two matrices of 48 B lie in three.
+  EXPECT_GE(statistic(stats, "gpu.simt.lsu.loads.gaussian"), 2U + 3U);
+}
+
+// A single ray waits for each: its run is longer by exactly what the shader is.
+TEST(BoxLeaves, EveryInstructionOfTheShaderIsACycleOfTheRay) {
+  const std::uint64_t usual = statistic(stats_of(traces::AccelKind::box, {}), "gpu.cycles");
+  const auto cycles = [&](const std::string& key, unsigned value) {
+    return statistic(stats_of(traces::AccelKind::box, {"simt.cost." + key + "=" + std::to_string(value)}),
+                     "gpu.cycles");
+  };
+  EXPECT_EQ(cycles("intersection_fixed", 28 + 100), usual + 200);
+  EXPECT_EQ(cycles("intersection_transform", 24 + 100), usual + 200);
+  EXPECT_EQ(cycles("any_hit_fixed", 12 + 100), usual + 100);
+}
+
+TEST(BoxLeaves, FastModeDoesTheSameWorkInAboutTheTime) {
+  for (const bool two_level : {false, true}) {
+    const test::ObservedRun run(true, two_level, 0, true, true);
+    const auto cycle = run.run({});
+    const auto quick = run.run({}, {}, SimulationMode::fast);
+    for (const char* same :
+         {"gpu.rt.visits_leaf", "gpu.rt.any_hit_calls", "gpu.rt.intersection_calls", "gpu.simt.warps"}) {
+      EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
+    }
+    const auto expected = static_cast<double>(statistic(cycle, "gpu.cycles"));
+    EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.cycles")), expected, 0.1 * expected);
+  }
+}
+
+}  // namespace
+}  // namespace grtx::sim
