@@ -15,8 +15,8 @@ TEST(Selftest, IsOkWithoutVectorInstructions) {
   EXPECT_TRUE(outcome.out.ends_with("\nOK\n")) << outcome.out;
 }
 
-// A comma for the decimal point, another clock, one core, memory that is not zero, no wide vectors in the C library, and
-// the second path of vector instructions.
+// A comma for the decimal point, another clock, one core, memory that is not zero, no wide vectors in the C library,
+// and the second path of vector instructions.
 TEST(Selftest, IsOkWhateverTheEnvironmentSays) {
   const Folder folder;
   const std::string locale = folder.path("de_DE.UTF-8");
