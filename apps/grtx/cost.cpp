@@ -1,10 +1,10 @@
 // grtx cost: storage, area, timing and leakage of the machine that a configuration describes.
 #include <fmt/format.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <type_traits>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -14,6 +14,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/cost/technology.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -38,39 +39,12 @@ struct CostArguments {
   CLI::App* command = nullptr;
 };
 
-/// From tracer options by name, those of a machine or of a run; numbers are texts.
-template <typename Options>
-void use_bins_of(const Options& options, MachineUse& use) {
-  const auto number = [&](const char* name, auto& value) {
-    if (const auto found = options.find(name); found != options.end()) {
-      if constexpr (requires { found->second; }) {
-        value = static_cast<std::decay_t<decltype(value)>>(std::stoul(found->second));
-      } else {
-        value = static_cast<std::decay_t<decltype(value)>>(std::stoul(found->template get<std::string>()));
-      }
-    }
-  };
-  number("checkpoint_bins", use.checkpoint_bins);
-  if (use.checkpoint_bins != 0) number("checkpoint_capacity", use.checkpoint_capacity);
-}
-
-// The units that a run had: those that its trace needs.
-MachineUse machine_of(const std::string& statistics) {
-  const nlohmann::ordered_json inputs = read_statistics(statistics).at("inputs");
-  const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
-  if (accel.empty() || checkpoint.empty()) throw Error(statistics, "inputs", "must name accel and checkpoint");
-  const bool two_level = accel.starts_with("tlas-");
-  MachineUse use;
-  use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
-  use.objects = inputs.value("levels", "") == "3";
-  use.leaves = leaf_test_of(accel);
-  // Left out where they have their default (tracer_cli.h).
-  const std::string pop_test = inputs.value("pop_test", std::string(name_of(use.pop_test)));
-  use.pop_test = value_of<traces::PopTest>(pop_test, statistics, "inputs.pop_test");
-  const std::string layout = inputs.value("layout", std::string(name_of(use.layout)));
-  use.layout = value_of<traces::NodeLayout>(layout, statistics, "inputs.layout");
-  use_bins_of(inputs, use);
-  return use;
+/// Of a machine's tracer options.
+void use_bins_of(const std::map<std::string, std::string>& tracer, MachineUse& use) {
+  const auto bins = tracer.find("checkpoint_bins"), capacity = tracer.find("checkpoint_capacity");
+  if (bins == tracer.end()) return;
+  use.checkpoint_bins = static_cast<unsigned>(std::stoul(bins->second));
+  if (capacity != tracer.end()) use.checkpoint_capacity = std::stoul(capacity->second);
 }
 
 // The energy of a run of the configured machine.
@@ -103,7 +77,9 @@ int cost(const CostArguments& options, bool json) {
   }
   technology(options.cost.nm);  // before anything is built
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  MachineUse use = options.statistics.empty() ? options.use : machine_of(options.statistics);
+  MachineUse use = options.statistics.empty()
+                       ? options.use
+                       : machine_of_run(read_statistics(options.statistics).at("inputs"), options.statistics);
   if (options.statistics.empty() && options.command->count("--checkpoint-bins") == 0) {
     use_bins_of(machine_tracer(options.machine), use);
   }

@@ -120,6 +120,16 @@ std::string machine_name(const std::string& machine) {
   return machine.ends_with(".toml") ? fs::path(machine).stem().string() : machine;
 }
 
+std::string machine_name(const std::string& machine, const GpuConfig& config) {
+  const std::string hash = config_hash(config);
+  const auto is = [&hash](const std::string& name) { return config_hash(load_machine_config(name, "", {})) == hash; };
+  if (machine.empty() || is(machine)) return machine_name(machine);
+  for (const std::string& name : machine_names()) {
+    if (is(name)) return name;
+  }
+  return machine_name(machine) + ", changed";
+}
+
 std::map<std::string, std::string> machine_tracer(const std::string& machine) {
   GpuConfig unused;
   return machine.empty() ? std::map<std::string, std::string>() : read_machine(path_of(machine), unused);

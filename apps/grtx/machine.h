@@ -33,6 +33,10 @@ std::string describe_machine(const std::string& machine, const std::string& conf
 /// lies.
 std::string machine_name(const std::string& machine);
 
+/// That of the machine whose keys these are: `machine`, another of the project, or "`machine`, changed"; "" for
+/// neither.
+std::string machine_name(const std::string& machine, const GpuConfig& config);
+
 /// Gives the command's tracer options the values of the machine, but for those that the command line names. Throws
 /// Error{file, key, rule}.
 void apply_machine_tracer(CLI::App& command, const std::string& machine);

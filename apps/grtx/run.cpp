@@ -403,7 +403,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
   results["model_version"] = kModelVersion;
-  results["machine"] = options.machine;
+  results["machine"] = machine_name(options.machine, config);
   results["config"] = config_json(config);
   if (objects) results["speedup_over"] = comparison.reference();  // else over the baseline
   std::vector<std::string> violations;

@@ -82,7 +82,7 @@ int run_sampled(const SimArguments& options, const GpuConfig& config, const Samp
   check_estimate(options);
   if (!options.simulation.warm_trace.empty()) throw Error("sim", "--warm", "is for --mode cycle and fast");
   SampledResult result = simulate_sampled(options.trace, config, sampled);
-  result.result.document["inputs"]["machine"] = machine_name(options.machine);
+  result.result.document["inputs"]["machine"] = machine_name(options.machine, config);
   warn_of_caution(result.result.caution, "--mode sampled");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (common.json) {
@@ -124,7 +124,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
-  result.document["inputs"]["machine"] = machine_name(options.machine);
+  result.document["inputs"]["machine"] = machine_name(options.machine, config);
   warn_of_caution(result.caution, "--mode fast");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {

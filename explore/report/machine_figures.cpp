@@ -7,6 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/points.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
@@ -38,21 +39,14 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 
 }  // namespace
 
-MachineFigures machine_figures(const ordered_json& config, const std::string& design, const std::string& accel,
-                               const std::string& pop_test, const std::string& layout, const std::string& levels,
-                               const ordered_json& statistics, const std::string& bins) {
+MachineFigures machine_figures(const ordered_json& config, const ordered_json& inputs, const ordered_json& statistics,
+                               const std::string& where) {
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
     const GpuConfig machine = config_from(config);
-    MachineUse use;
-    if (design == "baseline" || design == "sw" || design == "hw") use.design = design;
-    use.objects = levels == "3";
-    use.leaves = leaf_test_of(accel);
-    if (!pop_test.empty()) use.pop_test = value_of<traces::PopTest>(pop_test, "inputs", "pop_test");
-    if (!bins.empty()) use.checkpoint_bins = static_cast<unsigned>(std::stoul(bins));
-    if (!layout.empty()) use.layout = value_of<traces::NodeLayout>(layout, "inputs", "layout");
-    ChildProcess child("cost of " + design, [&] {
+    const MachineUse use = machine_of_run(inputs, where);
+    ChildProcess child("cost of " + use.design, [&] {
       const std::vector<modules::Inventory> inventories = machine_inventory(machine, use);
       ordered_json result;
       result["cost"] = cost_json(machine_cost(machine, use.design, inventories, CostOptions()));

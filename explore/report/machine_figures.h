@@ -17,12 +17,9 @@ struct MachineFigures {
   std::string problem;  ///< why there are none
 };
 
-/// config: resolved, key -> value. design: baseline, sw, hw or grtx. accel, pop_test, layout, levels: of the trace,
-/// decide on sphere units, on what a stack entry holds, on what reads nodes and on rays in the space of objects; "": as
-/// by default. statistics: of the run; empty: no energy. bins: checkpoint bins of a ray; "": two buffers.
-MachineFigures machine_figures(const nlohmann::ordered_json& config, const std::string& design,
-                               const std::string& accel, const std::string& pop_test, const std::string& layout,
-                               const std::string& levels, const nlohmann::ordered_json& statistics,
-                               const std::string& bins = "");
+/// config: resolved, key -> value. inputs: of the run, which say the units that it had. statistics: of the run; empty:
+/// no energy. where: the file, for what is wrong in it.
+MachineFigures machine_figures(const nlohmann::ordered_json& config, const nlohmann::ordered_json& inputs,
+                               const nlohmann::ordered_json& statistics, const std::string& where);
 
 }  // namespace grtx::sim

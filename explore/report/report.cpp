@@ -29,6 +29,15 @@ std::string input(const DesignResult& design, const char* name) {
   return found != design.inputs.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
+/// What says which units a machine had; of results that do not say it, the design does.
+ordered_json machine_inputs(const std::string& design, const ordered_json& inputs) {
+  const bool two_level = design == "sw" || design == "grtx";
+  ordered_json all = {{"accel", two_level ? "tlas-tri20" : "tri20"},
+                      {"checkpoint", design == "hw" || design == "grtx" ? "on" : "off"}};
+  if (inputs.is_object()) all.update(inputs);
+  return all;
+}
+
 /// Statistics of another design on the same view and machine join a run: their ratios are speed-ups.
 bool joins(const RunResults& run, const RunResults& other) {
   if (run.has_verdict || other.has_verdict || run.config != other.config || run.label != other.label) return false;
@@ -54,8 +63,9 @@ void price_machines(ReportSweep& sweep) {
       if (known.point == best->of.front()) return;
     }
     const ReportedPoint& point = shown.first(*best);
-    sweep.machines.push_back(
-        {best->of.front(), what, machine_figures(point.config, point.design, "", "", "", "", ordered_json())});
+    sweep.machines.push_back({best->of.front(), what,
+                              machine_figures(point.config, machine_inputs(point.design, point.inputs), ordered_json(),
+                                              sweep.results.file)});
   };
   add(kTime, "fastest of the front");
   add(kArea, "smallest of the front");
@@ -92,9 +102,8 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
                : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
                                        : fmt::format("Run {}", r + 1);
     for (const DesignResult& design : run.results.designs) {
-      run.machines.push_back(machine_figures(
-          run.results.config, design.name, input(design, "accel"), input(design, "pop_test"), input(design, "layout"),
-          input(design, "levels"), design.statistics, input(design, "checkpoint_bins")));
+      run.machines.push_back(machine_figures(run.results.config, machine_inputs(design.name, design.inputs),
+                                             design.statistics, run.results.file));
     }
   }
   return inputs;

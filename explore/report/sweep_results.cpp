@@ -63,7 +63,9 @@ SweepResults read_sweep_results(const std::string& path) {
   }
 
   std::map<std::int64_t, std::size_t> place;
-  select(database, "SELECT id, key, mode, scene, design, coordinates, config, status, reason FROM point ORDER BY id",
+  select(database,
+         "SELECT id, key, mode, scene, design, coordinates, config, status, reason, "
+         "json_extract(document, '$.inputs') FROM point ORDER BY id",
          [&](const SqliteStatement& row) {
            ReportedPoint point;
            point.id = row.integer(0);
@@ -76,6 +78,7 @@ SweepResults read_sweep_results(const std::string& path) {
            point.config = object(row.text(6), path, where + ": config");
            point.status = row.text(7);
            point.reason = row.text(8);
+           if (!row.null(9)) point.inputs = object(row.text(9), path, where + ": inputs");
            for (const auto& [name, value] : point.coordinates.items()) {
              if (std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) == sweep.coordinates.end()) {
                sweep.coordinates.push_back(name);

@@ -17,6 +17,7 @@ struct ReportedPoint {
   std::string design;
   nlohmann::ordered_json coordinates;  ///< what the plan varied at this point: name -> value
   nlohmann::ordered_json config;       ///< resolved
+  nlohmann::ordered_json inputs;       ///< of the simulation; null without a document
   std::string status;                  ///< pending, running, done, failed, killed or timeout
   std::string reason;
   std::map<std::string, double> values;  ///< statistics and cost.*, by name

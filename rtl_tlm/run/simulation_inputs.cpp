@@ -13,6 +13,11 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   inputs["checkpoint"] = header.checkpoint ? "on" : "off";
   if (header.three_level()) inputs["levels"] = "3";
   if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);
+  if (header.layout != traces::Header{}.layout) inputs["layout"] = name_of(header.layout);
+  if (header.checkpoint_bins != 0) {
+    inputs["checkpoint_bins"] = std::to_string(header.checkpoint_bins);
+    inputs["checkpoint_capacity"] = std::to_string(header.checkpoint_capacity);
+  }
   inputs["trace_hash"] = trace.content_hash();
   inputs["config_hash"] = config_hash(config);
   const FilesRead memory = memory_files(config);

@@ -65,6 +65,26 @@ TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
   }
 }
 
+TEST_F(MachineTest, StatisticsNameTheOneWhoseKeysTheyAreOf) {
+  must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx");
+  for (const auto& [set, name] :
+       {std::pair("", "paper"), std::pair(" --set rt.checkpoint.traffic=charged", "paper-charged"),
+        std::pair(" --set l2.latency=120", "paper, changed")}) {
+    must(std::string("sim t.grtx --quiet --mode fast --stats s.json") + set);
+    EXPECT_EQ(json("s.json").at("inputs").at("machine"), name);
+  }
+}
+
+TEST_F(MachineTest, TheCostOfARunHasTheBinsOfItsTrace) {
+  must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx --machine paper-lean");
+  must("sim t.grtx --quiet --mode fast --machine paper-lean --stats s.json");
+  const nlohmann::json energy =
+      nlohmann::json::parse(folder_.run("cost --json --machine paper-lean --stats s.json").out);
+  double sum = 0.0;
+  for (const nlohmann::json& part : energy.at("parts")) sum += part.at("nanojoules").at("central").get<double>();
+  EXPECT_NEAR(sum, json("s.json").at("stats").at("gpu.energy_nj").at("value").get<double>(), 0.01);
+}
+
 TEST_F(MachineTest, IsPaperForEveryCommandThatNamesNone) {
   const std::string plan =
       "mode = \"fast\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\nwidth = 16\nheight = 8\n";

@@ -39,7 +39,7 @@ TEST(PaperTargets, ASpeedUpIsCyclesOfTheBaselineOverThoseOfTheDesign) {
 
 TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
   const MachineFigures figures =
-      machine_figures(config_json(load_config("", {})), "grtx", "tlas-tri20", "", "", "", {});
+      machine_figures(config_json(load_config("", {})), {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
   ASSERT_EQ(figures.problem, "");
   ASSERT_EQ(cost_targets().size(), 3u);
   EXPECT_EQ(cost_targets()[0].of_machine(figures.cost), 1074.0);
@@ -48,9 +48,29 @@ TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
 }
 
 TEST(PaperTargets, AnUnknownConfigurationSaysWhy) {
-  const MachineFigures figures = machine_figures({{"rt.of_tomorrow", 1}}, "grtx", "", "", "", "", {});
+  const MachineFigures figures =
+      machine_figures({{"rt.of_tomorrow", 1}}, {{"accel", "tri20"}, {"checkpoint", "on"}}, {}, "run");
   EXPECT_TRUE(figures.cost.is_null());
   EXPECT_NE(figures.problem.find("rt.of_tomorrow"), std::string::npos) << figures.problem;
+}
+
+TEST(PaperTargets, AMachineHasTheBinsOfItsRun) {
+  const auto bits = [](const nlohmann::ordered_json& more) {
+    nlohmann::ordered_json inputs = {{"accel", "tlas-tri20"}, {"checkpoint", "on"}};
+    inputs.update(more);
+    const MachineFigures figures =
+        machine_figures(config_json(load_config("", {"rt.checkpoint.entry_bytes=8"})), inputs, {}, "run");
+    EXPECT_EQ(figures.problem, "");
+    return figures.cost.at("tree").at("memory_bits").get<std::uint64_t>();
+  };
+  const std::uint64_t buffers = bits(nlohmann::ordered_json::object());
+  const std::uint64_t bins = bits({{"checkpoint_bins", "4"}, {"checkpoint_capacity", "512"}});
+  EXPECT_GT(bins, buffers);
+  EXPECT_GT(bits({{"checkpoint_bins", "4"}, {"checkpoint_capacity", "1024"}}), bins);
+  EXPECT_EQ(machine_figures(config_json(load_config("", {})),
+                            {{"accel", "tri20"}, {"checkpoint", "on"}, {"checkpoint_bins", "x"}}, {}, "run")
+                .problem,
+            "run: inputs.checkpoint_bins: must be a whole number");
 }
 
 }  // namespace
