@@ -76,8 +76,9 @@ std::string point_key(const SweepPoint& p, const std::string& program) {
 }
 
 /// Of the trace that is written: as many versions may be known, a key has the one.
-std::uint32_t trace_format(const ordered_json& tracer, bool several_objects) {
+std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer, bool several_objects) {
   traces::Header header;
+  header.accel = from_name<traces::AccelKind>(accel).value_or(header.accel);
   const auto choose = [&]<typename Enum>(const char* option, Enum& value) {
     if (tracer.contains(option)) value = value_of<Enum>(tracer.at(option).get<std::string>(), "tracer", option);
   };
@@ -142,7 +143,7 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
     broken = error.what();
   }
   made.options["program"] = program;
-  made.options["trace_format"] = trace_format(made.options.at("tracer"), input.several_objects);
+  made.options["trace_format"] = trace_format(structure.accel, made.options.at("tracer"), input.several_objects);
   made.key = key_of(made.options);
   const PlanScene& p = *plan;
   made.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),

@@ -118,6 +118,8 @@ TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
   EXPECT_EQ(format("s.ply", {{"tracer.pop_test", "off"}}), 5U);
   EXPECT_EQ(format("s.ply", {{"tracer.child_order", "vulkan_sim"}}), 5U);
   EXPECT_EQ(format("objects.json", {}), 6U);
+  EXPECT_EQ(format("s.ply", {{"tracer.accel", "box"}}), 8U);
+  EXPECT_EQ(format("s.ply", {{"tracer.checkpoint_bins", 4}}), 9U);
 }
 
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
