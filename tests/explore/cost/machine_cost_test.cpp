@@ -14,7 +14,7 @@ nlohmann::json cost_of(const std::vector<std::string>& settings, const std::stri
                        const CostOptions& options = {}) {
   ChildProcess child("cost", [&] {
     const GpuConfig config = load_config("", settings);
-    return cost_json(machine_cost(config, design, machine_inventory(config, {design, false}), options)).dump();
+    return cost_json(machine_cost(config, design, machine_inventory(config, {.design = design}), options)).dump();
   });
   return nlohmann::json::parse(child.result());
 }

@@ -24,7 +24,7 @@ double energy_of(const std::string& part, const std::map<std::string, double>& s
       const auto found = statistics.find(name);
       return found == statistics.end() ? 0.0 : found->second;
     };
-    const auto parts = run_energy(value, config, machine_inventory(config, {"grtx", false}), options, {});
+    const auto parts = run_energy(value, config, machine_inventory(config, {.design = "grtx"}), options, {});
     double sum = 0.0;
     for (const EnergyPart& p : parts) sum += p.name == part || part == "total" ? p.nanojoules.central : 0.0;
     return std::to_string(sum);
@@ -40,7 +40,7 @@ TEST(RunEnergy, AStatisticThatIsMissingIsFree) {
         if (name == missing) return std::nullopt;
         return 1.0;
       };
-      run_energy(value, config, machine_inventory(config, {"grtx", false}), {}, {}, "s.json");
+      run_energy(value, config, machine_inventory(config, {.design = "grtx"}), {}, {}, "s.json");
       return std::string("priced");
     });
     try {

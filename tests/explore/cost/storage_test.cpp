@@ -12,7 +12,7 @@ namespace {
 
 nlohmann::json storage_of(unsigned warps, const std::string& design) {
   GpuConfig config = load_config("", {"rt.warp_buffer.entries=" + std::to_string(warps), "gpu.sms=1"});
-  const auto inventories = machine_inventory(config, {design, false});
+  const auto inventories = machine_inventory(config, {.design = design});
   return cost_json(machine_cost(config, design, inventories, {}));
 }
 

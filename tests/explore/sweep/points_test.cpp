@@ -90,7 +90,7 @@ TEST_F(SweepPointsTest, AChangedFileThatConfiguresTheMemoryIsAnotherPoint) {
   EXPECT_EQ(before.broken, "");
   write_file(folder + "/memory.yaml", "CL: 21");
   const SweepPoint changed = points(by_file).points.at(0);
-  EXPECT_EQ(changed.config, before.config);
+  EXPECT_EQ(changed.config.text(), before.config.text());
   EXPECT_NE(changed.key, before.key);
 }
 

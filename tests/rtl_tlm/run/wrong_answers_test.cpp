@@ -59,7 +59,7 @@ std::string failure_of(const std::function<void(modules::RtUnitParts&)>& parts) 
 }
 
 TEST(WrongAnswers, AreBlamedOnTheUnitThatGivesThem) {
-  for (const modules::LaneId other : {0, 12345}) {
+  for (const modules::LaneId other : {modules::LaneId{0}, modules::LaneId{12345}}) {
     const auto with = [other](const char* name, const modules::RtUnitContext&) {
       return std::make_unique<Hasty>(name, other);
     };
