@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Of which class a scene is: the statistics by which whole rooms and buildings differ from objects (docs/results/scene-classes.md).
 
-    bench/scene_class.py [--program GRTX] [--size 128] [--csv F.csv] [--range F.csv] [--speedups] SCENE.ply[:VIEW,VIEW...]...
+    bench/scene_class.py [--program GRTX] [--size 128] [--fov-scale 1] [--csv F.csv] [--range F.csv] [--speedups | --rounds] SCENE.ply[:VIEW,VIEW...]...
 
 Cameras are those beside the scene, SCENE.cameras.json; without views, all of them. Rays are traced as the machine `paper` asks,
 and sw and grtx are simulated in fast mode, grtx with checkpoint traffic that costs nothing. --csv adds the rows to a file; --range
 prints what lies outside the range of such a file's rows in bold and then exits with 1; --speedups simulates all designs.
+--rounds: in place of all that, the rounds of a ray, in the mean over rays and over the node visits of sw, and the visits of sw over grtx's.
 --scaled G.csv --range F.csv: the range of the trained views F at the counts of the generated views G (PRESET_COUNT_SEED VIEW), by how
 footprints (a power) and L1 hits (points a doubling) go with the count within G's presets; and which of G lie outside.
 """
@@ -61,7 +62,7 @@ def call(program, *arguments):
 
 
 def look_at_entries(program, trace):
-    """Checkpoint entries written, of those inside a BLAS, read, and of those only passed on, in a sample of the warps."""
+    """Checkpoint entries written, of those inside a BLAS, read, and of those only copied, in a sample of the warps."""
     header = json.loads(call(program, "trace-dump", trace, "--warp", 0, "--lane", 0).split("header ", 1)[1].split("\n", 1)[0])
     found = dict.fromkeys(("written", "blas", "read", "forwarded"), 0)
     for warp in sorted({number * header["groups"] // SAMPLE for number in range(SAMPLE)}):
@@ -79,8 +80,40 @@ def look_at_entries(program, trace):
     return found
 
 
+def rounds_and_visits(program, trace):
+    """Of each ray: its rounds and its node visits."""
+    found = []
+    with subprocess.Popen([program, "trace-dump", trace], stdout=subprocess.PIPE, text=True) as dump:
+        for line in dump.stdout:  # tens of millions: no regular expressions
+            if line.startswith("      "):
+                found[-1][1] += line.split(maxsplit=2)[1] in ("internal", "instance", "leaf")
+            elif line.startswith("  lane "):
+                found.append([int(line.split()[4]), 0])
+    if dump.returncode != 0:
+        sys.exit("scene_class: trace-dump failed")
+    return found
+
+
+def measure_rounds(options, scene, view):
+    with tempfile.TemporaryDirectory(prefix="grtx_scene_class_") as folder:
+        rays = {}
+        for design in ("sw", "grtx"):
+            accel, checkpoint = TRACES[design]
+            file = os.path.join(folder, design + ".grtx")
+            call(options.program, "trace", *view_of(options, scene, view), "--accel", accel, "--checkpoint", checkpoint, "-o", file, "--quiet")
+            rays[design] = rounds_and_visits(options.program, file)
+    visits = {design: sum(visits for _, visits in found) for design, found in rays.items()}
+    return {"rounds of a ray": sum(rounds for rounds, _ in rays["sw"]) / len(rays["sw"]),
+            "of the ray of a visit": sum(rounds * visits for rounds, visits in rays["sw"]) / visits["sw"],
+            "visits sw / grtx": visits["sw"] / visits["grtx"]}
+
+
+def view_of(options, scene, view):
+    return ("--scene", scene, "--cameras", scene.removesuffix(".ply") + ".cameras.json", "--view", view, "--width", options.size,
+            "--height", options.size, "--fov-scale", options.fov_scale, "--machine", "paper-charged")
+
+
 def measure(options, scene, view):
-    cameras = scene.removesuffix(".ply") + ".cameras.json"
     machine = ("--machine", "paper-charged")
     statistics = {}
     with tempfile.TemporaryDirectory(prefix="grtx_scene_class_") as folder:
@@ -102,8 +135,8 @@ def measure(options, scene, view):
                 continue
             trace, file = os.path.join(folder, design + ".grtx"), os.path.join(folder, design + ".json")
             kept = ("--no-trace",) if design == "baseline" and not options.speedups else ("-o", trace)
-            call(options.program, "trace", "--scene", scene, "--cameras", cameras, "--view", view, "--width", options.size,
-                 "--height", options.size, *machine, "--accel", accel, "--checkpoint", checkpoint, *kept, "--stats", file, "--quiet")
+            call(options.program, "trace", *view_of(options, scene, view), "--accel", accel, "--checkpoint", checkpoint, *kept,
+                 "--stats", file, "--quiet")
             load(design, file)
             if design == "sw" or options.speedups:
                 simulate(design, design)
@@ -151,9 +184,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default="build/release/grtx")
     parser.add_argument("--size", type=int, default=128, help="pixels an edge")
+    parser.add_argument("--fov-scale", type=float, default=1, help="factor on the field of view")
     parser.add_argument("--csv", help="rows are added to this file")
     parser.add_argument("--range", help="rows of the class: what lies outside is bold")
     parser.add_argument("--speedups", action="store_true", help="all designs, over the baseline")
+    parser.add_argument("--rounds", action="store_true", help="rounds alone, weighted by rays and by node visits")
     parser.add_argument("--scaled", metavar="G.csv", help="no scene is measured: the range at the counts of these rows")
     parser.add_argument("scenes", nargs="*", metavar="SCENE.ply[:VIEWS]")
     options = parser.parse_args()
@@ -171,7 +206,7 @@ def main():
     for asked in options.scenes:
         scene, _, views = asked.partition(":")
         for view in (int(v) for v in views.split(",")) if views else views_of(scene):
-            row = {column: float(f"{value:.6g}") for column, value in measure(options, scene, view).items()}
+            row = {column: float(f"{value:.6g}") for column, value in (measure_rounds if options.rounds else measure)(options, scene, view).items()}
             name = f"{os.path.basename(scene).removesuffix('.ply')} {view}"
             if head is None:
                 head = list(row)

@@ -3,7 +3,7 @@
 # include(${grtx_tlm_DIR}/grtx_tlm-verilator.cmake) (docs/guide/own-rtl.md).
 if(NOT GRTX_INSTALLED)
   set(grtx_rtl_folder ${PROJECT_SOURCE_DIR}/modules/rtl)
-endif()
+endif()  # else grtx_tlm-config.cmake says where they are, and whether the library has Verilator's runtime
 option(GRTX_RTL "Build the Verilated units, where Verilator is found" ON)
 set(grtx_rtl_found FALSE)
 if(GRTX_RTL)
@@ -16,8 +16,8 @@ else()
   message(STATUS "RTL in the loop: off (no Verilator 5.006; apt-get install verilator)")
 endif()
 
-# grtx_verilated_blocks(TARGET): an object library for blocks of grtx_verilate() and Verilator's runtime. Generated code is
-# compiled without the project's warnings.
+# grtx_verilated_blocks(TARGET): an object library for blocks of grtx_verilate(). Generated code is compiled without the
+# project's warnings.
 function(grtx_verilated_blocks target)
   add_library(${target} OBJECT)
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
@@ -30,6 +30,13 @@ function(grtx_verilate target prefix top)
   cmake_parse_arguments(PARSE_ARGV 3 block "" "" "SOURCES;ARGS")
   verilate(${target} PREFIX ${prefix} TOP_MODULE ${top} SOURCES ${block_SOURCES}
            VERILATOR_ARGS -O3 -I${grtx_rtl_folder} ${block_ARGS})
+  # Verilator's runtime is in grtx::modules where that has RTL; twice in a program it does not link.
+  if(target STREQUAL grtx_rtl OR (GRTX_INSTALLED AND NOT GRTX_HAS_RUNTIME))
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "/verilated(_threads)?\\.cpp$")
+  set_target_properties(${target} PROPERTIES SOURCES "${sources}")
 endfunction()
 
 # grtx_link_blocks(PROGRAM TARGET): links the blocks; their classes' headers count as the system's.

@@ -16,7 +16,6 @@ LINE = 120  # characters
 # Pages that do not keep the limits yet. The list only shrinks: a page that keeps them must leave it.
 UNREVISED = {
     "docs/results/beyond.md",
-    "docs/results/scene-classes.md",
 }
 
 CODE = re.compile(r"```.*?```", re.S)

@@ -150,8 +150,8 @@ def write_index(folder, study, pages, claims, machines, command, model):
                 [[name, f"{f.width} × {f.height}", str(f.fov_scale), ", ".join(f"`{k}={v}`" for k, v in f.keys) or "whole"]
                  for name, f in study.frames.items()])
     table.text("The generated scenes are whole rooms and a building, of the class of the paper's ([scene classes](../scene-classes.md)). `paper` takes checkpoint "
-               "traffic as free, `paper-charged` charges every byte of it; they have nothing else apart. That `paper` takes it as free is a choice by the paper's "
-               "figures on trained scenes that are in no mean here; none of these scenes had a part in it.")
+               "traffic as free, `paper-charged` charges every byte of it. Nothing else differs. Free was chosen because it fits the paper on trained scenes; these "
+               "generated scenes played no part.")
     lines += table.body
     lines += ["## Pages", ""]
     table = Page("", "", claims, study.name)

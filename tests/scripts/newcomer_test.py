@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""docs/guide/when-it-fails.md: every command of the page gives the answer that stands below it, and each answer that is an error is
-one line with exit code 2 that says what to do next. Every command has --help; grtx alone shows a first session that works.
+"""docs/guide/when-it-fails.md and newcomer_answers.txt: every command there gives the answer that stands below it, and each answer
+that is an error is one line with exit code 2 that says what to do next. Every command has --help; grtx alone shows a first session
+that works.
 
-    newcomer_test.py GRTX [--record]       --record writes the answers into the page.
+    newcomer_test.py GRTX [--record]       --record writes the answers into both.
 """
 import os
 import re
@@ -13,7 +14,7 @@ import tempfile
 import unittest
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-PAGE = os.path.join(ROOT, "docs", "guide", "when-it-fails.md")
+PAGES = (os.path.join(ROOT, "docs", "guide", "when-it-fails.md"), os.path.join(ROOT, "tests", "scripts", "newcomer_answers.txt"))
 BLOCK = re.compile(r"(?<=```\n)\$ (grtx[^\n]*)\n(.*?)(?=```)", re.S)
 # What a line says that tells where to go on.
 NEXT = re.compile(r"; |\bnearest is\b|\bhas \d+ views\b|\bmust\b|\bend in\b|\bin range\b")
@@ -65,9 +66,11 @@ class Newcomer(unittest.TestCase):
         prepare(cls.folder)
 
     def test_each_answer_is_the_page_s_and_says_what_to_do(self):
-        with open(PAGE, encoding="utf-8") as file:
-            blocks = BLOCK.findall(file.read())
-        self.assertGreaterEqual(len(blocks), 20)
+        blocks = []
+        for page in PAGES:
+            with open(page, encoding="utf-8") as file:
+                blocks += BLOCK.findall(file.read())
+        self.assertGreaterEqual(len(blocks), 40)
         for command, answer in blocks:
             with self.subTest(command):
                 code, text = run(self.folder, command)
@@ -115,11 +118,12 @@ class Newcomer(unittest.TestCase):
 def record():
     with tempfile.TemporaryDirectory() as folder:
         prepare(folder)
-        with open(PAGE, encoding="utf-8") as file:
-            page = file.read()
-        page = BLOCK.sub(lambda block: f"$ {block[1]}\n{run(folder, block[1])[1]}", page)
-        with open(PAGE, "w", encoding="utf-8") as file:
-            file.write(page)
+        for page in PAGES:
+            with open(page, encoding="utf-8") as file:
+                text = file.read()
+            text = BLOCK.sub(lambda block: f"$ {block[1]}\n{run(folder, block[1])[1]}", text)
+            with open(page, "w", encoding="utf-8") as file:
+                file.write(text)
 
 
 if __name__ == "__main__":

@@ -47,6 +47,25 @@ class SceneClass(unittest.TestCase):
         self.assertGreater(entries["blas"], 0)
         self.assertLess(entries["blas"], entries["written"])
 
+    def test_rounds_and_visits_of_rays_add_up_to_the_totals(self):
+        import scene_class  # from bench/
+        trace, statistics = self.file("t.grtx"), self.file("s.json")
+        subprocess.run([PROGRAM, "trace", "--scene", self.scene, "--cameras", self.scene.replace(".ply", ".cameras.json"), "--width", "16", "--height",
+                        "16", "--accel", "tlas-tri20", "-o", trace, "--stats", statistics, "--quiet"], check=True)
+        with open(statistics, encoding="utf-8") as file:
+            traced = json.load(file)["stats"]
+        rays = scene_class.rounds_and_visits(PROGRAM, trace)
+        self.assertEqual(len(rays), traced["tracer.rays"]["value"])
+        self.assertEqual(sum(rounds for rounds, _ in rays), traced["tracer.rounds"]["value"])
+        self.assertEqual(sum(visits for _, visits in rays), traced["tracer.visits.total"]["value"])
+
+    def test_a_visit_is_of_a_ray_of_more_rounds_than_a_ray(self):
+        done = self.measure("--rounds")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        by_ray, by_visit, ratio = (float(cell) for cell in done.stdout.splitlines()[-1].split("|")[2:5])
+        self.assertGreater(by_visit, by_ray)
+        self.assertGreater(ratio, 1)
+
     def test_what_lies_outside_a_range_is_bold(self):
         rows = self.file("rows.csv")
         done = self.measure("--csv", rows)

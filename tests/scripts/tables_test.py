@@ -243,6 +243,12 @@ class Tables(unittest.TestCase):
         self.assertIn(str(case["differences"][0]["found"]), text)
         text, document = self.both("report s.sqlite -o r.html")
         self.assertEqual((text, document["report"], document["inputs"]), ("", "r.html", ["s.sqlite"]))
+        with open(os.path.join(self.folder, "measured.csv"), "w", encoding="utf-8") as file:
+            file.write("scene,design,over,rt.warp_buffer.entries,value\nelsewhere,grtx,sw,4,2\n")
+        text, document = self.both("correlate measured.csv s.sqlite")
+        figure = document["comparisons"][0]
+        self.assertEqual(figure["measured"], 2)
+        self.assertIn(f"{figure['simulated']:.2f}", text)
 
     def test_6_selftest(self):
         text = self.call("selftest --json")

@@ -272,7 +272,7 @@ void DramChannel::refresh_all_banks(Cycle now) {
   for (Bank& bank : banks_) {
     bank.open = false;
     bank.hit = kNone;
-    bank.can_activate = start + t.rfc;
+    bank.can_activate = start + std::max(t.rfc, 1u);  // the refresh takes the clock of its command
   }
   ++counters_.refreshes;
   refresh_at_ += t.refi;
@@ -336,7 +336,7 @@ void DramChannel::issue_column(Cycle now, std::uint32_t number) {
   if (!groups_.empty()) {
     Group& group = groups_[mapping_.group(e.bank)];
     group.can_read = std::max(group.can_read, now + (e.write ? t.write_to_read_of_group() : t.ccd_of_group()));
-    group.can_write = std::max(group.can_write, now + t.ccd_of_group());
+    if (e.write) group.can_write = std::max(group.can_write, now + t.ccd_of_group());
   }
   count_queue(now);
   ++counters_.bursts;

@@ -66,6 +66,12 @@ const std::vector<Mutation>& mutations() {
       {"rt.checkpoint.lanes", "1", kBoth},
       {"rt.checkpoint.write_queue", "2", kBoth},
       {"rt.checkpoint.write_combine", "true", kBoth},
+      {"rt.checkpoint.open_sectors",
+       "8",
+       kBoth,
+       "",
+       {"rt.checkpoint.entry_bytes=8", "rt.checkpoint.write_combine=true"},
+       "bins"},
       {"rt.checkpoint.read_buffer", "true", kBoth},
       {"rt.checkpoint.entry_bytes", "16", kBoth},
       {"rt.checkpoint.traffic", "uncharged", kTiming, kAssumption},
@@ -239,6 +245,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.tracing = tracing;
       if (tracing == traces::Tracing::stochastic) random.k = 1;
       if (kind == "obb") random.layout = traces::NodeLayout::obb;
+      if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
       if (kind == "ellipsoid" || kind == "box") test::make_procedural(made, kind == "box");
@@ -263,6 +270,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;
       if (kind == "box") use.leaves = LeafTest::boxes;
       if (kind == "obb") use.layout = traces::NodeLayout::obb;
+      if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {
         return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -20,7 +21,9 @@ using ::testing::HasSubstr;
 
 class Correlate : public ::testing::Test {
  protected:
-  std::string file(const char* name) const { return ::testing::TempDir() + "/grtx_correlate_" + name; }
+  Correlate() { std::filesystem::create_directories(folder_); }
+  ~Correlate() override { std::filesystem::remove_all(folder_); }
+  std::string file(const char* name) const { return folder_ + "/" + name; }
   std::string csv(const std::string& text) const {
     write_file(file("measured.csv"), text);
     return file("measured.csv");
@@ -41,6 +44,7 @@ class Correlate : public ::testing::Test {
                point(4, "garden", "sw", 200), point(5, "garden", "sw", 250, 4)});
     return read_sweep_results(path);
   }
+  const std::string folder_ = ::testing::TempDir() + "correlate." + std::to_string(::getpid());
   std::string fault_of(const std::string& text) const {
     try {
       correlate(read_measured(csv(text)), database(), "sweep.sqlite");

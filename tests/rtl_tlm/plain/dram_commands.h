@@ -140,7 +140,7 @@ class DramCommands {
     read_from_ = std::max(read_from_, now + (burst.write ? t.wl + t.ccd + t.cdlr : t.ccd));
     write_from_ = std::max(write_from_, now + (burst.write ? t.ccd : write_behind_read));
     group.read_from = std::max(group.read_from, now + (burst.write ? t.wl + t.ccd + cdlr_l : ccd_l));
-    group.write_from = std::max(group.write_from, now + ccd_l);
+    if (burst.write) group.write_from = std::max(group.write_from, now + ccd_l);
     bank.precharge_from = std::max<Cycle>(bank.precharge_from, now + (burst.write ? t.wl + t.ccd + t.wr : t.rtp));
     refreshes_ += due_refreshes_;
     refresh_precharges_ += due_precharges_;

@@ -257,7 +257,9 @@ TEST(TimedShare, OfAnyHitShadersOnlyTheTimedOnesStandForOthers) {
   simt.shader.any_hit_calls = 21;
   simt.shader.load_instructions = 100 + 20 + 33;  // of other phases, timed and other any-hit shaders
   simt.shader.store_instructions = 50 + 10 + 11;
-  fast::scale_up(simt, 2, {5, 20, 10}, {9, 33, 11});
+  simt.shader.intersection_batches = 3 + 4;
+  fast::scale_up(simt, 2, {.batches = 5, .intersections = 3, .loads = 20, .stores = 10},
+                 {.batches = 9, .intersections = 4, .loads = 33, .stores = 11});
   EXPECT_EQ(simt.warps, 2U);
   EXPECT_EQ(simt.instructions[kAnyHit], 120U);
   EXPECT_EQ(simt.instructions[kBlend], 40U);
@@ -265,6 +267,7 @@ TEST(TimedShare, OfAnyHitShadersOnlyTheTimedOnesStandForOthers) {
   EXPECT_EQ(simt.phases[kBlend], 6U);
   EXPECT_EQ(simt.issue_busy_cycles, 28U);
   EXPECT_EQ(simt.shader.any_hit_batches, 20U);
+  EXPECT_EQ(simt.shader.intersection_batches, 12U);
   EXPECT_EQ(simt.shader.any_hit_calls, 21U);
   EXPECT_EQ(simt.shader.load_instructions, 100U + 80U);
   EXPECT_EQ(simt.shader.store_instructions, 50U + 40U);
