@@ -318,25 +318,32 @@ void L1Cache::send_miss(Cycle now) {
 // `width` responses per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
 void L1Cache::send_responses(Cycle now) {
   if (next_response_ > now) return;
-  next_response_ = kNever;
-  for (std::size_t i = 0; i < clients_.size(); ++i) {
-    if (response_due_[i] <= now) send_response(now, i);
-    next_response_ = std::min(next_response_, response_due_[i]);
+  const Cycle* const due = response_due_.data();
+  const std::size_t clients = config_.clients;
+  Cycle next = kNever;
+  for (std::size_t i = 0; i < clients; ++i) {
+    if (due[i] <= now) send_response(now, i);
+    next = std::min(next, due[i]);
   }
+  next_response_ = next;
 }
 
 void L1Cache::send_response(Cycle now, std::size_t i) {
   Client& client = clients_[i];
-  for (unsigned sent = 0; sent < client.width && response_due_[i] <= now && client.response.can_push(now); ++sent) {
-    const Cycle hit = client.hits.empty() ? kNever : client.hits.front().due;
-    const Cycle filled = client.fills.empty() ? kNever : client.fills.front().due;
-    RingQueue<Pending>& queue = hit <= filled ? client.hits : client.fills;
+  const auto first_due = [](const RingQueue<Pending>& queue) { return queue.empty() ? kNever : queue.front().due; };
+  Cycle hit = first_due(client.hits);
+  Cycle filled = first_due(client.fills);
+  unsigned left = client.width;
+  do {
+    if (!client.response.can_push(now)) break;
+    const bool hit_first = hit <= filled;
+    RingQueue<Pending>& queue = hit_first ? client.hits : client.fills;
     client.response.push(now, queue.front().response);
     queue.pop();
     ++counters_.responses;
-    const Cycle next_hit = client.hits.empty() ? kNever : client.hits.front().due;
-    response_due_[i] = client.fills.empty() ? next_hit : std::min(next_hit, client.fills.front().due);
-  }
+    (hit_first ? hit : filled) = first_due(queue);
+  } while (--left > 0 && std::min(hit, filled) <= now);
+  response_due_[i] = std::min(hit, filled);
 }
 
 Cycle L1Cache::next_due(Cycle now) const {

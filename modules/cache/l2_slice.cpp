@@ -68,7 +68,8 @@ void L2Slice::take_request(Cycle now) {
   ++counters_.requests_in;
 }
 
-// What the accesses of this and the next cycles will read: asks the host for it before it is needed.
+// What the completion of this cycle and the access behind the present one will read: asks the host for it before it is
+// needed, once.
 void L2Slice::prefetch_host(Cycle now) const {
   if (config_.perfect) return;
   if (const AtInitiator::Completion* completion = dram.front(now);
@@ -77,9 +78,10 @@ void L2Slice::prefetch_host(Cycle now) const {
     mshrs_.prefetch_find(completion->address);
     tags_.prefetch(config_.interleave.local(completion->address));
   }
-  for (std::size_t i = 0; i < 2 && i < pipe_.size() && pipe_[i].due <= now + 8; ++i) {
-    tags_.prefetch(config_.interleave.local(pipe_[i].request.address));
-    mshrs_.prefetch_find(pipe_[i].request.address);
+  if (pipe_.size() > 1 && pipe_.front().due <= now) {
+    const std::uint64_t next = pipe_[1].request.address;
+    tags_.prefetch(config_.interleave.local(next));
+    mshrs_.prefetch_find(next);
   }
 }
 

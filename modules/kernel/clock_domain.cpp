@@ -187,18 +187,10 @@ void ClockDomain::on_wake() {
   if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
 }
 
-void ClockDomain::run_alarm(std::size_t index) {
-  wanted_[index] = kNever;
-  const Cycle next = alarms_[index]->tick(cycle_);
-  if (next < wanted_[index]) {
-    if (next <= soonest_ && wanted_[index] == kNever) {  // set() for what nearly all ask for
-      wanted_[index] = soonest_;
-      due_[index / 64].at[soonest_ % kWheel] |= bit_of(index);
-      busy_ |= bit_of(soonest_);
-    } else {
-      set(index, next);
-    }
-  }
+void ClockDomain::run_alarm(std::size_t alarm) {
+  wanted_[alarm] = kNever;
+  const Cycle next = alarms_[alarm]->tick(cycle_);
+  if (next < wanted_[alarm]) set(alarm, next);
   next_wanted_ |= observed_;
 }
 
@@ -207,7 +199,7 @@ void ClockDomain::step() {
   cycle_ = next_;
   soonest_ = cycle_ + 1;
   if (threads_ != nullptr) threads_->publish(cycle_);
-  bring_near();
+  if (!far_booked_.empty() || far_from_ < cycle_ + kWheel) bring_near();
   const std::size_t slot = cycle_ % kWheel;
   busy_ &= ~bit_of(slot);
   booked_ &= ~bit_of(slot);
@@ -220,10 +212,29 @@ void ClockDomain::step() {
       run_alarm(alarm);
     }
   } else {
+    const Cycle now = cycle_;
+    const Cycle soonest = soonest_;
     for (std::size_t word = 0; word < due_.size(); ++word) {
-      for (std::uint64_t rest = std::exchange(due_[word].at[slot], 0); rest != 0; rest &= rest - 1) {
-        run_alarm(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
+      std::uint64_t rest = std::exchange(due_[word].at[slot], 0);
+      if (rest == 0) continue;
+      Clocked* const* const clocked = &alarms_[word * 64];
+      Cycle* const wanted = &wanted_[word * 64];
+      std::uint64_t next_cycle = 0;  // what nearly all ask for enters the wheel at once
+      for (; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+        wanted[i] = kNever;
+        const Cycle next = clocked[i]->tick(now);
+        if (next <= soonest && wanted[i] == kNever) {
+          wanted[i] = soonest;
+          next_cycle |= rest & -rest;
+        } else if (next < wanted[i]) {
+          set(word * 64 + i, next);
+        }
       }
+      next_wanted_ |= observed_;
+      if (next_cycle == 0) continue;
+      due_[word].at[soonest % kWheel] |= next_cycle;
+      busy_ |= bit_of(soonest);
     }
   }
   if (observed_) tick_.notify();

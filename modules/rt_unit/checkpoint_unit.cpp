@@ -113,6 +113,7 @@ void CheckpointUnit::begin_lane(LaneId id, std::uint16_t slot, std::uint32_t rou
 bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
   LaneContext& lane = lanes_[id];
   assert(lane.pending == 0 && !lane.flush);
+  if (entries == 0 && !last) return false;  // most events
   layout_.submit(lane.place, entries);
   lane.pending = static_cast<std::uint8_t>(entries);
   counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, lane.place.written);
@@ -189,8 +190,7 @@ void CheckpointUnit::read_store(Cycle now) {
 
 void CheckpointUnit::issue(Cycle now) {
   if (lanes_at_store() > 0) read_store(now);
-  if (!busy() || !requests_.can_push(now)) return;
-  if (reads_.empty() && writes_.empty()) return;
+  if ((reads_.empty() && writes_.empty()) || !requests_.can_push(now)) return;
   MemoryRequest message;
   message.region = Region::checkpoint;
   if (!reads_.empty()) {

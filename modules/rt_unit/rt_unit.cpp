@@ -247,7 +247,8 @@ void RtUnit::tick_units(Cycle now) {
 }
 
 // Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
-// make a lane ready are seen by the scheduler in the same cycle.
+// make a lane ready are seen by the scheduler in the same cycle. Where the warp table or a link says that a stage has
+// nothing to do, it is not called.
 void RtUnit::run_stages(Cycle now) {
   tick_units(now);
   for (const MemoryClient& client : clients_) {
@@ -256,9 +257,13 @@ void RtUnit::run_stages(Cycle now) {
   for (const MemoryClient& client : clients_) client.part->issue(now);
   if (checkpoint_) checkpoint_->accept(now);
   any_hit_->invoke(now);
-  warp_buffer_->retire(now);
-  scheduler_->schedule(now);
-  warp_buffer_->accept(now);
+  if (warps_->finished_entries() != 0) warp_buffer_->retire(now);
+  if (warps_->ready_entries() != 0) {
+    scheduler_->schedule(now);
+  } else {
+    scheduler_->count_idle(1);
+  }
+  if (calls_.next_visible() <= now) warp_buffer_->accept(now);
 }
 
 Cycle RtUnit::next_due(Cycle now) const {
