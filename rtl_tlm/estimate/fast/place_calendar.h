@@ -33,8 +33,8 @@ class PlaceCalendar {
   /// others leave.
   void take(Cycle until, unsigned count = 1) {
     until = std::clamp(until, freed_ + 1, freed_ + kWindow - 1);
-    std::uint16_t& leaving = leaving_[until % kWindow];
-    leaving = static_cast<std::uint16_t>(leaving + count);
+    std::uint32_t& leaving = leaving_[until % kWindow];
+    leaving += count;
     some_[until % kWindow / 64] |= std::uint64_t{1} << until % 64;
     taken_ += count;
   }
@@ -63,7 +63,7 @@ class PlaceCalendar {
   std::size_t places_;
   std::size_t taken_ = 0;
   Cycle freed_ = 0;                     ///< who leaves up to this cycle has left
-  std::vector<std::uint16_t> leaving_;  ///< by cycle
+  std::vector<std::uint32_t> leaving_;  ///< by cycle
   std::vector<std::uint64_t> some_;     ///< a bit a cycle: somebody leaves
 };
 

@@ -359,5 +359,14 @@ TEST(NearCycleTest, IsTheCycleWithinReachOfThePresent) {
   }
 }
 
+// One round of a building (k = 1024, every byte charged) hung: the count of those who leave in a cycle had 16 bits.
+TEST(PlaceCalendar, ManyMoreThanThereAreLeaveInOneCycle) {
+  PlaceCalendar places(64);
+  places.take(100, 40000);
+  places.take(100, 40000);
+  EXPECT_EQ(places.room(10), 100U);
+  EXPECT_FALSE(places.full(100));
+}
+
 }  // namespace
 }  // namespace grtx::sim
