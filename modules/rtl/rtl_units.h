@@ -25,6 +25,8 @@ struct IntersectionRtlLimits {
   static constexpr unsigned kDelay = 63;  ///< cycles that the straps can add
   static constexpr unsigned kLatency = 1 + kDelay;
   static constexpr unsigned kBoxSteps = 13, kTransformSteps = 6;
+  // With several registers behind the long steps; of at most so many pipelines.
+  static constexpr unsigned kBoxDeep = 34, kTransformDeep = 45, kDeepCount = 4;
 };
 
 /// First key under rt. that the RTL of a unit does not have, and the rule; an empty key: none.

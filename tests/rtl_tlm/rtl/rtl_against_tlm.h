@@ -111,8 +111,8 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
     *unit = {one_of({1, 4, 32}), one_of({1, 4, 13}), one_of({1, 2})};
   }
   if (of == RtlUnit::box || of == RtlUnit::transform) {
-    rt.ray_box = {one_of({1, 2, 4, 8}), one_of({1, 5, 12, 13, 14, 31, 64}), one_of({1, 1, 2, 7, 40})};
-    rt.ray_transform = {one_of({1, 2, 4, 8}), one_of({1, 3, 5, 6, 7, 20, 64}), one_of({1, 1, 2, 7, 40})};
+    rt.ray_box = {one_of({1, 2, 4, 8}), one_of({1, 5, 12, 13, 14, 34, 40, 64}), one_of({1, 1, 2, 7, 40})};
+    rt.ray_transform = {one_of({1, 2, 4, 8}), one_of({1, 3, 5, 6, 7, 20, 45, 50, 64}), one_of({1, 1, 2, 7, 40})};
     rt.box_op_per_child = pick(3) == 0;
   }
   rt.checkpoint.lanes = one_of({1, 2, 3, 4, 8, 32});
