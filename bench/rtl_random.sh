@@ -4,4 +4,4 @@
 #   bench/rtl_random.sh [CASES]      needs the tests of the release build; minutes
 set -euo pipefail
 cd "$(dirname "$0")/.."
-GRTX_RTL_CASES=${1:-1000} build/release/tests/rtl_tlm_tests --gtest_filter='*Rtl.*AgreeToTheCycle*:*Rtl.AgreesToTheCycle*'
+GRTX_RTL_CASES=${1:-1000} build/release/tests/rtl_tlm_tests --gtest_filter='*Rtl.*Agree*ToTheCycle*'

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Storage and gates of the checkpoint unit's RTL (modules/rtl/checkpoint_unit.sv) beside the cost model's.
 
-    rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--set KEY=VALUE ...] [GRTX]      default build/release/grtx
+    rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [GRTX]      default build/release/grtx
+
+Of a machine whose tracer options have checkpoint bins (paper-lean) it is modules/rtl/checkpoint_bins_unit.sv.
 
 Yosys 0.23 reads the RTL with the straps tied to the configuration. Storage: its memories must have the bits that the inventory names
 (queues, sector buffers, the paper's 1,074 B), its other flip-flops too (control). Gates: what is left
@@ -23,8 +25,12 @@ TOP, LIBRARY = rtl_gates.TOP, rtl_gates.LIBRARY
 # What the model's item is called in the RTL.
 MEMORIES = {"write_queue": ["write_address", "write_mask", "write_data"], "submitted": ["submitted"], "reads": ["reads"],
             "open_sectors": ["open_sectors"], "read_sectors": ["read_sectors"], "replay_flag": ["replay_flag"],
-            "source_offset": ["source_offset"], "destination_offset": ["destination_offset"]}
+            "source_offset": ["source_offset"], "destination_offset": ["destination_offset"],
+            "bin_pointers": ["ring_head", "ring_held", "ring_allowed"], "open_tags": ["open_tags"],
+            "bin_read": ["scene_enter", "reached", "last_ring", "far_from"]}
 REGISTERS = {"source_base": 64, "destination_base": 64, "maximum_size": 16}  # of the paper's table
+# What two buffers need and bins do not: places and flag of a ray, the second base, an entry's second sector.
+ONLY_BUFFERS = ("source_offset", "destination_offset", "replay_flag", "destination_base")
 
 
 def node_of(tree, name):
@@ -37,18 +43,32 @@ def node_of(tree, name):
     return None
 
 
-def model(grtx, settings):
+def model(grtx, settings, machine="paper"):
     """The configuration, the inventory's bits by item, and gate equivalents of the unit's operators."""
-    command = [grtx, "cost", "--json", "--items", "--quiet"] + [a for s in settings for a in ("--set", s)]
+    command = [grtx, "cost", "--json", "--items", "--quiet", "--machine", machine] + [a for s in settings for a in ("--set", s)]
     document = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     unit, buffer = node_of(document["tree"], "checkpoint_unit"), node_of(document["tree"], "warp_buffer")
     bits = {item["name"]: item["bits"] for item in unit["items"] if item.get("bits")}
     bits.update({item["name"]: item["bits"] for item in buffer["items"] if item.get("added_by_grtx")})
-    gates = {item["name"]: item["gate_equivalents"]["central"] for item in unit["items"] if not item.get("bits")}
+    gates = {}
+    for item in unit["items"]:
+        if not item.get("bits"):
+            gates[item["name"]] = gates.get(item["name"], 0) + item["gate_equivalents"]["central"]
     return document["config"], bits, gates
 
 
-def yosys(config, gates):
+def has_bins(bits):
+    return "bin_pointers" in bits
+
+
+def rings(bits, config):
+    """Near bins and places of a ring: of the machines with bins, paper-lean."""
+    lanes = 32 * config["rt.warp_buffer.entries"]
+    assert bits["bin_pointers"] == lanes * 5 * 3 * 10, "the RTL has four near bins of 512 entries here"
+    return 4, 512
+
+
+def yosys(config, gates, bits=()):
     """Memories of the RTL by name: bits, words, read and write ports; other flip-flop bits; area of the rest and its longest path."""
     lanes, places = config["rt.checkpoint.lanes"], config["rt.checkpoint.write_queue"]
     rays = 32 * config["rt.warp_buffer.entries"]
@@ -56,10 +76,15 @@ def yosys(config, gates):
               "cfg_write_combine": (1, int(config["rt.checkpoint.write_combine"])),
               "cfg_read_buffer": (1, int(config["rt.checkpoint.read_buffer"])),
               "cfg_entry_bytes": (5, config["rt.checkpoint.entry_bytes"])}
+    unit, chparam = "checkpoint_unit", f"-chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}"
+    if has_bins(bits):
+        near, capacity = rings(bits, config)
+        unit, chparam = "checkpoint_bins_unit", f"{chparam} -chparam NEAR {near} -chparam CAPACITY {capacity}"
+        straps["cfg_stride"] = (20, (capacity * 8 // 128 | 1) * 128)  # MemoryMap: an odd number of lines
+        del straps["cfg_entry_bytes"]
     with tempfile.TemporaryDirectory() as folder:
         netlist, stat, log = (os.path.join(folder, name) for name in ("netlist.json", "stat", "log"))
-        script = (f"read_verilog -sv -Imodules/rtl modules/rtl/checkpoint_unit.sv; "
-                  f"hierarchy -top checkpoint_unit -chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}; "
+        script = (f"read_verilog -sv -Imodules/rtl modules/rtl/{unit}.sv; hierarchy -top {unit} {chparam}; "
                   f"rename -top top; proc; flatten; delete -input {' '.join('w:' + s for s in straps)}; cd top; "
                   + "".join(f"connect -set {name} {bits}'d{value}; " for name, (bits, value) in straps.items())
                   + f"cd ..; opt -full; opt_clean -purge; memory_collect; opt_clean; write_json {netlist}; ")
@@ -93,6 +118,11 @@ def check_storage(config, bits, memories, flip_flops):
     """Lines that say what differs."""
     faults = []
     expected = {}
+    control, registers = bits["control"], dict(REGISTERS)
+    if has_bins(bits):
+        bits = {name: amount for name, amount in bits.items() if name not in ONLY_BUFFERS}
+        registers = {name: amount for name, amount in REGISTERS.items() if name in bits}
+        control -= 32 * config["rt.warp_buffer.entries"] + 1  # two responses missing, first of two sectors sent
     for item, amount in bits.items():
         if item in REGISTERS or item == "control":  # flip-flops
             continue
@@ -105,8 +135,7 @@ def check_storage(config, bits, memories, flip_flops):
         if have != amount:
             faults.append(f"{item}: {have} bits in the RTL, {amount} in the inventory")
     faults += [f"{name}: {memories[name][0]} bits in the RTL, none in the inventory" for name in memories if name not in expected]
-    control = bits["control"]
-    paper = sum(bits[name] for name in REGISTERS)
+    paper = sum(bits[name] for name in registers)
     if flip_flops != paper + control:
         faults.append(f"flip-flops: {flip_flops} in the RTL, {paper} + {control} expected")
     return faults
@@ -117,6 +146,7 @@ def main():
     parser.add_argument("grtx", nargs="?", default=os.path.join(TOP, "build/release/grtx"))
     parser.add_argument("--storage", action="store_true")
     parser.add_argument("--lanes", default="1,4,8,32")
+    parser.add_argument("--machine", default="paper")
     parser.add_argument("--set", action="append", default=[], dest="settings")
     options = parser.parse_args()
     if not options.storage and not os.path.exists(LIBRARY):
@@ -124,8 +154,8 @@ def main():
     failed = False
     flip_flop = rtl_gates.coefficients(options.grtx)["flip-flop bit"][1]
     for lanes in options.lanes.split(","):
-        config, bits, operators = model(options.grtx, options.settings + [f"rt.checkpoint.lanes={lanes}"])
-        memories, flip_flops, area = yosys(config, not options.storage)
+        config, bits, operators = model(options.grtx, options.settings + [f"rt.checkpoint.lanes={lanes}"], options.machine)
+        memories, flip_flops, area = yosys(config, not options.storage, bits)
         faults = check_storage(config, bits, memories, flip_flops)
         failed |= bool(faults)
         for fault in faults:

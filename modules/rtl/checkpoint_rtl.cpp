@@ -1,6 +1,11 @@
-// The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, and back.
+// The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, or of
+// checkpoint_bins_unit.sv where the trace has checkpoint bins, and back.
 // What the trace does not hold, the bytes and t of entries, is made here, and what the block returns is checked against
 // it. Compiled only where Verilator was found. docs/model/rtl_bridge.md has every pin.
+#include <Vcheckpoint_bins_faults.h>
+#include <Vcheckpoint_bins_faults___024root.h>
+#include <Vcheckpoint_bins_lanes4.h>
+#include <Vcheckpoint_bins_lanes4___024root.h>
 #include <Vcheckpoint_faults.h>
 #include <Vcheckpoint_faults___024root.h>
 #include <Vcheckpoint_lanes32.h>
@@ -22,6 +27,7 @@
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/rtl/bin_distances.h"
 #include "grtx/modules/rtl/clocked_model.h"
 #include "grtx/modules/rtl/intersection_operands.h"
 #include "grtx/modules/rtl/rtl_fault.h"
@@ -38,7 +44,7 @@ constexpr std::uint32_t kInfinity = 0x7f800000;
 /// What a ray hands over, as bytes: the entry and the t values it is validated with.
 struct EntryBits {
   std::array<std::uint8_t, kEntryBytes> bytes{};
-  std::uint32_t t = 0, t_min = 0, t_max = 0;  ///< fp32
+  EntryTimes times;
 };
 
 /// Entry `index` of what was written as number `generation`: arbitrary, but t_min <= t_max < t, often by one step.
@@ -47,17 +53,18 @@ EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32
   const std::uint64_t seed = mixed(generation * 0x100000001b3u + index);
   const std::uint64_t t = mixed(seed), more = mixed(t);
   // Numbers that are not negative are in the order of their bits.
-  entry.t_max = static_cast<std::uint32_t>(t % kInfinity);
-  entry.t_min = t >> 60 == 0 ? 0x80000000u : static_cast<std::uint32_t>((t >> 32) % (entry.t_max + 1u));
-  const std::uint32_t above = kInfinity - entry.t_max;
-  entry.t = entry.t_max + 1 + static_cast<std::uint32_t>(more >> 62 == 0 ? 0 : more % above);
+  EntryTimes& times = entry.times;
+  times.t_max = static_cast<std::uint32_t>(t % kInfinity);
+  times.t_min = t >> 60 == 0 ? 0x80000000u : static_cast<std::uint32_t>((t >> 32) % (times.t_max + 1u));
+  const std::uint32_t above = kInfinity - times.t_max;
+  times.t = times.t_max + 1 + static_cast<std::uint32_t>(more >> 62 == 0 ? 0 : more % above);
   for (unsigned i = 0; i < kEntryBytes; i += 4) {
     const auto word = static_cast<std::uint32_t>(mixed(seed + i + 1));
     std::memcpy(&entry.bytes[i], &word, sizeof word);
   }
   // t is the last word of an entry, or the first (docs/model/checkpoint_unit.md, layouts).
   const unsigned place = entry_bytes == 20 || entry_bytes == 28 ? entry_bytes - 4 : 0;
-  std::memcpy(&entry.bytes[place], &entry.t, sizeof entry.t);
+  std::memcpy(&entry.bytes[place], &times.t, sizeof times.t);
   return entry;
 }
 
@@ -71,7 +78,17 @@ std::string hexadecimal(std::uint64_t value) {
   return "0x" + text;
 }
 
-/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it.
+/// As wide as a pin that holds a number for each ring.
+template <typename Model>
+auto rings_of(Model& model) {
+  if constexpr (requires { model.leave_head; }) {
+    return model.leave_head;
+  } else {
+    return 0;
+  }
+}
+
+/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it, or checkpoint_bins_unit.sv.
 template <typename Model, unsigned kLanes>
 class CheckpointRtl final : public CheckpointModule, public CheckpointState, public RtlSignals {
  public:
@@ -90,36 +107,59 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
     }
     const std::uint64_t first = map_.ray_slot(sm_, 0, 0);
-    base_ = map_.checkpoint_entry(first, 0, 0);
+    base_ = first_byte(first);
     Model& pins = model_.pins();
     pins.cfg_lanes = static_cast<std::uint8_t>(config_.lanes);
     pins.cfg_write_queue = static_cast<std::uint8_t>(config_.write_queue);
     pins.cfg_write_combine = config_.write_combine;
     pins.cfg_read_buffer = config_.read_buffer;
-    pins.cfg_entry_bytes = static_cast<std::uint8_t>(config_.entry_bytes);
     pins.cfg_base0 = base_;
-    pins.cfg_base1 = map_.checkpoint_entry(first, 1, 0);
+    if constexpr (kBins) {
+      pins.cfg_stride = static_cast<std::uint32_t>(map_.checkpoint_bin(first, 1) - base_);
+    } else {
+      pins.cfg_entry_bytes = static_cast<std::uint8_t>(config_.entry_bytes);
+      pins.cfg_base1 = map_.checkpoint_entry(first, 1, 0);
+    }
     pins.cfg_size = static_cast<std::uint16_t>(rt.header.checkpoint_capacity);
     if constexpr (requires { pins.fault; }) pins.fault = static_cast<std::uint8_t>(options.fault);
     model_.reset();
   }
 
   void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t,
-                  const traces::Ray&) override {
+                  const traces::Ray& of) override {
     Ray& ray = rays_[id];
-    const std::uint64_t ray_slot = map_.ray_slot(sm_, slot, lane_of(id));
+    const std::size_t number = std::size_t{slot} * kMaxLanes + lane_of(id);
+    if constexpr (kBins) {
+      if (ray.begun) leave(id);
+      if (resident_.size() <= number) resident_.resize(number + 1, Resident(header_));
+      if (const Resident& before = resident_[number]; before.at != kNowhere) leave(before.at);
+    }
     ray = {};
-    ray.offset = map_.checkpoint_entry(ray_slot, 0, 0) - base_;
+    ray.begun = true;
+    ray.number = number;
+    ray.offset = first_byte(map_.ray_slot(sm_, slot, lane_of(id))) - base_;
     ray.parity = (round & 1) != 0;
-    const std::size_t buffers = (std::size_t{slot} * kMaxLanes + lane_of(id)) * 2;
-    if (generations_.size() < buffers + 2) generations_.resize(buffers + 2);
-    generations_[buffers + (round & 1)] = ++last_generation_;
-    ray.destination = last_generation_;
-    ray.source = generations_[buffers + ((round & 1) ^ 1)];
+    if constexpr (!kBins) {
+      if (generations_.size() < (number + 1) * 2) generations_.resize((number + 1) * 2);
+      generations_[number * 2 + (round & 1)] = ++last_generation_;
+      ray.destination = last_generation_;
+      ray.source = generations_[number * 2 + ((round & 1) ^ 1)];
+    }
     Model& pins = disturbed();
     pins.begin_valid = 1;
     pins.begin_ray = id;
     pins.begin_replay = replays;
+    if constexpr (kBins) {
+      Resident& lists = resident_[number];
+      if (round == 0) lists.ray.begin_ray(of, ++last_generation_);
+      lists.ray.begin_round(round);
+      lists.at = id;
+      pins.begin_enter = lists.ray.enter();
+      pins.begin_t_max = lists.ray.last_t_max();
+      pins.begin_head = lists.head;
+      pins.begin_held = lists.held;
+      pins.begin_far = lists.far;
+    }
     clock();
     pins.begin_valid = 0;
   }
@@ -132,12 +172,19 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.submit_ray = id;
     pins.submit_entries = static_cast<std::uint8_t>(entries);
     pins.submit_last = last;
+    Ray& ray = rays_[id];
+    if constexpr (kBins) {
+      if (noise_ != 0) probe(id);
+    }
     model_.settle();
-    if (pins.submit_overflow) CheckpointLayout::refuse("writes");
+    if constexpr (!kBins) {
+      if (pins.submit_overflow) CheckpointLayout::refuse("writes");
+      counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, pins.submit_end);
+    } else {
+      counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, ray.written + entries);
+    }
     const bool waits = pins.submit_wait;
-    counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, pins.submit_end);
     if (waits) {
-      Ray& ray = rays_[id];
       ray.pending = static_cast<std::uint8_t>(entries);
       ray.last = last;
       ray.submitted = true;
@@ -151,10 +198,16 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = disturbed();
     pins.read_valid = 1;
     pins.read_ray = id;
+    if constexpr (kBins) look_for_next(id);
     model_.settle();
     if (pins.read_refused) CheckpointLayout::refuse("reads");
     ++counters_.entries_read;
-    if (pins.read_straddles) ++counters_.straddling_read;
+    if constexpr (kBins) {
+      if (pins.read_beyond) refuse(id, "a source entry that may lie up to t_max must be read");
+      expect(id);
+    } else {
+      if (pins.read_straddles) ++counters_.straddling_read;
+    }
     const bool done = pins.read_done;
     if (done) take_part();
     clock();
@@ -168,13 +221,13 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = disturbed();
     pins.rsp_valid = 1;
     pins.rsp_write = answer->write;
-    put_bits(pins.rsp_tag, 0, kRayBits + 1, answer->tag);
+    put_bits(pins.rsp_tag, 0, kTagBits, answer->tag);
     const Sector& sector = memory_[answer->address];
     std::memcpy(&pins.rsp_data[0], sector.bytes.data(), kSectorBytes);
     responses_.pop(now);
     model_.settle();
     const bool write = pins.rsp_write;
-    const bool done = !write && pins.part_valid && pins.part_done;
+    const bool done = !write && part_done();
     const LaneId id = pins.part_ray;
     ++(write ? counters_.acknowledged : counters_.returned);
     if (!write) take_part();
@@ -232,11 +285,14 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const LaneId id = items_[i];
       Ray& ray = rays_[id];
       if (get_bits(pins.item_entry, i, 1) != 0) {
+        if constexpr (kBins) put_into_bin(i);
         --ray.pending;
         ++ray.written;
         ++counters_.entries_written;
       }
-      if (get_bits(pins.item_straddles, i, 1) != 0) ++counters_.straddling_written;
+      if constexpr (!kBins) {
+        if (get_bits(pins.item_straddles, i, 1) != 0) ++counters_.straddling_written;
+      }
       if (get_bits(pins.item_done, i, 1) != 0) {
         ray.submitted = false;
         done[count++] = id;
@@ -272,42 +328,74 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::size_t lanes_at_store() const override { return 0; }
   std::uint64_t outstanding() const override { return model_->outstanding; }
   std::uint32_t source_offset(LaneId id) const override {
-    return model_->rootp->checkpoint_unit__DOT__source_offset[id];
+    if constexpr (kBins)
+      return rays_[id].asked;
+    else
+      return model_->rootp->checkpoint_unit__DOT__source_offset[id];
   }
   std::uint32_t destination_offset(LaneId id) const override {
-    return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
+    if constexpr (kBins)
+      return rays_[id].written + rays_[id].pending;
+    else
+      return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
   }
   const CheckpointCounters& counters() const override { return counters_; }
 
   const std::vector<RtlSignal>& rtl_signals() const override {
     static const std::vector<RtlSignal> signals = {
-        {"clk_edges", 32},      {"req_valid"},           {"req_write"},
-        {"req_address", 48},    {"item_valid", kLanes},  {"item_ready", kLanes},
-        {"item_done", kLanes},  {"item_beyond", kLanes}, {"item_straddles", kLanes},
-        {"submitted_head", 10}, {"reads_head", 10},      {"write_head", 6},
-        {"first_sent"}};
+        {"clk_edges", 32},
+        {"req_valid"},
+        {"req_write"},
+        {"req_address", 48},
+        {"item_valid", kLanes},
+        {"item_ready", kLanes},
+        {"item_done", kLanes},
+        {"item_beyond", kLanes},
+        kBins ? RtlSignal{"item_bin", kLanes * kBinBits} : RtlSignal{"item_straddles", kLanes},
+        {"submitted_head", 10},
+        {"reads_head", 10},
+        {"write_head", 6},
+        {kBins ? "read_bin" : "first_sent", kBins ? kBinBits : 1}};
     return signals;
   }
   std::uint64_t rtl_value(std::size_t index, Cycle now) const override {
     const auto& root = *model_->rootp;
+    const auto of = [&](const auto& submitted, const auto& reads, const auto& writes) -> std::uint64_t {
+      return index == 9 ? submitted : index == 10 ? reads : writes;
+    };
     switch (index) {
       case 0:
         return model_.edges();
       case 9:
-        return root.checkpoint_unit__DOT__submitted_head;
       case 10:
-        return root.checkpoint_unit__DOT__reads_head;
       case 11:
-        return root.checkpoint_unit__DOT__write_head;
+        if constexpr (kBins) {
+          return of(root.checkpoint_bins_unit__DOT__submitted_head, root.checkpoint_bins_unit__DOT__reads_head,
+                    root.checkpoint_bins_unit__DOT__write_head);
+        } else {
+          return of(root.checkpoint_unit__DOT__submitted_head, root.checkpoint_unit__DOT__reads_head,
+                    root.checkpoint_unit__DOT__write_head);
+        }
       case 12:
-        return root.checkpoint_unit__DOT__first_sent;
+        if constexpr (kBins)
+          return model_->read_bin;
+        else
+          return root.checkpoint_unit__DOT__first_sent;
       default:
         return shown_in_ == now ? shown_[index] : 0;
     }
   }
 
  private:
+  static constexpr bool kBins = requires(Model & model) { model.cfg_stride; };
+  static constexpr unsigned kRayBits = 10, kTagBits = kBins ? kRayBits : kRayBits + 1;
+  static constexpr unsigned kBinBits = 3, kNearBins = CheckpointRtlLimits::kBins;
+  static constexpr LaneId kNowhere = 0xffff;
+  static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
+
   struct Ray {
+    bool begun = false;        ///< a round
+    std::size_t number = 0;    ///< of the ray among the resident ones
     std::uint64_t offset = 0;  ///< of its buffers, from the bases
     bool parity = false;
     std::uint64_t source = 0, destination = 0;  ///< generations
@@ -315,12 +403,22 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     std::uint8_t pending = 0;                   ///< entries submitted, not taken
     bool last = false;
     bool submitted = false;  ///< and not done
-    std::uint32_t arrived = 0;
+    std::uint32_t asked = 0, arrived = 0;
     std::uint32_t part_mask = 0;
+    BinnedRay::Entry expected{};  ///< bins: of the entry that is read
     std::array<std::uint8_t, kEntryBytes> part{};
   };
   struct Sector {
     std::array<std::uint8_t, kSectorBytes> bytes{};
+  };
+  using Places = std::decay_t<decltype(rings_of(std::declval<Model&>()))>;
+  /// Bins: what a resident ray has between its rounds.
+  struct Resident {
+    explicit Resident(const traces::Header& header) : ray(header.checkpoint_bins, header.checkpoint_capacity) {}
+    BinnedRay ray;
+    LaneId at = kNowhere;  ///< the block has its lists
+    Places head{}, held{};
+    std::uint16_t far = 0;
   };
 
   void end_of_elaboration() override {
@@ -335,6 +433,96 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
   void clock() { model_.edge(); }
 
+  /// First byte of a resident ray's buffers, or bins.
+  std::uint64_t first_byte(std::uint64_t ray_slot) const {
+    return kBins ? map_.checkpoint_bin(ray_slot, 0) : map_.checkpoint_entry(ray_slot, 0, 0);
+  }
+
+  // Bins.
+  /// Takes the lists of a ray out of the block. What they hold, and what its round has not read, must be the trace's.
+  void leave(LaneId id) {
+    Resident& ray = resident_[rays_[id].number];
+    Model& pins = disturbed();
+    pins.leave_ray = id;
+    pins.read_ray = id;
+    const bool more = ray.ray.more();
+    pins.read_t_max = more ? ray.ray.falling_short() : kInfinity;
+    model_.settle();
+    if (pins.read_refused == more || (more && pins.read_t_max != 0 && !pins.read_beyond)) {
+      refuse(id, more ? "what its round has not read must stay" : "its round has read all that it may");
+    }
+    const traces::CheckpointBins& places = ray.ray.places();
+    for (unsigned bin = 0; bin < places.count(); ++bin) {
+      const std::uint64_t held = get_bits(pins.leave_held, bin * 16, 16);
+      if ((held == 0) != places.empty(bin)) refuse(id, "bin " + std::to_string(bin) + " holds " + std::to_string(held));
+    }
+    ray.head = pins.leave_head;
+    ray.held = pins.leave_held;
+    ray.far = pins.leave_far;
+    ray.at = kNowhere;
+    rays_[id].begun = false;
+  }
+  /// The ring of an entry with any t, which is not handed over.
+  void probe(LaneId id) {
+    Model& pins = model_.pins();
+    const auto [times, bin] = resident_[rays_[id].number].ray.probe(noise_);
+    put_bits(pins.item_ray, 0, kRayBits, id);
+    set_times(0, times);
+    model_.settle();
+    const int chosen = pins.item_overflow & 1 ? kNoBin : static_cast<int>(get_bits(pins.item_bin, 0, kBinBits));
+    if (chosen != bin) wrong_bin(id, times, chosen, bin);
+  }
+  [[noreturn]] void wrong_bin(LaneId id, const EntryTimes& times, int chosen, int bin) const {
+    const auto name = [](int of) { return of == kNoBin ? std::string("none") : std::to_string(of); };
+    refuse(id, "an entry of t = " + hexadecimal(times.t) + " with t_max = " + hexadecimal(times.t_max) +
+                   " goes to bin " + name(chosen) + " in place of " + name(bin));
+  }
+  /// Offers the entry with the next bin of the trace. Its bytes are made here.
+  void offer_binned(unsigned item, LaneId id) {
+    offers_[item] = resident_[rays_[id].number].ray.offer();
+    set_times(item, offers_[item].times);
+    std::memcpy(&model_.pins().item_data[item * 2], offers_[item].entry.data(), sizeof offers_[item].entry);
+  }
+  /// The block has taken that entry.
+  void put_into_bin(unsigned item) {
+    const Model& pins = model_.pins();
+    const BinnedRay::Offer& offer = offers_[item];
+    const auto bin = get_bits(pins.item_bin, item * kBinBits, kBinBits);
+    if (get_bits(pins.item_overflow, item, 1) != 0)
+      wrong_bin(items_[item], offer.times, kNoBin, static_cast<int>(offer.bin));
+    if (bin != offer.bin) {
+      wrong_bin(items_[item], offer.times, static_cast<int>(bin), static_cast<int>(offer.bin));
+    }
+    resident_[rays_[items_[item]].number].ray.take(offer);
+  }
+  /// A t_max that the ray's next source entry does not lie beyond; and one that it does, which is answered, too.
+  void look_for_next(LaneId id) {
+    Model& pins = model_.pins();
+    BinnedRay& ray = resident_[rays_[id].number].ray;
+    if (!ray.more()) CheckpointLayout::refuse("reads");
+    if (noise_ != 0) {
+      pins.read_t_max = ray.falling_short();
+      pins.read_valid = 0;
+      model_.settle();
+      if (pins.read_t_max != 0 && !pins.read_beyond) refuse(id, "what lies beyond t_max must stay");
+      pins.read_valid = 1;
+    }
+    pins.read_t_max = ray.reaching_t_max();
+  }
+  void expect(LaneId id) {
+    Ray& ray = rays_[id];
+    ++ray.asked;
+    ray.expected = resident_[ray.number].ray.read();
+  }
+
+  /// With the transfer at the pins the entry is complete.
+  bool part_done() const {
+    if constexpr (kBins)
+      return model_->part_valid;
+    else
+      return model_->part_valid && model_->part_done;
+  }
+
   /// The pins, perhaps after edges without a transfer, with arbitrary values where nothing is valid.
   Model& disturbed() {
     Model& pins = model_.pins();
@@ -346,6 +534,17 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       pins.begin_replay = noise_ >> 20 & 1;
       pins.submit_entries = noise_ >> 21 & 255;
       pins.submit_last = noise_ >> 29 & 1;
+      if constexpr (kBins) {
+        pins.begin_enter = static_cast<std::uint32_t>(mixed(noise_ + 1));
+        pins.begin_t_max = static_cast<std::uint32_t>(mixed(noise_ + 2));
+        pins.read_t_max = static_cast<std::uint32_t>(mixed(noise_ + 3));
+        pins.begin_far = noise_ >> 30 & 2047;
+        for (unsigned bin = 0; bin <= kNearBins; ++bin) {
+          put_bits(pins.begin_head, bin * 16, 16, noise_ >> bin);
+          put_bits(pins.begin_held, bin * 16, 16, noise_ >> 2 * bin);
+        }
+        pins.leave_ray = ray;
+      }
       pins.rsp_tag = ray;
       pins.rsp_write = noise_ >> 30 & 1;
       for (unsigned i = 0; i < kSectorBytes * 8; i += 64) put_bits(pins.rsp_data, i, 64, mixed(noise_ + i));
@@ -355,7 +554,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         put_bits(pins.item_entry, i, 1, more >> 20);
         put_bits(pins.item_end, i, 1, more >> 21);
         put_bits(pins.item_last, i, 1, more >> 22);
-        put_bits(pins.item_parity, i, 1, more >> 23);
+        if constexpr (!kBins) put_bits(pins.item_parity, i, 1, more >> 23);
       }
       if ((noise_ >> 40 & 3) == 0) {
         model_.settle();
@@ -369,7 +568,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   void look() {
     Model& pins = model_.pins();
     const Ray& ray = rays_[pins.look_ray % rays_.size()];
-    pins.look_parity = ray.parity;
+    if constexpr (!kBins) pins.look_parity = ray.parity;
     pins.look_offset = ray.offset;
   }
 
@@ -384,18 +583,23 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const Ray& ray = rays_[id];
       // The open sector comes with the last entry, or alone if that is taken.
       const unsigned count = std::max<unsigned>(ray.pending, 1);
+      if constexpr (kBins) resident_[ray.number].ray.offer_from_here();
       for (unsigned i = 0; i < count && item < config_.lanes; ++i, ++item) {
         items_[item] = id;
         put_bits(pins.item_valid, item, 1, 1);
         put_bits(pins.item_ray, item * kRayBits, kRayBits, id);
-        put_bits(pins.item_parity, item, 1, ray.parity);
+        if constexpr (!kBins) put_bits(pins.item_parity, item, 1, ray.parity);
         put_bits(pins.item_offset, item * 48, 48, ray.offset);
         put_bits(pins.item_entry, item, 1, ray.pending != 0);
         put_bits(pins.item_end, item, 1, i + 1 == count);
         put_bits(pins.item_last, item, 1, ray.last);
-        const EntryBits bits = entry_bits(config_.entry_bytes, ray.destination, ray.written + i);
-        set_times(item, bits.t, bits.t_min, bits.t_max);
-        std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
+        if constexpr (kBins) {
+          if (ray.pending != 0) offer_binned(item, id);
+        } else {
+          const EntryBits bits = entry_bits(config_.entry_bytes, ray.destination, ray.written + i);
+          set_times(item, bits.times);
+          std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
+        }
       }
     }
     // The comparators of the others: any bits, equal ones, zeros of both signs.
@@ -405,27 +609,27 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const auto t_max = static_cast<std::uint32_t>(any >> 32);
       switch (any % 5) {
         case 0:
-          set_times(other, t, t, t);
+          set_times(other, {t, t, t});
           break;
         case 1:
-          set_times(other, t & 0x80000000u, t_max & 0x80000000u, 0);
+          set_times(other, {t & 0x80000000u, t_max & 0x80000000u, 0});
           break;
         case 2:
-          set_times(other, t, t + 1, t - 1);
+          set_times(other, {t, t + 1, t - 1});
           break;
         default:
-          set_times(other, t, t_max, ~t_max);
+          set_times(other, {t, t_max, ~t_max});
       }
     }
     return item;
   }
 
-  void set_times(unsigned item, std::uint32_t t, std::uint32_t t_min, std::uint32_t t_max) {
+  void set_times(unsigned item, const EntryTimes& times) {
     Model& pins = model_.pins();
-    put_bits(pins.item_t, item * 32, 32, t);
-    put_bits(pins.item_t_min, item * 32, 32, t_min);
-    put_bits(pins.item_t_max, item * 32, 32, t_max);
-    times_[item] = {t, t_min, t_max};
+    put_bits(pins.item_t, item * 32, 32, times.t);
+    put_bits(pins.item_t_min, item * 32, 32, times.t_min);
+    put_bits(pins.item_t_max, item * 32, 32, times.t_max);
+    times_[item] = times;
   }
 
   /// t-value validation of all lanes against the host's comparisons, which are the tracer's.
@@ -452,6 +656,24 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     const Model& pins = model_.pins();
     if (!pins.part_valid) return;
     const LaneId id = pins.part_ray;
+    Ray& ray = rays_[id];
+    if constexpr (kBins) {
+      BinnedRay::Entry came;
+      std::memcpy(came.data(), &pins.part_data, sizeof came);
+      for (unsigned word = 0; word < came.size(); ++word) {
+        if (came[word] == ray.expected[word]) continue;
+        refuse(id, "source entry " + std::to_string(ray.arrived) + " is not what a round before wrote: word " +
+                       std::to_string(word) + " is " + hexadecimal(came[word]) + " in place of " +
+                       hexadecimal(ray.expected[word]));
+      }
+      ++ray.arrived;
+    } else {
+      gather_part(id);
+    }
+  }
+  /// The same of an entry that comes in two parts.
+  void gather_part(LaneId id) {
+    const Model& pins = model_.pins();
     Ray& ray = rays_[id];
     const std::uint32_t mask = pins.part_mask;
     std::array<std::uint8_t, kEntryBytes> came;
@@ -488,11 +710,12 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
               get_bits(pins.item_ready, 0, kLanes),
               get_bits(pins.item_done, 0, kLanes),
               get_bits(pins.item_beyond, 0, kLanes),
-              get_bits(pins.item_straddles, 0, kLanes)};
+              0};
+    if constexpr (kBins)
+      shown_.back() = get_bits(pins.item_bin, 0, kLanes * kBinBits);
+    else
+      shown_.back() = get_bits(pins.item_straddles, 0, kLanes);
   }
-
-  static constexpr unsigned kRayBits = 10;
-  static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
 
   CheckpointConfig config_;
   const MemoryMap& map_;
@@ -509,12 +732,11 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::uint64_t last_generation_ = 0;
   std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
   std::array<LaneId, kLanes> items_{};                ///< whose items are offered
-  struct Times {
-    std::uint32_t t, t_min, t_max;
-  };
-  std::array<Times, kLanes> times_{};
-  bool requested_ = false;  ///< this cycle
-  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
+  std::array<EntryTimes, kLanes> times_{};
+  std::vector<Resident> resident_;                 ///< bins: by warp slot and lane
+  std::array<BinnedRay::Offer, kLanes> offers_{};  ///< bins: of the items that are entries
+  bool requested_ = false;                         ///< this cycle
+  bool stuck_ = false;  ///< the write queue had no room for the first item, and nothing has left it since
   Cycle shown_in_ = kNever;
   std::array<std::uint64_t, 9> shown_{};
   CheckpointCounters counters_;
@@ -524,6 +746,10 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
 std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* name, const RtUnitContext& rt,
                                                                  const RtlBenchOptions& options) {
+  if (rt.header.checkpoint_bins != 0) {
+    if (options.faulty_block) return std::make_unique<CheckpointRtl<Vcheckpoint_bins_faults, 4>>(name, rt, options);
+    return std::make_unique<CheckpointRtl<Vcheckpoint_bins_lanes4, 4>>(name, rt, options);
+  }
   if (options.faulty_block) return std::make_unique<CheckpointRtl<Vcheckpoint_faults, 4>>(name, rt, options);
   if (rt.config.checkpoint.lanes <= 4) return std::make_unique<CheckpointRtl<Vcheckpoint_lanes4, 4>>(name, rt, options);
   return std::make_unique<CheckpointRtl<Vcheckpoint_lanes32, 32>>(name, rt, options);

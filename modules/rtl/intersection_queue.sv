@@ -122,21 +122,60 @@ module intersection_delay #(
   endgenerate
 endmodule
 
-// A register between two stages of a pipeline, or none.
+// The registers behind a step of a pipeline: CUT of them, 0 to 15. More than one is for synthesis to move into the step.
 module intersection_cut #(
     parameter WIDTH = 1,
     parameter CUT = 1
 ) (
     input  logic             clk,
-    input  logic             load,
+    input  logic             step,
+    input  logic             load,  // in is valid
     input  logic [WIDTH-1:0] in,
     output logic [WIDTH-1:0] out
 );
   generate
     if (CUT == 0) begin : wire_only
       assign out = in;
-    end else begin : register
-      always_ff @(posedge clk) if (load) out <= in;
+    end else if (CUT == 1) begin : register
+      always_ff @(posedge clk) if (step & load) out <= in;
+    end else begin : registers
+      localparam BITS = 32'(CUT) * WIDTH;
+      logic [BITS-1:0] places;
+      assign out = places[BITS-1 -: WIDTH];
+      always_ff @(posedge clk) begin
+        if (step & load) places[WIDTH-1:0] <= in;
+        if (step) places[BITS-1:WIDTH] <= places[BITS-WIDTH-1:0];
+      end
+    end
+  endgenerate
+endmodule
+
+// The same of whether what they hold is valid.
+module intersection_valid #(
+    parameter CUT = 1
+) (
+    input  logic clk,
+    input  logic rst,
+    input  logic step,
+    input  logic in,
+    output logic out
+);
+  generate
+    if (CUT == 0) begin : wire_only
+      assign out = in;
+    end else if (CUT == 1) begin : register
+      always_ff @(posedge clk) begin
+        if (rst) out <= 1'b0;
+        else if (step) out <= in;
+      end
+    end else begin : registers
+      localparam BITS = 32'(CUT);
+      logic [BITS-1:0] places;
+      assign out = places[BITS-1];
+      always_ff @(posedge clk) begin
+        if (rst) places <= '0;
+        else if (step) places <= {places[BITS-2:0], in};
+      end
     end
   endgenerate
 endmodule

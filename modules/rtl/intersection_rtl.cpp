@@ -2,9 +2,11 @@
 // ray_box_unit.sv and ray_transform_unit.sv, and back. What the trace does not hold, numbers, is made here, and what
 // the blocks return is checked against the host's arithmetic (intersection_operands.h). Compiled only where Verilator
 // was found. docs/model/rtl_bridge.md has every pin.
+#include <Vray_box_deep.h>
 #include <Vray_box_faults.h>
 #include <Vray_box_flat.h>
 #include <Vray_box_staged.h>
+#include <Vray_transform_deep.h>
 #include <Vray_transform_faults.h>
 #include <Vray_transform_flat.h>
 #include <Vray_transform_staged.h>
@@ -410,6 +412,9 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_box(const char* name, con
   if (config.latency < Limits::kBoxSteps) {
     return made.template operator()<BoxBlock<Vray_box_flat, Limits::kBoxes>, Limits::kCount>(1);
   }
+  if (config.latency >= Limits::kBoxDeep && config.count <= Limits::kDeepCount) {
+    return made.template operator()<BoxBlock<Vray_box_deep, Limits::kBoxes>, Limits::kDeepCount>(Limits::kBoxDeep);
+  }
   return made.template operator()<BoxBlock<Vray_box_staged, Limits::kBoxes>, Limits::kCount>(Limits::kBoxSteps);
 }
 
@@ -425,6 +430,9 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* nam
   if (options.faulty_block) return made.template operator()<TransformBlock<Vray_transform_faults>, 1>(1);
   if (config.latency < Limits::kTransformSteps) {
     return made.template operator()<TransformBlock<Vray_transform_flat>, Limits::kCount>(1);
+  }
+  if (config.latency >= Limits::kTransformDeep && config.count <= Limits::kDeepCount) {
+    return made.template operator()<TransformBlock<Vray_transform_deep>, Limits::kDeepCount>(Limits::kTransformDeep);
   }
   return made.template operator()<TransformBlock<Vray_transform_staged>, Limits::kCount>(Limits::kTransformSteps);
 }

@@ -5,7 +5,7 @@
 // One child, steps 0 to 6 of the pipeline: subtract, multiply, largest entry and least exit of two axes, of three, offset
 // of t, outward rounding, comparisons.
 module ray_box_child #(
-    parameter [6:0] CUTS = 7'h7f  // a register after step k; that after step 6 is the pipeline's
+    parameter [7*4-1:0] CUTS = 28'h1111111  // registers after step k; those after step 6 are the pipeline's
 ) (
     input  logic        clk,
     input  logic        step,
@@ -86,16 +86,16 @@ module ray_box_child #(
                 from_6[30:0], ~fp_less_equal(from_6[31:0], t_max_6)};
     end
   end
-  intersection_cut #(192, CUTS[0]) cut_0(clk, step & work[0], to_0, from_1);
-  intersection_cut #(192, CUTS[1]) cut_1(clk, step & work[1], to_1, from_2);
-  intersection_cut #(128, CUTS[2]) cut_2(clk, step & work[2], to_2, from_3);
-  intersection_cut #(64, CUTS[3]) cut_3(clk, step & work[3], to_3, from_4);
-  intersection_cut #(64, CUTS[4]) cut_4(clk, step & work[4], to_4, from_5);
-  intersection_cut #(64, CUTS[5]) cut_5(clk, step & work[5], to_5, from_6);
+  intersection_cut #(192, CUTS[0*4 +: 4]) cut_0(clk, step, work[0], to_0, from_1);
+  intersection_cut #(192, CUTS[1*4 +: 4]) cut_1(clk, step, work[1], to_1, from_2);
+  intersection_cut #(128, CUTS[2*4 +: 4]) cut_2(clk, step, work[2], to_2, from_3);
+  intersection_cut #(64, CUTS[3*4 +: 4]) cut_3(clk, step, work[3], to_3, from_4);
+  intersection_cut #(64, CUTS[4*4 +: 4]) cut_4(clk, step, work[4], to_4, from_5);
+  intersection_cut #(64, CUTS[5*4 +: 4]) cut_5(clk, step, work[5], to_5, from_6);
   genvar k;
   generate
     for (k = 0; k < 6; k = k + 1) begin : use_of
-      intersection_cut #(1, CUTS[k]) cut(clk, step & valid[k], used_at[k], used_at[k + 1]);
+      intersection_cut #(1, CUTS[k*4 +: 4]) cut(clk, step, valid[k], used_at[k], used_at[k + 1]);
     end
   endgenerate
 endmodule
@@ -103,7 +103,7 @@ endmodule
 // An exchange of the sort by entry t, then place in the node: 36 bits a child (miss, entry t, slot, beyond t_max).
 module ray_box_pipeline #(
     parameter BOXES = 6,    // children of a node, 1 to 8
-    parameter STAGES = 12,  // registers from input to result, 1 to STEPS
+    parameter STAGES = 12,  // registers from input to result
     parameter TAG = 13,     // bits that go along
     parameter LAYERS = BOXES > 6 ? 6 : BOXES > 4 ? 5 : BOXES > 2 ? 3 : BOXES - 1,
     parameter STEPS = 7 + LAYERS
@@ -150,40 +150,46 @@ module ray_box_pipeline #(
   assign out_tag = tag[STEPS];
   assign out_children = children[LAYERS];
 
-  localparam [6:0] CHILD_CUTS = {7*STAGES/STEPS != 6*STAGES/STEPS, 6*STAGES/STEPS != 5*STAGES/STEPS,
-                                 5*STAGES/STEPS != 4*STAGES/STEPS, 4*STAGES/STEPS != 3*STAGES/STEPS,
-                                 3*STAGES/STEPS != 2*STAGES/STEPS, 2*STAGES/STEPS != STAGES/STEPS, STAGES/STEPS != 0};
+  // Registers behind each step, the first step's lowest. Beyond one each they go where the work is: WORK is how many more a
+  // step needs for the clock of the machine (docs/results/rtl.md).
+  localparam [13*8-1:0] WORK = {{6{8'd0}}, 8'd0, 8'd2, 8'd7, 8'd0, 8'd0, 8'd5, 8'd7};
+  function [STEPS*4-1:0] cuts(input integer stages);
+    integer sum, so_far, total;
+    total = 0;
+    sum = 0;
+    for (int n = 0; n < STEPS; n = n + 1) total = total + 32'(WORK[n*8 +: 8]);
+    for (int n = 0; n < STEPS; n = n + 1) begin
+      so_far = sum;
+      sum = sum + 32'(WORK[n*8 +: 8]);
+      cuts[n*4 +: 4] = stages <= STEPS ? 4'((n + 1) * stages / STEPS - n * stages / STEPS)
+                                       : 4'(1 + (stages - STEPS) * sum / total - (stages - STEPS) * so_far / total);
+    end
+  endfunction
+  localparam [STEPS*4-1:0] CUTS = cuts(STAGES);
   genvar i, k;
   generate
     for (k = 0; k < STEPS; k = k + 1) begin : stage
-      localparam CUT = (k + 1) * STAGES / STEPS != k * STAGES / STEPS;
-      if (CUT) begin : with_register
-        always_ff @(posedge clk) begin
-          if (rst) valid[k + 1] <= 1'b0;
-          else if (step) valid[k + 1] <= valid[k];
-        end
-      end else begin : without_register
-        assign valid[k + 1] = valid[k];
-      end
-      intersection_cut #(TAG, CUT) of_tag(clk, step & valid[k], tag[k], tag[k + 1]);
+      localparam [3:0] CUT = CUTS[k*4 +: 4];
+      intersection_valid #(CUT) of_valid(clk, rst, step, valid[k], valid[k + 1]);
+      intersection_cut #(TAG, CUT) of_tag(clk, step, valid[k], tag[k], tag[k + 1]);
       if (k == 0) begin : inverse
-        intersection_cut #(96, CUT) cut(clk, step & valid[k], in_inverse, inverse_1);
+        intersection_cut #(96, CUT) cut(clk, step, valid[k], in_inverse, inverse_1);
       end
       if (k < 4) begin : offset
-        intersection_cut #(32, CUT) cut(clk, step & valid[k], t_offset[k], t_offset[k + 1]);
+        intersection_cut #(32, CUT) cut(clk, step, valid[k], t_offset[k], t_offset[k + 1]);
       end
       if (k < 6) begin : limit
-        intersection_cut #(64, CUT) cut(clk, step & valid[k], limits[k], limits[k + 1]);
+        intersection_cut #(64, CUT) cut(clk, step, valid[k], limits[k], limits[k + 1]);
       end
       if (k >= 6) begin : order
-        intersection_cut #(BOXES*36, CUT) cut(clk, step & valid[k], sorted[k - 6], children[k - 6]);
+        intersection_cut #(BOXES*36, CUT) cut(clk, step, valid[k], sorted[k - 6], children[k - 6]);
       end
     end
     for (i = 0; i < BOXES; i = i + 1) begin : child
       logic [32:0] result;
       logic [2:0]  slot;
       assign slot = fault == 2'd3 && i == 1 ? 3'd2 : i;
-      ray_box_child #(CHILD_CUTS) test(
+      ray_box_child #(CUTS[7*4-1:0]) test(
           .clk(clk), .step(step), .valid(valid[6:0]), .used(in_used[i]), .lower(in_lower[i*96 +: 96]),
           .upper(in_upper[i*96 +: 96]), .origin(in_origin), .inverse_0(in_inverse), .inverse_1(inverse_1),
           .t_offset_4(t_offset[4]), .t_min_6(limits[6][31:0]), .t_max_6(limits[6][63:32]), .fault(fault == 2'd1),

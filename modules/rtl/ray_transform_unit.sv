@@ -4,7 +4,7 @@
 
 // Steps: products, sums of two, sums of all, three parts of a division.
 module ray_transform_pipeline #(
-    parameter STAGES = 6,  // registers from input to result, 1 to 6
+    parameter STAGES = 6,  // registers from input to result
     parameter TAG = 13     // bits that go along
 ) (
     input  logic           clk,
@@ -33,20 +33,27 @@ module ray_transform_pipeline #(
   assign out_valid = valid[STEPS];
   assign out_tag = tag[STEPS];
 
-  localparam [5:0] CUTS = {STAGES != 5*STAGES/6, 5*STAGES/6 != 4*STAGES/6, 4*STAGES/6 != 3*STAGES/6,
-                           3*STAGES/6 != 2*STAGES/6, 2*STAGES/6 != STAGES/6, STAGES/6 != 0};
+  // Registers behind each step, the first step's lowest. Beyond one each they go where the work is: WORK is how many more a
+  // step needs for the clock of the machine (docs/results/rtl.md).
+  localparam [6*8-1:0] WORK = {8'd9, 8'd5, 8'd6, 8'd7, 8'd7, 8'd5};
+  function [6*4-1:0] cuts(input integer stages);
+    integer sum, so_far, total;
+    total = 0;
+    sum = 0;
+    for (int i = 0; i < STEPS; i = i + 1) total = total + 32'(WORK[i*8 +: 8]);
+    for (int i = 0; i < STEPS; i = i + 1) begin
+      so_far = sum;
+      sum = sum + 32'(WORK[i*8 +: 8]);
+      cuts[i*4 +: 4] = stages <= STEPS ? 4'((i + 1) * stages / STEPS - i * stages / STEPS)
+                                       : 4'(1 + (stages - STEPS) * sum / total - (stages - STEPS) * so_far / total);
+    end
+  endfunction
+  localparam [6*4-1:0] CUTS = cuts(STAGES);
   genvar k;
   generate
     for (k = 0; k < STEPS; k = k + 1) begin : stage
-      if (CUTS[k]) begin : with_register
-        always_ff @(posedge clk) begin
-          if (rst) valid[k + 1] <= 1'b0;
-          else if (step) valid[k + 1] <= valid[k];
-        end
-      end else begin : without_register
-        assign valid[k + 1] = valid[k];
-      end
-      intersection_cut #(TAG, CUTS[k]) of_tag(clk, step & valid[k], tag[k], tag[k + 1]);
+      intersection_valid #(CUTS[k*4 +: 4]) of_valid(clk, rst, step, valid[k], valid[k + 1]);
+      intersection_cut #(TAG, CUTS[k*4 +: 4]) of_tag(clk, step, valid[k], tag[k], tag[k + 1]);
     end
   endgenerate
 
@@ -112,14 +119,14 @@ module ray_transform_pipeline #(
       end
     end
   end
-  intersection_cut #(672, CUTS[0]) cut_0(clk, step & valid[0], to_0, from_1);
-  intersection_cut #(384, CUTS[1]) cut_1(clk, step & valid[1], to_1, from_2);
-  intersection_cut #(192, CUTS[2]) cut_2(clk, step & valid[2], to_2, from_3);
-  intersection_cut #(192, CUTS[3]) cut_3(clk, step & valid[3], from_3, from_4);
-  intersection_cut #(3*FP_DIVISION, CUTS[3]) divide_3(clk, step & valid[3], to_3, division_4);
-  intersection_cut #(192, CUTS[4]) cut_4(clk, step & valid[4], from_4, from_5);
-  intersection_cut #(3*FP_DIVISION, CUTS[4]) divide_4(clk, step & valid[4], to_4, division_5);
-  intersection_cut #(288, CUTS[5]) cut_5(clk, step & valid[5], to_5, {out_inverse, out_direction, out_origin});
+  intersection_cut #(672, CUTS[0*4 +: 4]) cut_0(clk, step, valid[0], to_0, from_1);
+  intersection_cut #(384, CUTS[1*4 +: 4]) cut_1(clk, step, valid[1], to_1, from_2);
+  intersection_cut #(192, CUTS[2*4 +: 4]) cut_2(clk, step, valid[2], to_2, from_3);
+  intersection_cut #(192, CUTS[3*4 +: 4]) cut_3(clk, step, valid[3], from_3, from_4);
+  intersection_cut #(3*FP_DIVISION, CUTS[3*4 +: 4]) divide_3(clk, step, valid[3], to_3, division_4);
+  intersection_cut #(192, CUTS[4*4 +: 4]) cut_4(clk, step, valid[4], from_4, from_5);
+  intersection_cut #(3*FP_DIVISION, CUTS[4*4 +: 4]) divide_4(clk, step, valid[4], to_4, division_5);
+  intersection_cut #(288, CUTS[5*4 +: 4]) cut_5(clk, step, valid[5], to_5, {out_inverse, out_direction, out_origin});
 endmodule
 
 module ray_transform_unit #(

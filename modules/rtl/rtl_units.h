@@ -16,7 +16,8 @@ bool has_rtl();
 /// What the Verilated checkpoint unit is built for.
 struct CheckpointRtlLimits {
   static constexpr unsigned kLanes = 32, kWriteQueue = 64, kWarps = 32;
-  static constexpr std::uint64_t kEntries = 65535;  ///< of a buffer
+  static constexpr std::uint64_t kEntries = 65535;     ///< of a buffer or a bin
+  static constexpr unsigned kBins = 4, kBinLanes = 4;  ///< near bins, and lanes with them
 };
 /// And the ray-box and the ray-transform unit. A pipeline of fewer cycles than its steps is built with one register.
 struct IntersectionRtlLimits {
@@ -24,6 +25,8 @@ struct IntersectionRtlLimits {
   static constexpr unsigned kDelay = 63;  ///< cycles that the straps can add
   static constexpr unsigned kLatency = 1 + kDelay;
   static constexpr unsigned kBoxSteps = 13, kTransformSteps = 6;
+  // With several registers behind the long steps; of at most so many pipelines.
+  static constexpr unsigned kBoxDeep = 34, kTransformDeep = 45, kDeepCount = 4;
 };
 
 /// First key under rt. that the RTL of a unit does not have, and the rule; an empty key: none.

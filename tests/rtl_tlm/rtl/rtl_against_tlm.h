@@ -16,12 +16,13 @@
 
 namespace grtx::sim::test {
 
-enum class RtlUnit { checkpoint, box, transform };
+enum class RtlUnit { checkpoint, bins, box, transform };  // bins: the checkpoint unit, of a trace that has some
 
 /// Puts the RTL of a unit in the SystemC unit's place.
 inline void use_rtl(RtlUnit unit, modules::RtUnitParts& parts, const modules::RtlBenchOptions& options) {
   switch (unit) {
     case RtlUnit::checkpoint:
+    case RtlUnit::bins:
       parts.checkpoint_unit = [options](const char* name, const modules::RtUnitContext& rt) {
         return modules::make_checkpoint_rtl(name, rt, options);
       };
@@ -109,9 +110,9 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_transform}) {
     *unit = {one_of({1, 4, 32}), one_of({1, 4, 13}), one_of({1, 2})};
   }
-  if (of != RtlUnit::checkpoint) {
-    rt.ray_box = {one_of({1, 2, 4, 8}), one_of({1, 5, 12, 13, 14, 31, 64}), one_of({1, 1, 2, 7, 40})};
-    rt.ray_transform = {one_of({1, 2, 4, 8}), one_of({1, 3, 5, 6, 7, 20, 64}), one_of({1, 1, 2, 7, 40})};
+  if (of == RtlUnit::box || of == RtlUnit::transform) {
+    rt.ray_box = {one_of({1, 2, 4, 8}), one_of({1, 5, 12, 13, 14, 34, 40, 64}), one_of({1, 1, 2, 7, 40})};
+    rt.ray_transform = {one_of({1, 2, 4, 8}), one_of({1, 3, 5, 6, 7, 20, 45, 50, 64}), one_of({1, 1, 2, 7, 40})};
     rt.box_op_per_child = pick(3) == 0;
   }
   rt.checkpoint.lanes = one_of({1, 2, 3, 4, 8, 32});
@@ -122,6 +123,15 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   rt.sibling_prefetch = pick(1) != 0;
   rt.warp_buffer.spill = pick(3) == 0;
   rt.warp_buffer.stack_entries = 4;
+  if (of == RtlUnit::bins) {
+    trace.bins = modules::CheckpointRtlLimits::kBins;
+    trace.bins_by_distance = true;
+    trace.capacity = one_of({8, 8, 12, 64, 512});
+    trace.k = 1 + pick(5);
+    options.any_hit_cycles = one_of({1, 10, 80});
+    rt.checkpoint.lanes = one_of({1, 2, 3, 4});
+    rt.checkpoint.entry_bytes = 8;
+  }
   SCOPED_TRACE(traces::testing::describe(trace));
   const auto made = traces::testing::random_trace(trace);
   return expect_rtl_agrees(of, made.header, made.groups, options, seed % 2 == 0 ? 0 : seed);
