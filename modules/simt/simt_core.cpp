@@ -236,8 +236,12 @@ void SimtCore::finish_service(unsigned slot, Cycle now) {
 void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
   switch (slots_[slot].step) {
     case Step::prologue:
-    case Step::blend:
       next_round(slot);
+      break;
+    case Step::blend:
+      if (!program_.blends_on(slot)) return next_round(slot);
+      slots_[slot].step = Step::sort;
+      starting_ray_generation_ |= bit(slot);
       break;
     case Step::evict_move:
       slots_[slot].step = Step::trace_call;

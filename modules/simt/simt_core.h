@@ -97,6 +97,10 @@ struct SimtCoreConfig {
              "hardware",
              kOurs)
         .came_later();
+    list.add("list_batch", costs.list_batch, {1, 64}, "hits",
+             "list: nearest hits that a scan of a ray's list keeps in registers, sorted, for blending",
+             assumed("GRay, cuda/forward_pass.cu"))
+        .came_later();
     list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
              kVulkanSim);
     list.rule(

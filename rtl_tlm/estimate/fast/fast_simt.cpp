@@ -176,7 +176,9 @@ void Simt::warp_event(Cycle now, unsigned slot) {
       break;
     case Step::prologue:
     case Step::blend:
-      if (program_.active_lanes(slot) == 0) {
+      if (program_.blends_on(slot)) {
+        start(now, slot, Step::sort);
+      } else if (program_.active_lanes(slot) == 0) {
         start(now, slot, Step::epilogue);
       } else {
         start(now, slot, program_.moves_evictions() ? Step::evict_move : Step::trace_call);

@@ -108,6 +108,7 @@ const std::vector<Mutation>& mutations() {
        kTiming,
        kFixedTime,
        {"simt.private_store.k_buffer_entries=8", "simt.private_store.insertion=true"}},
+      {"simt.list_batch", "2", kTiming, kShader, {}, "list"},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},
@@ -119,6 +120,8 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.intersection_fixed", "56", kTiming, kShader, {}, "box"},
       {"simt.cost.intersection_transform", "48", kTiming, kShader, {}, "box"},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
+      {"simt.cost.list_per_entry", "80", kTiming, kShader, {}, "list"},
+      {"simt.cost.list_exchange", "50", kTiming, kShader, {}, "list"},
       {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
       {"simt.cost.blend_per_entry", "48", kTiming, kShader},
@@ -257,7 +260,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const bool one_level = kind == "single" || kind == "stochastic";
+      const bool one_level = kind == "single" || kind == "stochastic" || kind == "list";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
       MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;

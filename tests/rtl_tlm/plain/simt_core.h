@@ -148,6 +148,7 @@ class SimtCore {
     std::uint64_t stores = 0;  ///< not acknowledged
   };
 
+  bool list() const { return header_.tracing == traces::Tracing::list; }
   unsigned number(const Slot& slot) const { return static_cast<unsigned>(&slot - slots_.data()); }
   RtMessages& rt_of(unsigned slot) { return *rt_[slot % rt_.size()]; }
   static bool is_any_hit(const Slot& slot) {
@@ -197,7 +198,7 @@ class SimtCore {
       while (rt->dones.front(now) != nullptr) {
         Slot& slot = slots_[rt->dones.pop(now).slot];
         slot.pass = 0;
-        const bool sorts = header_.tracing == traces::Tracing::single && slot.program.sort_passes(slot.round) > 0;
+        const bool sorts = traces::collects_unsorted(header_.tracing) && slot.program.sort_passes(slot.round) > 0;
         slot.step = sorts ? Step::sort : Step::blend;
       }
       while (rt->batches.front(now) != nullptr) {
@@ -292,9 +293,14 @@ class SimtCore {
         slot.step = Step::tracing;
         return;
       case PhaseKind::sort:
-        if (++slot.pass == slot.program.sort_passes(slot.round)) slot.step = Step::blend;
+        ++slot.pass;
+        if (list() || slot.pass == slot.program.sort_passes(slot.round)) slot.step = Step::blend;
         return;
       case PhaseKind::blend:
+        if (list() && slot.pass < slot.program.sort_passes(slot.round)) {
+          slot.step = Step::sort;
+          return;
+        }
         ++slot.round;
         slot.step = slot.program.has_round(slot.round) ? begin : Step::epilogue;
         return;
@@ -352,7 +358,7 @@ class SimtCore {
       case Step::sort:
         return program.sort(slot.round, slot.pass, counts_);
       case Step::blend:
-        return program.blend(slot.round, counts_);
+        return program.blend(slot.round, slot.pass, counts_);
       default:
         return program.epilogue();
     }
