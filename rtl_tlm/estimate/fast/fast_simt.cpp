@@ -17,11 +17,11 @@ Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distrib
       l1_(l1),
       rt_(rt),
       distributor_(distributor),
-      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident_warps,
+      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident(),
                shared.config.simt.private_store),
       issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency),
       store_(shared.config.simt.private_store),
-      warps_(shared.config.resident_warps) {}
+      warps_(shared.config.resident()) {}
 
 void Simt::launch(Cycle seen, unsigned slot, const traces::RayGroup& group) {
   Warp& warp = warps_[slot];
