@@ -43,6 +43,7 @@ constexpr const char* kFixedTime = "a time of parts whose size does not follow f
 constexpr const char* kLimitStudy = "a limit study: no hardware is meant";
 constexpr const char* kAssumption = "an assumption about the same parts: who pays for their traffic";
 constexpr const char* kShader = "the length of a shader, which is software";
+constexpr const char* kOthers = "what other programs do with the same parts";
 constexpr const char* kDramChip = "of the DRAM chips, which are not priced by area";
 
 const std::vector<Mutation>& mutations() {
@@ -110,6 +111,9 @@ const std::vector<Mutation>& mutations() {
        {"simt.private_store.k_buffer_entries=8", "simt.private_store.insertion=true"}},
       {"simt.list_batch", "2", kTiming, kShader, {}, "list"},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
+      {"simt.registers_per_thread", "255", kBoth, "", {"simt.registers=16384"}},
+      {"simt.payload_registers", "200", kBoth, "", {"simt.registers=16384", "simt.registers_per_thread=55"}},
+      {"simt.other_share", "0.5", kTiming, kOthers},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},
       {"simt.cost.trace_call", "12", kTiming, kShader},
@@ -148,6 +152,7 @@ const std::vector<Mutation>& mutations() {
        "",
        {"l1.private_writes=write_back", "l1.private_allocate=true", "l1.bytes=2048"}},
       {"l1.perfect", "true", kTiming, kLimitStudy},
+      {"l1.other_share", "0.5", kTiming, kOthers},
       {"l1.link_latency", "3", kTiming, kFixedTime},
       {"l1.link_capacity", "1", kBoth},
       {"crossbar.latency", "16", kBoth},
@@ -180,6 +185,7 @@ const std::vector<Mutation>& mutations() {
       {"dram.hit_cap", "1", kBoth, "", {"dram.scheduling=fr_fcfs_cap", "dram.mhz=250"}},
       {"dram.age_cap", "1", kTiming, kPolicy},
       {"dram.bank_xor", "true", kTiming, kPolicy},
+      {"dram.other_share", "0.5", kTiming, kOthers},
       {"dram.fixed_latency", "512", kTiming, kFixedTime},
       {"dram.perfect", "true", kTiming, kLimitStudy},
       {"dram.timing.ccd", "8", kTiming, kDramChip},

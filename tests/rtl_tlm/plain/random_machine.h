@@ -237,6 +237,15 @@ inline GpuConfig random_machine(Random& random) {
   for (unsigned* cost : {&costs.list_per_entry, &costs.list_exchange}) {
     if (lists.upto(2) == 0) *cost = lists.one_of({0U, 1U, 60U});
   }
+  Random sharing = lists;  // likewise
+  for (double* share : {&c.simt.other_share, &l1.other_share, &dram.channel.other_share}) {
+    if (sharing.upto(3) == 0) *share = sharing.one_of({0.05, 0.3, 0.9});
+  }
+  if (sharing.upto(3) == 0) {
+    c.simt.registers_per_thread = sharing.one_of({40U, 128U, 255U});
+    c.simt.payload_registers = sharing.one_of({0U, 32U, 255U});
+    c.simt.registers = sharing.one_of({65536U, 49152U});
+  }
   check_config(c, "a random machine");
   return c;
 }

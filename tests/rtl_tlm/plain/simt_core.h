@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rtl_tlm/plain/messages.h"
+#include "rtl_tlm/plain/other_work.h"
 #include "rtl_tlm/plain/shader_program.h"
 #include "rtl_tlm/plain/statistics.h"
 
@@ -39,6 +40,7 @@ class SimtCore {
   SimtCore(const Config& config, const traces::Header& header, const AddressMap& map, unsigned sm, unsigned slots,
            Channel<Launch>& launch, Channel<WarpEnded>& ended, std::vector<RtMessages*> rt, MemoryPort& memory)
       : config_(config),
+        sm_(sm),
         header_(header),
         launch_(launch),
         ended_(ended),
@@ -392,10 +394,15 @@ class SimtCore {
     return running.step + 1 < count ? each : n - each * (count - 1);
   }
   void arrive(Cycle now, Slot& slot) {
-    Cycle& free = scheduler_free_[number(slot) % config_.schedulers];
-    const Cycle begin = std::max(now + 1, free);
-    issue_wait_ += begin - (now + 1);
-    free = begin + instructions_of_step(*slot.phase);
+    const unsigned scheduler = number(slot) % config_.schedulers;
+    Cycle& free = scheduler_free_[scheduler];
+    free = std::max(now + 1, free);
+    issue_wait_ += free - (now + 1);
+    for (std::uint64_t left = instructions_of_step(*slot.phase); left > 0; ++free) {
+      const bool taken = other_work(config_.other_share, 1, std::uint64_t{sm_} * 64 + scheduler, free);
+      issue_wait_ += taken ? 1 : 0;
+      left -= taken ? 0 : 1;
+    }
     slot.phase->ready = free + config_.instruction_latency;
   }
 
@@ -471,6 +478,7 @@ class SimtCore {
   }
 
   Config config_;
+  unsigned sm_;
   const traces::Header& header_;
   Channel<Launch>& launch_;
   Channel<WarpEnded>& ended_;
