@@ -162,8 +162,10 @@ class Traces:
                    "--pop-test", rng.choice(["on", "off"]),
                    "--layout", rng.choice(["vulkan_sim", "vulkan_sim", "compact", "compressed"])]
         if checkpoint == "off" and rng.random() < 0.3:
-            tracing = rng.choice(["single", "closest", "stochastic"])
+            tracing = rng.choice(["single", "closest", "stochastic", "list"])
             options += ["--tracing", tracing] + (["--samples", "2"] if tracing == "stochastic" else [])
+            if tracing == "list":
+                options += ["--list-capacity", rng.choice(["16", "1024"])]
             if tracing == "single":
                 options[options.index("--k") + 1] = "256"
         if rng.random() < 0.2:

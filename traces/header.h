@@ -14,7 +14,7 @@ namespace grtx::traces {
 
 /// Versions that a reader knows. A writer takes the oldest that can say what the header says.
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 9;
+inline constexpr std::uint32_t kFormatVersion = 10;
 
 /// An instance leaf of a scene TLAS: an object's place.
 struct SceneLeaf {
@@ -27,7 +27,7 @@ struct Header {
   // What was traced.
   AccelKind accel = AccelKind::tri20;
   Tracing tracing = Tracing::multi;
-  unsigned k = 8;  ///< entries of the k-buffer; 1 when closest
+  unsigned k = 8;  ///< entries of the k-buffer, or of the list; 1 when closest
   bool checkpoint = false;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
   unsigned checkpoint_bins = 0;  ///< near ones, in place of two buffers (traces/checkpoint_bins.h); 0: none
@@ -77,8 +77,10 @@ struct Header {
 };
 
 /// Version of a file with this header. 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
-/// TLAS, version 6 no sequence of frames, version 7 no structures of boxes, version 8 no checkpoint bins.
+/// TLAS, version 6 no sequence of frames, version 7 no structures of boxes, version 8 no checkpoint bins, version 9 no
+/// tracing list.
 inline std::uint32_t format_version(const Header& header) {
+  if (header.tracing == Tracing::list) return 10;
   if (header.checkpoint_bins != 0) return 9;
   if (has_box_leaves(header.accel)) return 8;
   if (!header.frame_groups.empty()) return 7;

@@ -71,8 +71,13 @@ void visit_options(Cli& cli, Visit&& visit) {
   visit("warp-size", cli.warp_size, "Rays of a warp", one_of({"4", "8", "16", "32"}));
   visit("tracing", cli.tracing,
         "multi: rounds of k hits; single: one round, then a sort (--k holds all hits); closest: a round a hit; tiles: "
-        "the same image without rounds (trace --no-trace); stochastic: a noisy image of random samples",
+        "the same image without rounds (trace --no-trace); stochastic: a noisy image of random samples; list: one "
+        "traversal, all hits to a list of the ray in memory, blended in batches of the nearest",
         one_of(tracing_names()));
+  visit("list-capacity", o.list_capacity,
+        "Hits that the list of a ray holds, with --tracing list; more take a further "
+        "pass",
+        in_range(1U, kMaxK));
   visit("samples", o.samples, "Samples of a ray, with --tracing stochastic", in_range(1U, kMaxSamples));
   visit("sample-seed", o.sample_seed, "Seed of the samples, with --tracing stochastic");
   visit("triangle-test", o.triangle_test, "Hit test of triangles: canonical, or their stored vertices");
@@ -116,6 +121,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.tracing = *from_name<Tracing>(cli.tracing);
   o.skips = skips_of(cli.skip);
   if (keeps_one_hit(o.tracing)) o.k = 1;
+  if (o.tracing == Tracing::list) o.k = o.list_capacity;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
   }
@@ -178,6 +184,11 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
     inputs.erase("sample_seed");
   }
   if (keeps_one_hit(cli.tracing)) inputs["k"] = "1";
+  if (cli.tracing == name_of(Tracing::list)) {
+    inputs["k"] = inputs.at("list_capacity");
+  } else {
+    inputs.erase("list_capacity");
+  }
   inputs["accel"] = accel_name(accel);
   inputs["checkpoint"] = checkpoint ? "on" : "off";
   inputs.merge(secondary_inputs(cli.secondary));

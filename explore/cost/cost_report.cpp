@@ -128,7 +128,7 @@ MachineCost machine_cost(const GpuConfig& config, const std::string& design,
   }
   cost.storage = checkpoint_storage(first_unit);
   cost.buffers.sms = config.sms;
-  cost.buffers.resident_warps = config.resident_warps;
+  cost.buffers.resident_warps = config.resident();
   cost.buffers.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
   const Technology& t = technology(options.nm);
   const auto latency = [&](const std::string& unit, unsigned configured) {

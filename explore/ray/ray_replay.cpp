@@ -358,12 +358,12 @@ class Replay {
   }
 
   void insert(const HitEntry& hit, unsigned shifts) {
-    const bool sorted = header_.tracing != traces::Tracing::single;
+    const bool sorted = !traces::collects_unsorted(header_.tracing);
     k_buffer_.insert(k_buffer_.end() - (sorted ? static_cast<std::ptrdiff_t>(shifts) : 0), hit);
   }
   HitEntry remove_farthest() {
     auto farthest = k_buffer_.end() - 1;
-    if (header_.tracing == traces::Tracing::single) {
+    if (traces::collects_unsorted(header_.tracing)) {
       if (values_ == nullptr) {  // the trace alone does not tell which of them that is
         for (HitEntry& hit : k_buffer_) hit = {};
       }

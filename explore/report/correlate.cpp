@@ -13,6 +13,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/printable.h"
+#include "grtx/base/wrapped.h"
 #include "grtx/explore/report/mode_agreement.h"
 
 namespace grtx::sim {
@@ -284,23 +285,23 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
 }
 
 std::string correlation_text(const Correlation& c) {
-  std::string text =
-      fmt::format("{:<44} {:>22} {:>22} {:>8}  {}\n", "figure", "measured", "simulated", "error", "in range");
+  std::string text = fmt::format("figure\n  {:>25} {:>25} {:>8}  {}\n", "measured", "simulated", "error", "in range");
   const auto range = [](double value, double low, double high) {
     return low == high ? fmt::format("{:.4g}", value) : fmt::format("{:.4g} ({:.4g} to {:.4g})", value, low, high);
   };
   for (const Comparison& one : c.comparisons) {
-    text += fmt::format(
-        "{:<44} {:>22} {:>22} {:>+7.0f}%  {}\n", one.label, range(one.measured, one.measured_low, one.measured_high),
-        range(one.simulated, one.simulated_low, one.simulated_high), 100.0 * one.error(), one.inside() ? "yes" : "no");
+    text += wrapped(one.label) + "\n";
+    text += fmt::format("  {:>25} {:>25} {:>+7.0f}%  {}\n", range(one.measured, one.measured_low, one.measured_high),
+                        range(one.simulated, one.simulated_low, one.simulated_high), 100.0 * one.error(),
+                        one.inside() ? "yes" : "no");
   }
-  for (const std::string& label : c.unmatched) text += "not simulated: " + label + "\n";
+  for (const std::string& label : c.unmatched) text += wrapped("not simulated: " + label) + "\n";
   text += fmt::format("mean error {:.0f} %; simulated / measured {:.3g} in the mean, {:.0f} % beyond that\n",
                       100.0 * c.mean_error, c.factor, 100.0 * c.scaled_error);
   text += std::isfinite(c.spearman)
               ? fmt::format("rank correlation: Spearman {:.2f}, Kendall {:.2f}\n", c.spearman, c.kendall)
               : "rank correlation: none, one side ranks nothing\n";
-  for (const std::string& label : c.outliers) text += "outlier: " + label + "\n";
+  for (const std::string& label : c.outliers) text += wrapped("outlier: " + label) + "\n";
   return text;
 }
 

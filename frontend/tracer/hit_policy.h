@@ -30,7 +30,7 @@ class HitPolicy {
   std::optional<traces::LeafOutcome> blended_before(const KEntry& hit, RayState& ray) const;
   /// A hit up to t_max that blended_before() lets pass.
   Taken take(const KEntry& hit, RayState& ray) const {
-    if (tracing_ == Tracing::single) return collect_unsorted(hit, ray);
+    if (traces::collects_unsorted(tracing_)) return collect_unsorted(hit, ray);
     if (tracing_ == Tracing::closest) return commit_nearest(hit, ray);
     if (tracing_ == Tracing::stochastic) return toss(hit, ray);
     return any_hit(hit, ray);
@@ -41,7 +41,7 @@ class HitPolicy {
   std::size_t refill_from_evictions(RayState& ray) const;
   /// Brings the hits of a round into the order (t, id).
   void finish(RayState& ray) const {
-    if (tracing_ == Tracing::single) ray.k_buffer.sort();
+    if (traces::collects_unsorted(tracing_)) ray.k_buffer.sort();
   }
 
  private:
@@ -94,7 +94,7 @@ inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) con
   return {LeafOutcome::rejected, 0};
 }
 
-/// Single-round: appended as it comes. Once the buffer is full it keeps the k nearest, and t_max shrinks as in
+/// Single-round and list: appended as it comes. Once the buffer is full it keeps the k nearest, and t_max shrinks as in
 /// multi-round tracing, so that the next round finds what was turned away behind the last one kept.
 inline HitPolicy::Taken HitPolicy::collect_unsorted(const KEntry& hit, RayState& ray) const {
   using traces::LeafOutcome;

@@ -46,7 +46,7 @@ struct RayState {
   float t_max = 0.0f;
   float t_limit = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
   bool replay = false;
-  bool turned_away = false;  ///< single-round: a hit of this round met a full buffer
+  bool turned_away = false;  ///< single-round, list: a hit of this round met a full buffer
   float transmittance = 1.0f;
   glm::vec3 colour{0.0f};
   KBuffer k_buffer;

@@ -52,7 +52,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
   switch (outcome) {
     case LeafOutcome::inserted:
     case LeafOutcome::displaced:
-      if (options_.tracing != Tracing::single) return hits[hits.size() - 1 - shifts].t;
+      if (!traces::collects_unsorted(options_.tracing)) return hits[hits.size() - 1 - shifts].t;
       for (const KEntry& hit : hits) {  // a heap, in which the new one is somewhere
         if (in_k_buffer_.insert(hit.id).second) return hit.t;
       }

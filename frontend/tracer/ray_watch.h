@@ -66,7 +66,7 @@ class RayWatch {
   const TraversalStack& stack_;
   WatchedRay watched_;
   bool begun_ = false;                   ///< the round has had an event
-  std::set<std::uint32_t> in_k_buffer_;  ///< single: ids that have been there in this round
+  std::set<std::uint32_t> in_k_buffer_;  ///< single, list: ids that have been there in this round
 };
 
 }  // namespace grtx::frontend

@@ -54,7 +54,8 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
           })
           .sum(&C::ties_lost, "ties_lost", "hits", "ties at the resume point lost by --resume strict")
           .sum(&C::inside_skipped, "inside_skipped", "hits", "Gaussians skipped because their proxy holds the origin")
-          .sum(&C::single_overflows, "single.overflows", "rounds", "single-round: a hit met a full buffer of k hits")
+          .sum(&C::single_overflows, "single.overflows", "rounds",
+               "single-round and list: a hit met a full buffer of k hits")
           .sum(&C::nearest_commits, "nearest_commits", "hits", "closest-hit: hits that became the nearest so far")
           .sum(&C::doubled, "doubled", "hits", "--triangle-test world: Gaussians processed by a ray once more")
           .sum(&C::skipped_retests, "skipped.retests", "tests", "left out: nodes that the ray had tested before")

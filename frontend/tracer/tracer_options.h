@@ -68,6 +68,7 @@ struct TracerOptions {
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< that of the Gaussians that are traced
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest and stochastic need k = 1
+  unsigned list_capacity = 1024;     ///< list: hits of a ray that its list holds; k must be the same
   unsigned samples = 16;             ///< stochastic: rounds of a ray
   std::uint32_t sample_seed = 1;     ///< stochastic: of the coins
   TriangleTest triangle_test = TriangleTest::canonical;

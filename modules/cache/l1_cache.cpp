@@ -11,6 +11,7 @@ namespace grtx::modules {
 L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : L1CacheModule(name, clock, config.clients),
       config_(config),
+      others_(config.other_share, SharedResource::l1, config.sm),
       clients_(config.clients),
       waiting_(config.clients),
       response_due_(config.clients, kNever),
@@ -112,6 +113,10 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 // A client's port takes `width` requests a cycle, a bank one; clients are tried in priority order, so a bank goes to
 // the first.
 void L1Cache::take_requests(Cycle now) {
+  if (others_.takes(now)) {
+    next_request_ = now;
+    return;
+  }
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;

@@ -21,6 +21,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/link_if.h"
+#include "grtx/modules/kernel/other_work.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -98,6 +99,7 @@ class L1Cache final : public L1CacheModule {
     unsigned write_back_buffer = 16;  ///< lines; there is none where nothing is ever dirty
     bool rotating_priority = true;    ///< first client tried = one after the last first winner; false: client 0 first
     bool perfect = false;             ///< nothing leaves the cache
+    double other_share = 0.0;         ///< of the cycles, in which it takes no request
     void parameters(ParameterList& list) {
       list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
       geometry.shape_parameters(list);
@@ -122,6 +124,9 @@ class L1Cache final : public L1CacheModule {
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
+      list.add("other_share", other_share, OtherWork::kShares, "",
+               "cycles in which the L1 serves other work and takes no request", kOurs)
+          .came_later();
       list.rule(
           "bytes", [this] { return geometry.sets() >= 1; }, "must hold at least l1.ways lines of l1.line_bytes");
     }
@@ -205,6 +210,7 @@ class L1Cache final : public L1CacheModule {
   void count_mshr_cycles(Cycle now);
 
   Config config_;
+  OtherWork others_;
   LinkWriter<MemoryRequest> down_;
   LinkReader<MemoryResponse> up_;
   std::vector<Client> clients_;

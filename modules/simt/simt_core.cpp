@@ -36,7 +36,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       header_(header),
       map_(map),
       program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
-      issue_slots_(config.schedulers, config.instruction_latency),
+      issue_slots_(config.schedulers, config.instruction_latency, config.other_share, config.sm),
       lsu_(config.resident_warps, config.l1_client),
       store_(config.private_store),
       slots_(config.resident_warps),
@@ -49,7 +49,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
 
 void SimtCore::restart(Caches) {
   make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.private_store);
-  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
+  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency, config_.other_share, config_.sm);
   lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
   store_ = PrivateStore(config_.private_store);
   std::fill(slots_.begin(), slots_.end(), Slot());
@@ -236,8 +236,12 @@ void SimtCore::finish_service(unsigned slot, Cycle now) {
 void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
   switch (slots_[slot].step) {
     case Step::prologue:
-    case Step::blend:
       next_round(slot);
+      break;
+    case Step::blend:
+      if (!program_.blends_on(slot)) return next_round(slot);
+      slots_[slot].step = Step::sort;
+      starting_ray_generation_ |= bit(slot);
       break;
     case Step::evict_move:
       slots_[slot].step = Step::trace_call;

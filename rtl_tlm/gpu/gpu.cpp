@@ -35,7 +35,7 @@ void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& 
 
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
                                            std::uint64_t eviction_entries) {
-  modules::MemoryMapConfig map{config.sms, config.resident_warps, 0, 0};
+  modules::MemoryMapConfig map{config.sms, config.resident(), 0, 0};
   if (config.rt.warp_buffer.spill) {
     map.stack_sectors = kStackEntries / modules::stack_entry_layout(header.pop_test).in_a_sector;
   }
@@ -67,8 +67,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       slices_(config.interleave.slices) {
   const unsigned slices = config.interleave.slices;
   const SmLinks& messages = config.sm_links;
-  add_links(launches_, "launch", config.sms, messages.message_latency, config.resident_warps);
-  add_links(ends_, "ended", config.sms, messages.message_latency, config.resident_warps);
+  add_links(launches_, "launch", config.sms, messages.message_latency, config.resident());
+  add_links(ends_, "ended", config.sms, messages.message_latency, config.resident());
   add_links(sm_requests_, "sm_request", config.sms, config.links.latency, config.links.capacity);
   add_links(sm_responses_, "sm_response", config.sms, config.links.latency, config.links.capacity);
   add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
@@ -79,7 +79,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
-    const modules::WorkDistributorConfig work{config.sms, config.resident_warps};
+    const modules::WorkDistributorConfig work{config.sms, config.resident()};
     distributor_ = modules::made<modules::WorkDistributor>(parts.work_distributor, "work_distributor", "distributor",
                                                            core_, work, source);
   });

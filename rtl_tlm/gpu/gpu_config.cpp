@@ -62,7 +62,8 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("fast", fast);
   own.parameters(list);
   list.rule(
-      "gpu.rt_units", [this] { return rt_units <= resident_warps; }, "must not be more than gpu.resident_warps");
+      "gpu.rt_units", [this] { return rt_units <= resident(); },
+      "must not be more than gpu.resident_warps, or than the warps whose registers an SM holds");
   list.rule(
       "l1.latency", [this] { return l1.latency >= sm_links.l1_latency; }, "must not be shorter than l1.link_latency");
   list.rule(
@@ -87,8 +88,8 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config) {
 }
 
 SmConfig GpuConfig::sm(unsigned index) const {
-  SmConfig config{index, rt_units, resident_warps, simt, rt, l1, sm_links};
-  config.rt.checkpoint.store.warps = (resident_warps + rt_units - 1) / rt_units;
+  SmConfig config{index, rt_units, resident(), simt, rt, l1, sm_links};
+  config.rt.checkpoint.store.warps = (config.resident_warps + rt_units - 1) / rt_units;
   return config;
 }
 

@@ -27,8 +27,8 @@ std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads) {
 
 // Our own L1 takes each response in the cycle in which it comes.
 SmThreads::Links::Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own)
-    : launch(of.config_.sm_links.message_latency, of.config_.resident_warps, own),
-      ended(of.config_.sm_links.message_latency, of.config_.resident_warps, kernel),
+    : launch(of.config_.sm_links.message_latency, of.config_.resident(), own),
+      ended(of.config_.sm_links.message_latency, of.config_.resident(), kernel),
       request(of.config_.links.latency, of.config_.links.capacity, kernel),
       response(of.config_.links.latency, of.config_.links.capacity, own,
                std::size_t{of.config_.crossbar.latency} + of.config_.crossbar.output_buffer),
@@ -78,7 +78,7 @@ void SmThreads::Links::collect_for_leader() {
 Cycle SmThreads::Links::reach() const {
   const std::uint64_t warps = launch.collected() - ended.pushed();
   if (warps == 0) return 1;
-  const bool may_launch = warps < threads.config_.resident_warps && !all_launched;
+  const bool may_launch = warps < threads.config_.resident() && !all_launched;
   return may_launch ? std::min(threads.response_reach_, Cycle{launch.latency()}) : threads.response_reach_;
 }
 

@@ -253,7 +253,7 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   gpu.distributor().observe(options.observer);
   std::unique_ptr<PixelCycles> pixel_cycles;
   if (options.pixel_cycles) {
-    pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident_warps);
+    pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident());
     gpu.distributor().observe(pixel_cycles.get());
   }
   if (before) {

@@ -36,7 +36,9 @@ TEST_F(TracingModes, SameImageSoundTraceAndSimulation) {
     trace("single", with + "--tracing single --k 1024");
     trace("full", with + "--tracing single --k 8");
     trace("closest", with + "--tracing closest");
-    for (const std::string name : {"single", "full", "closest"}) {
+    trace("list", with + "--tracing list");
+    trace("short", with + "--tracing list --list-capacity 8");
+    for (const std::string name : {"single", "full", "closest", "list", "short"}) {
       EXPECT_THAT(folder_.run("compare multi.pfm " + name + ".pfm").out, HasSubstr("identical")) << accel << name;
       must("trace-check --quiet " + name + ".grtx");
       must("sim --quiet --config '" + grtx::paths::source_dir() + "/configs/small.toml' " + name + ".grtx --stats " +
@@ -47,6 +49,11 @@ TEST_F(TracingModes, SameImageSoundTraceAndSimulation) {
     EXPECT_EQ(stat("single.json", "tracer.rounds"), stat("single.json", "tracer.rays"));
     EXPECT_EQ(stat("single.json", "tracer.single.overflows"), 0.0);
     EXPECT_GT(stat("full.json", "tracer.single.overflows"), 0.0);
+    EXPECT_EQ(stat("list.json", "tracer.rounds"), stat("list.json", "tracer.rays"));
+    EXPECT_EQ(stat("short.json", "tracer.single.overflows"), stat("full.json", "tracer.single.overflows"));
+    EXPECT_GE(stat("list.sim.json", "gpu.simt.phases.blend"), stat("single.sim.json", "gpu.simt.phases.blend"));
+    EXPECT_EQ(stat("list.sim.json", "gpu.simt.phases.sort"), stat("list.sim.json", "gpu.simt.phases.blend"))
+        << "each batch is a scan and a blend";
     EXPECT_GT(stat("closest.json", "tracer.rounds"), stat("multi.json", "tracer.rounds"));
     EXPECT_EQ(stat("closest.sim.json", "gpu.rt.any_hit_calls"), 0.0);
     EXPECT_THAT(folder_.run("trace-dump closest.grtx").out, HasSubstr(" nearest"));
@@ -74,7 +81,7 @@ TEST_F(TracingModes, TilesGiveTheSameImageAndTheirOwnCounters) {
 }
 
 TEST_F(TracingModes, LargestKInAllModes) {
-  for (const std::string mode : {"multi", "single", "closest"}) {
+  for (const std::string mode : {"multi", "single", "closest", "list"}) {
     trace(mode, "--k 2048 --tracing " + mode);
     must("trace-check --quiet " + mode + ".grtx");
     EXPECT_THAT(folder_.run("compare multi.pfm " + mode + ".pfm").out, HasSubstr("identical")) << mode;

@@ -81,6 +81,15 @@ RandomTrace single_round() {
   options.tracing = Tracing::single;
   return testing::random_trace(options);
 }
+RandomTrace list() {
+  RandomOptions options;
+  options.seed = 8;
+  options.groups = 6;
+  options.k = 4;
+  options.checkpoint = false;
+  options.tracing = Tracing::list;
+  return testing::random_trace(options);
+}
 RandomTrace closest_hit() {
   RandomOptions options;
   options.seed = 9;
@@ -456,6 +465,16 @@ std::vector<Case> cases() {
          set_leaf(p.event, LeafOutcome::displaced, 3);
          return true;
        })},
+      {"AppendToAListMovesEntries", list, "appends without moving", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::inserted) || p.occupied == 0 || p.occupied + 1 >= p.header.k) return false;
+         set_leaf(p.event, LeafOutcome::inserted, 1);
+         return true;
+       })},
+      {"ListDisplacesWithRoomLeft", list, "only a full k-buffer displaces", on_event([](EventPlace p) {
+         if (!is_leaf(p.event, LeafOutcome::inserted) || p.occupied == p.header.k) return false;
+         set_leaf(p.event, LeafOutcome::displaced, 0);
+         return true;
+       })},
       // Group
       {"PixelOutsideTheImage", restarting, "the pixel must lie in the image",
        on_round([](RoundPlace p) { return p.ray.pixel = 640 * 480; })},
@@ -515,7 +534,7 @@ std::string fault_in_file(const RandomTrace& trace, std::string& place) {
 }
 
 TEST(Check, SoundTracesPass) {
-  for (auto* base : {replaying, placed, overflowing, restarting, single_round, closest_hit}) {
+  for (auto* base : {replaying, placed, overflowing, restarting, single_round, list, closest_hit}) {
     const RandomTrace trace = base();
     std::string place;
     EXPECT_EQ(fault_in_memory(trace, place), "") << place;

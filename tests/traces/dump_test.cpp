@@ -91,7 +91,8 @@ std::size_t occurrences(const std::string& text, const std::string& word) {
 /// Traces in which every kind of event and every outcome occurs.
 std::vector<testing::RandomTrace> traces_of_all_kinds() {
   std::vector<testing::RandomTrace> all;
-  for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::closest, Tracing::stochastic}) {
+  for (const Tracing tracing :
+       {Tracing::multi, Tracing::single, Tracing::closest, Tracing::stochastic, Tracing::list}) {
     for (const unsigned objects : {0U, 3U}) {
       testing::RandomOptions options;
       options.seed = 5 + objects;

@@ -23,7 +23,7 @@ void expect_names(const std::vector<std::string>& expected) {
 TEST(Modes, AreSpeltAsInTraceFiles) {
   expect_names<AccelKind>(
       {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
-  expect_names<Tracing>({"multi", "single", "closest", "stochastic"});
+  expect_names<Tracing>({"multi", "single", "closest", "stochastic", "list"});
   expect_names<CheckpointOrder>({"fifo", "lifo", "nearest"});
   expect_names<ChildOrder>({"near_first", "slot", "vulkan_sim"});
   expect_names<PopTest>({"on", "off"});

@@ -226,7 +226,7 @@ class RandomRay {
       round.eviction_dropped = static_cast<std::uint32_t>(evictions_.size());
       evictions_.clear();
     }
-    if (options_.tracing == Tracing::single) std::sort(k_buffer_.begin(), k_buffer_.end());
+    if (collects_unsorted(options_.tracing)) std::sort(k_buffer_.begin(), k_buffer_.end());
     blend(round);
     return round;
   }
@@ -417,7 +417,7 @@ class RandomRay {
       if (hit.gaussian == gaussian) return leaf(top, LeafOutcome::ignored);
     }
     const Hit hit{t_hit, gaussian};
-    if (options_.tracing == Tracing::single) return collect_unsorted(top, hit);
+    if (collects_unsorted(options_.tracing)) return collect_unsorted(top, hit);
     const auto place = std::upper_bound(k_buffer_.begin(), k_buffer_.end(), hit);
     auto shifts = static_cast<unsigned>(k_buffer_.end() - place);
     if (k_buffer_.size() < options_.k) {
@@ -665,6 +665,22 @@ inline std::vector<RandomOptions> all_random_options() {
         o.k = 1 + o.seed % 7;
         all.push_back(o);
       }
+    }
+  }
+  // Lists, likewise.
+  for (const bool two_level : {false, true}) {
+    for (const unsigned capacity : {1U, 4U, 100U}) {
+      RandomOptions o;
+      o.seed = ++seed;
+      o.two_level = two_level;
+      o.objects = two_level && capacity == 4 ? 2 : 0;
+      o.depth = o.objects != 0 ? 2 : 3;
+      o.checkpoint = false;
+      o.child_order = static_cast<ChildOrder>(o.seed % 3);
+      o.pop_test = o.seed % 2 == 0 ? PopTest::on : PopTest::off;
+      o.tracing = Tracing::list;
+      o.k = capacity;
+      all.push_back(o);
     }
   }
   return all;

@@ -40,6 +40,8 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
   options.groups = 1;
   options.tracing = Tracing::single;
   expect_round_trip(options);
+  options.tracing = Tracing::list;
+  expect_round_trip(options);
 }
 
 TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {

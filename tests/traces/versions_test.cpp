@@ -145,6 +145,24 @@ TEST(Versions, StructuresOfBoxesNeedTheEighth) {
   }
 }
 
+TEST(Versions, ListsNeedTheTenth) {
+  testing::RandomOptions options;
+  options.checkpoint = false;
+  options.tracing = Tracing::list;
+  options.k = 5;
+  const auto trace = testing::random_trace(options);
+  const testing::TemporaryFile file;
+  testing::write_trace(file.path(), trace.header, trace.groups);
+  const std::string bytes = read_file(file.path());
+  EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 10u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().tracing, Tracing::list);
+  EXPECT_EQ(reader.header().k, 5u);
+  EXPECT_NO_THROW(check(reader, true));
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 9),
+              HasSubstr("key 'tracing' holds a value that version 9 does not have"));
+}
+
 TEST(Versions, HaveTheirOwnKeys) {
   Header header;
   const std::string four = header_to_json(header);

@@ -158,7 +158,9 @@ Header header_from_json(std::string_view text, std::uint32_t version) {
   if (!json.contains("layout")) json["layout"] = name_of(NodeLayout::vulkan_sim);
   take_all(std::move(json), [&](auto&& visit) { for_each_header_field(header, version, visit); });
   if (format_version(header) > version) {
-    const char* const key = has_box_leaves(header.accel) ? "accel" : "child_order";
+    const char* const key = header.tracing == Tracing::list ? "tracing"
+                            : has_box_leaves(header.accel)  ? "accel"
+                                                            : "child_order";
     throw Malformed("key '" + std::string(key) + "' holds a value that version " + std::to_string(version) +
                     " does not have");
   }

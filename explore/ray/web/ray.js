@@ -9,6 +9,7 @@
   const kOutcomes = ['miss', 'behind', 'beyond', 'inserted', 'displaced', 'rejected', 'ignored', 'nearest'];
   const [INTERNAL, INSTANCE, LEAF, CULL, TAKE, FORWARD] = [0, 1, 2, 3, 4, 5];
   const NONE = 0xFFFFFFFF;
+  const unsorted = page.tracing === 'single' || page.tracing === 'list';  // hits in order of arrival
 
   const bytes_of = (text) => {
     const raw = atob(text);
@@ -81,7 +82,7 @@
   }
 
   const farthest = (k) => {
-    if (page.tracing !== 'single') return k.length - 1;
+    if (!unsorted) return k.length - 1;
     let last = 0;
     for (let i = 1; i < k.length; i += 1) if (k[i].t > k[last].t || (k[i].t === k[last].t && k[i].gaussian > k[last].gaussian)) last = i;
     return last;
@@ -124,7 +125,7 @@
       }
       if (outcome === 4) {
         const at = farthest(k);
-        if (page.tracing === 'single' && !values) for (let i = 0; i < k.length; i += 1) k[i] = { owner: 0, object: 0, gaussian: 0, t: NaN };
+        if (unsorted && !values) for (let i = 0; i < k.length; i += 1) k[i] = { owner: 0, object: 0, gaussian: 0, t: NaN };
         event.evicted = k[at];
         k.splice(at, 1);
       } else if (outcome === 5) {
@@ -133,7 +134,7 @@
         k.length = 0;
       }
       if (outcome === 3 || outcome === 4 || outcome === 7) {
-        event.place = k.length - (page.tracing === 'single' ? 0 : shifts);
+        event.place = k.length - (unsorted ? 0 : shifts);
         event.shifts = shifts;
         k.splice(event.place, 0, event.hit);
       }
@@ -497,7 +498,7 @@
   const copied = (event) => {
     const texts = [];
     if (event.place >= 0) {
-      const moved = event.shifts > 0 && page.tracing !== 'closest' ? `; ${event.shifts} ${event.shifts === 1 ? 'entry moves' : 'entries move'} ${page.tracing === 'single' ? 'in the heap' : 'one place back'}` : '';
+      const moved = event.shifts > 0 && page.tracing !== 'closest' ? `; ${event.shifts} ${event.shifts === 1 ? 'entry moves' : 'entries move'} ${unsorted ? 'in the heap' : 'one place back'}` : '';
       texts.push(`${gaussian_name(event.hit)} to place ${event.place} of the k-buffer${moved}`);
     }
     if (event.evicted !== null) texts.push(page.checkpoint ? `${gaussian_name(event.evicted)} to the eviction list, ${page.entry_bytes.eviction} B` : `${gaussian_name(event.evicted)} is dropped: the next round meets it again`);
@@ -548,7 +549,7 @@
     else lines.push('<p id="t_max"><b>t_max:</b> not in the trace</p>');
     if (i === round.events - 1) lines.push(`<p>${safe(end_text(r))}</p>`);
     event_box.innerHTML = `<h2>Round ${r}, ${i < 0 ? 'its beginning' : `event ${count(i)}`}<span></span></h2>${lines.join('')}`;
-    const last = page.tracing === 'single' && i === round.events - 1 ? ', sorted when the round ends' : page.tracing === 'single' ? ', a heap: in order of arrival' : '';
+    const last = unsorted && i === round.events - 1 ? ', sorted when the round ends' : unsorted ? ', a heap: in order of arrival' : '';
     k_panel.note.textContent = `${shown.k.length} of ${page.k}${last}`;
     k_list.show(page.k <= 64 ? page.k : shown.k.length);
     const evicted = until(round.evicted_at, i), written = until(round.destination_at, i);

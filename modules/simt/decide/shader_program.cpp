@@ -40,6 +40,7 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       k_(header.k),
       checkpoint_(header.checkpoint),
       single_(header.tracing == traces::Tracing::single),
+      list_(header.tracing == traces::Tracing::list),
       closest_(header.tracing == traces::Tracing::closest),
       stochastic_(header.tracing == traces::Tracing::stochastic),
       boxes_(traces::has_box_leaves(header.accel)),
@@ -86,7 +87,7 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   Warp& warp = warps_[slot];
   warp.group = &group;
   warp.round = 0;
-  warp.sort_pass = 0;
+  warp.sort_pass = warp.batch = 0;
   warp.fill.fill(0);
   warp.evictions.fill(0);
   warp.first_processed.fill(0);
@@ -147,7 +148,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, batch.slot);
   ++counters_.any_hit_batches;
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
-  if (single_) return any_hit_single(batch, phase);
+  if (single_ || list_) return any_hit_single(batch, phase);
   if (stochastic_) return any_hit_stochastic(batch, phase);
 
   // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
@@ -245,10 +246,12 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
   LaneCounts first{};  // where the sorted entries of a lane begin
+  const std::uint32_t before = warp.batch * costs_.list_batch;
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
     processed[lane] = round.processed_count;
-    if (!closest_ && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
+    if (list_) processed[lane] = std::min(processed[lane] - std::min(processed[lane], before), costs_.list_batch);
+    if (!closest_ && before == 0 && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
     if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
   });
   phase.reset(PhaseKind::blend, costs_.blend_fixed);
@@ -256,8 +259,10 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   for (std::uint32_t i = 0;; ++i) {
     const LaneMask lanes = running(warp.active, processed, i);
     if (lanes == 0) break;
-    const auto entry = [&](unsigned lane) { return warp.group->rays[lane].processed[warp.first_processed[lane] + i]; };
-    if (!closest_) {
+    const auto entry = [&](unsigned lane) {
+      return warp.group->rays[lane].processed[warp.first_processed[lane] + before + i];
+    };
+    if (!closest_ && !list_) {  // these have it in registers
       access_k_buffer(
           warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
@@ -277,6 +282,10 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
   }
 
+  if (list_ && has_batch(warp, warp.batch + 1)) {
+    ++warp.batch;
+    return;
+  }
   end_round(warp);
 }
 
@@ -288,7 +297,7 @@ void ShaderProgram::end_round(Warp& warp) {
     warp.fill[lane] = 0;
     warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
   });
-  warp.sort_pass = 0;
+  warp.sort_pass = warp.batch = 0;
   ++warp.round;
   find_active(warp);
 }

@@ -33,6 +33,9 @@ struct ShaderCosts {
   unsigned intersection_fixed = 28;
   unsigned intersection_transform = 24;
   unsigned sort_per_entry = 6;  ///< compare, select, advance
+  unsigned list_per_entry = 8;
+  unsigned list_exchange = 5;
+  unsigned list_batch = 32;  ///< list: hits blended between two scans, sorted in registers
   TrafficCharging eviction_traffic = TrafficCharging::charged;
   bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
   unsigned coin = 12;           ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
@@ -63,6 +66,15 @@ struct ShaderCosts {
         assumed("this project: 3 of the address, 3 subtractions, 18 products and sums"))
         .came_later();
     add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
+    add("list_per_entry", list_per_entry, "list: an entry that a scan for the next batch looks at",
+        assumed(
+            "GRay, cuda/forward_pass.cu: 2 of the loop, address, comparisons with the last batch's end and with the "
+            "farthest kept, 2 selects"))
+        .came_later();
+    add("list_exchange", list_exchange, "list: one place of the sorted batch that an entry passes",
+        assumed("GRay, cuda/forward_pass.cu: every entry passes all places but the last, unrolled: a comparison and 4 "
+                "selects"))
+        .came_later();
     add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha")
         .came_later();
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
@@ -134,7 +146,8 @@ struct ShaderCounters {
 };
 
 /// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():
-/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend; at last epilogue.
+/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend, the last two again while
+/// blends_on(); at last epilogue.
 class ShaderProgram {
  public:
   /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store is to insert hits that it cannot hold.
@@ -163,11 +176,15 @@ class ShaderProgram {
   /// The lanes of a batch for which the intersection shader reports a hit within reach: the any-hit shader's batch.
   static AnyHitBatch hits_of(AnyHitBatch batch);
   void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
-  /// Whether hits of the warp's round remain to be sorted (single-round tracing): a merge sort, one pass a phase.
+  /// Whether hits of the warp's round remain to be sorted before it blends. Single-round tracing: a merge sort, one
+  /// pass a phase. List: a scan for the next batch.
   bool sorts(unsigned slot) const;
   void sort(unsigned slot, ShaderPhase& phase);
-  /// Blends the warp's round and moves on to the next one.
+  /// Blends the warp's round and moves on to the next one; of a list, the batch that has been sorted, and moves on
+  /// after the last.
   void blend(unsigned slot, ShaderPhase& phase);
+  /// After blend(): the round has further batches (list).
+  bool blends_on(unsigned slot) const { return warps_[slot].batch > 0; }
   void epilogue(unsigned slot, ShaderPhase& phase);
 
   const ShaderCounters& counters() const { return counters_; }
@@ -177,7 +194,8 @@ class ShaderProgram {
     const traces::RayGroup* group = nullptr;
     std::uint32_t round = 0;
     LaneMask active = 0;
-    unsigned sort_pass = 0;                                  ///< merge passes done in this round
+    unsigned sort_pass = 0;                                  ///< merge passes, or scans, done in this round
+    unsigned batch = 0;                                      ///< list: batches blended of this round
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
@@ -193,6 +211,9 @@ class ShaderProgram {
   void blend_sample(Warp& warp, ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
+  /// Whether the round has a batch of that number.
+  bool has_batch(const Warp& warp, unsigned batch) const;
+  void scan_list(unsigned slot, ShaderPhase& phase);
   /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step. A step of
   /// the phase's loads ends after the iterations for which ends_step(i) holds.
   template <typename IndexAt, typename EndsStep>
@@ -225,7 +246,8 @@ class ShaderProgram {
   unsigned sm_;
   unsigned k_;
   bool checkpoint_;
-  bool single_;   ///< header.tracing
+  bool single_;  ///< header.tracing
+  bool list_;
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
   bool stochastic_;
   bool boxes_;

@@ -67,6 +67,7 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
 
 bool ShaderProgram::sorts(unsigned slot) const {
   const Warp& warp = warps_[slot];
+  if (list_) return warp.sort_pass == warp.batch && has_batch(warp, warp.batch);
   bool more = false;
   for_each_bit(warp.active, [&](unsigned lane) { more = more || warp.sort_pass < sort_passes(warp.fill[lane]); });
   return more;
@@ -77,6 +78,7 @@ unsigned ShaderProgram::sort_passes(std::uint32_t entries) const {
 }
 
 void ShaderProgram::sort(unsigned slot, ShaderPhase& phase) {
+  if (list_) return scan_list(slot, phase);
   Warp& warp = warps_[slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts entries{};

@@ -14,8 +14,10 @@ namespace grtx::sim {
 
 class ColumnCalendar {
  public:
-  explicit ColumnCalendar(const modules::DramTiming& t)
+  /// others: has some of the places.
+  explicit ColumnCalendar(const modules::DramTiming& t, const modules::OtherWork& others = {})
       : ccd_(t.ccd),
+        others_(others),
         same_way_{1, places(t.ccd_of_group())},
         write_to_read_{places(t.write_to_read()), places(t.write_to_read_of_group())},
         read_to_write_(places(t.read_to_write())),
@@ -59,7 +61,7 @@ class ColumnCalendar {
   Cycle reserve(Cycle from, Burst burst) {
     Cycle at = std::max(from, places_.begin());
     for (Cycle free = at; at < places_.end(); at = free) {
-      free = allowed(at, burst);
+      free = others_.takes(at) ? at + 1 : allowed(at, burst);
       if (free != at) continue;
       places_.take(at);
       bursts_[at % CycleBits::kWindow] = burst;
@@ -92,6 +94,7 @@ class ColumnCalendar {
   Cycle places(Cycle clocks) const { return std::max<Cycle>(1, (clocks + ccd_ / 2) / ccd_); }
 
   Cycle ccd_;
+  modules::OtherWork others_;  ///< by place
   // In places, as all below.
   std::array<Cycle, 2> same_way_, write_to_read_;  ///< of other bank groups, of the same
   Cycle read_to_write_;

@@ -15,8 +15,8 @@ using namespace modules;
 Distributor::Distributor(const Shared& shared, GroupSource& source, Launch launch)
     : shared_(shared), source_(source), launch_(std::move(launch)), sms_(shared.config.sms) {
   for (Sm& sm : sms_) {
-    sm.free_slots = lowest_bits(shared.config.resident_warps);
-    sm.position.resize(shared.config.resident_warps);
+    sm.free_slots = lowest_bits(shared.config.resident());
+    sm.position.resize(shared.config.resident());
   }
 }
 

@@ -35,7 +35,7 @@ void FastEngine::prepare(const Work& work) {
 std::vector<unsigned> FastEngine::first_sms(const traces::Reader& reader, const std::vector<std::uint64_t>& groups,
                                             const GpuConfig& config) {
   std::vector<unsigned> sms;
-  if (groups.size() <= std::size_t{config.sms} * config.resident_warps) return sms;
+  if (groups.size() <= std::size_t{config.sms} * config.resident()) return sms;
   try {
     for (const Launch& launch : first_launches(reader, groups, config)) sms.push_back(launch.sm);
   } catch (const std::exception&) {

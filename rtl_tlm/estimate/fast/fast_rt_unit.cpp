@@ -28,7 +28,7 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       lanes_(std::size_t{config_.warp_buffer.entries} * kMaxLanes),
       calls_(config_.warp_buffer.entries),
       ages_(config_.warp_buffer.entries),
-      cursors_(shared.config.resident_warps),
+      cursors_(shared.config.resident()),
       free_entries_(lowest_bits(config_.warp_buffer.entries)),
       box_(config_.ray_box_of(shared.header)),
       leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle

@@ -17,11 +17,11 @@ Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distrib
       l1_(l1),
       rt_(rt),
       distributor_(distributor),
-      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident_warps,
+      program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident(),
                shared.config.simt.private_store),
-      issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency),
+      issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency, shared.config.simt.other_share, sm),
       store_(shared.config.simt.private_store),
-      warps_(shared.config.resident_warps) {}
+      warps_(shared.config.resident()) {}
 
 void Simt::launch(Cycle seen, unsigned slot, const traces::RayGroup& group) {
   Warp& warp = warps_[slot];
@@ -176,7 +176,9 @@ void Simt::warp_event(Cycle now, unsigned slot) {
       break;
     case Step::prologue:
     case Step::blend:
-      if (program_.active_lanes(slot) == 0) {
+      if (program_.blends_on(slot)) {
+        start(now, slot, Step::sort);
+      } else if (program_.active_lanes(slot) == 0) {
         start(now, slot, Step::epilogue);
       } else {
         start(now, slot, program_.moves_evictions() ? Step::evict_move : Step::trace_call);

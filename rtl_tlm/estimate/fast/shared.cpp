@@ -7,7 +7,7 @@ namespace grtx::sim::fast {
 namespace {
 
 std::uint32_t most_indices(const GpuConfig& config) {
-  return std::max({config.rt.warp_buffer.entries * modules::kMaxLanes, config.resident_warps,
+  return std::max({config.rt.warp_buffer.entries * modules::kMaxLanes, config.resident(),
                    static_cast<unsigned>(L1::fills_of(config))});
 }
 

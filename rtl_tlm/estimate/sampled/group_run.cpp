@@ -28,7 +28,7 @@ class Times final : public modules::WarpObserver {
 std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
                                               const GroupRun& run) {
   return std::make_unique<ChildProcess>("sample", [&] {
-    Times times(run.groups.size(), config.resident_warps);
+    Times times(run.groups.size(), config.resident());
     SimulationOptions options;
     options.groups = run.groups;
     options.observer = &times;

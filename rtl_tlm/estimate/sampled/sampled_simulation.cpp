@@ -26,7 +26,7 @@ constexpr std::uint64_t kCounted = 8192;  ///< groups beside those of the window
 
 constexpr const char* kSequence = "a sequence of frames needs cycle or fast mode: windows would start a frame cold";
 
-std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
+std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident(); }
 
 class SampledRun {
  public:

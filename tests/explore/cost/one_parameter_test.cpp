@@ -43,6 +43,7 @@ constexpr const char* kFixedTime = "a time of parts whose size does not follow f
 constexpr const char* kLimitStudy = "a limit study: no hardware is meant";
 constexpr const char* kAssumption = "an assumption about the same parts: who pays for their traffic";
 constexpr const char* kShader = "the length of a shader, which is software";
+constexpr const char* kOthers = "what other programs do with the same parts";
 constexpr const char* kDramChip = "of the DRAM chips, which are not priced by area";
 
 const std::vector<Mutation>& mutations() {
@@ -114,7 +115,11 @@ const std::vector<Mutation>& mutations() {
        kTiming,
        kFixedTime,
        {"simt.private_store.k_buffer_entries=8", "simt.private_store.insertion=true"}},
+      {"simt.list_batch", "2", kTiming, kShader, {}, "list"},
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
+      {"simt.registers_per_thread", "255", kBoth, "", {"simt.registers=16384"}},
+      {"simt.payload_registers", "200", kBoth, "", {"simt.registers=16384", "simt.registers_per_thread=55"}},
+      {"simt.other_share", "0.5", kTiming, kOthers},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},
       {"simt.cost.trace_call", "12", kTiming, kShader},
@@ -125,6 +130,8 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.intersection_fixed", "56", kTiming, kShader, {}, "box"},
       {"simt.cost.intersection_transform", "48", kTiming, kShader, {}, "box"},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
+      {"simt.cost.list_per_entry", "80", kTiming, kShader, {}, "list"},
+      {"simt.cost.list_exchange", "50", kTiming, kShader, {}, "list"},
       {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
       {"simt.cost.blend_per_entry", "48", kTiming, kShader},
@@ -151,6 +158,7 @@ const std::vector<Mutation>& mutations() {
        "",
        {"l1.private_writes=write_back", "l1.private_allocate=true", "l1.bytes=2048"}},
       {"l1.perfect", "true", kTiming, kLimitStudy},
+      {"l1.other_share", "0.5", kTiming, kOthers},
       {"l1.link_latency", "3", kTiming, kFixedTime},
       {"l1.link_capacity", "1", kBoth},
       {"crossbar.latency", "16", kBoth},
@@ -183,6 +191,7 @@ const std::vector<Mutation>& mutations() {
       {"dram.hit_cap", "1", kBoth, "", {"dram.scheduling=fr_fcfs_cap", "dram.mhz=250"}},
       {"dram.age_cap", "1", kTiming, kPolicy},
       {"dram.bank_xor", "true", kTiming, kPolicy},
+      {"dram.other_share", "0.5", kTiming, kOthers},
       {"dram.fixed_latency", "512", kTiming, kFixedTime},
       {"dram.perfect", "true", kTiming, kLimitStudy},
       {"dram.timing.ccd", "8", kTiming, kDramChip},
@@ -264,7 +273,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const bool one_level = kind == "single" || kind == "stochastic";
+      const bool one_level = kind == "single" || kind == "stochastic" || kind == "list";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
       MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;

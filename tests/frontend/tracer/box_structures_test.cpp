@@ -22,12 +22,12 @@ TEST(BoxStructures, GiveTheImagesAndVisitsOfTheUnitThatTestsTheSame) {
     const AccelerationStructure box(gaussians, {pair.box}), unit(gaussians, {pair.unit});
     EXPECT_EQ(box.image().size(), unit.image().size());
     for (const bool checkpoint : {false, true}) {
-      for (const Tracing tracing : {Tracing::multi, Tracing::single}) {
-        if (checkpoint && tracing == Tracing::single) continue;
+      for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::list}) {
+        if (checkpoint && tracing != Tracing::multi) continue;
         TracerOptions options;
         options.checkpoint = checkpoint;
         options.tracing = tracing;
-        options.k = tracing == Tracing::single ? 200 : 4;
+        options.k = tracing == Tracing::multi ? 4 : 200;
         const RenderResult a = grtx::test::trace_scene(scene, camera, box, gaussians, options);
         const RenderResult b = grtx::test::trace_scene(scene, camera, unit, gaussians, options);
         EXPECT_EQ(compare(a.image, b.image).different_pixels, 0u) << accel_name(pair.box);

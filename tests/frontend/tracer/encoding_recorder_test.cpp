@@ -90,6 +90,7 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     options.replay_tmax = variant % 8 == 3 ? ReplayTmax::kth : ReplayTmax::infinity;
     options.ert = variant % 3 == 1 ? 0.0f : 0.001f;
     if (!options.checkpoint && variant % 9 > 5) options.tracing = variant % 9 == 6 ? Tracing::single : Tracing::closest;
+    if (options.tracing == Tracing::single && variant % 4 == 1) options.tracing = Tracing::list;
     if (options.tracing == Tracing::closest) options.k = 1;
     RenderOptions render;
     render.warp_size = kWarps[variant % 3];

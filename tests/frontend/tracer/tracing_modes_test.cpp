@@ -1,5 +1,5 @@
-// Single-round and closest-hit tracing: the same image and blended Gaussians as multi-round tracing, bit for bit, and
-// the work that each mode stands for.
+// Single-round, list and closest-hit tracing: the same image and blended Gaussians as multi-round tracing, bit for bit,
+// and the work that each mode stands for.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/tracer/k_buffer.h"
 
 namespace grtx::frontend {
@@ -33,12 +34,14 @@ void expect_modes_agree(const Scene& scene, const Camera& camera, AccelKind kind
   for (const ChildOrder order : {ChildOrder::near_first, ChildOrder::slot, ChildOrder::vulkan_sim}) {
     options.child_order = order;
     options.pop_test = order == ChildOrder::slot ? PopTest::on : PopTest::off;
-    options.tracing = Tracing::single;
-    for (const unsigned k : {1u, 2u, 3u, 16u, 100u, kMaxK}) {  // the small ones run full
-      for (const TmaxUpdate update : {TmaxUpdate::reported, TmaxUpdate::kth}) {
-        options.k = k;
-        options.tmax_update = update;
-        expect_same("single k " + std::to_string(k));
+    for (const Tracing tracing : {Tracing::single, Tracing::list}) {
+      options.tracing = tracing;
+      for (const unsigned k : {1u, 2u, 3u, 16u, 100u, kMaxK}) {  // the small ones run full
+        for (const TmaxUpdate update : {TmaxUpdate::reported, TmaxUpdate::kth}) {
+          options.k = k;
+          options.tmax_update = update;
+          expect_same(std::string(name_of(tracing)) + " k " + std::to_string(k));
+        }
       }
     }
     options.tracing = Tracing::closest;
@@ -88,6 +91,44 @@ TEST(TracingModes, SingleTakesOneRoundUnlessItsBufferRunsFull) {
   // Each overflow costs a further round unless the ray ends by early termination.
   EXPECT_LE(small.single_overflows, small.rounds - small.rays + small.terminated);
   EXPECT_GT(small.any_hit_evicted, 0u);
+}
+
+TEST(TracingModes, AListThatHoldsAllIsOneTraversal) {
+  const Scene scene = test::random_scene(33);
+  const Camera camera = test::front_camera(24, 24);
+  TracerOptions options;
+  options.tracing = Tracing::list;
+  options.k = options.list_capacity = kMaxK;
+  const TracerCounters whole = test::trace_scene(scene, camera, AccelKind::tlas_box, options).counters;
+  EXPECT_EQ(whole.rounds, whole.rays);
+  EXPECT_EQ(whole.single_overflows, 0u);
+  EXPECT_EQ(whole.any_hit_calls(), whole.any_hit_inserted) << "each hit is written once";
+  options.ert = 0.0f;
+  const TracerCounters all = test::trace_scene(scene, camera, AccelKind::tlas_box, options).counters;
+  EXPECT_EQ(all.visits(), whole.visits()) << "the end of a ray saves blending, not traversal";
+  EXPECT_EQ(all.processed, all.any_hit_inserted);
+  options.k = options.list_capacity = 8;
+  const TracerCounters small = test::trace_scene(scene, camera, AccelKind::tlas_box, options).counters;
+  EXPECT_GT(small.single_overflows, 0u);
+  EXPECT_GT(small.rounds, small.rays);
+  EXPECT_EQ(small.processed, all.processed) << "a further pass finds what did not fit";
+  EXPECT_EQ(small.blended, all.blended);
+}
+
+// A list that overflows loses nothing of the image of the fp64 reference, which has no rounds.
+TEST(TracingModes, ListsGiveTheImageOfTheReference) {
+  const Scene scene = test::random_scene(35, {200, 0.8, -1.8, 1.0, 0.02, 0.95, 1});
+  const Camera camera = test::front_camera(20, 16);
+  ReferenceOptions exact;
+  exact.proxy = ReferenceProxy::sphere;
+  const Image expected = render_reference(scene, camera, exact).image;
+  TracerOptions options;
+  options.tracing = Tracing::list;
+  for (const unsigned capacity : {4u, 64u, kMaxK}) {
+    options.k = options.list_capacity = capacity;
+    const RenderResult traced = test::trace_scene(scene, camera, AccelKind::tlas_box, options);
+    EXPECT_GT(compare(expected, traced.image).psnr, 100.0) << "capacity " << capacity;
+  }
 }
 
 TEST(TracingModes, ClosestTakesARoundForEachHit) {

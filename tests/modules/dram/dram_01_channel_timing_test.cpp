@@ -72,6 +72,55 @@ TEST(DramChannelTiming, RowHitsStreamOneBurstEveryCcd) {
   for (unsigned i = 0; i < 32; ++i) EXPECT_EQ(done[i], 100 + kT.rcd + i * kT.ccd + kT.cl + kT.ccd);
 }
 
+/// Clocks of a stream of reads of one row after the other, as the queue has room.
+double stream(unsigned bursts, const DramChannelConfig& config) {
+  DramChannel channel(config);
+  Cycle now = 1;
+  for (unsigned i = 0; i < bursts; ++i) {
+    if (!channel.can_accept(32)) now = channel.run_until_room(32) + 1;
+    channel.run_until(now - 1);
+    channel.enqueue(now, i, i * 32, 32, false);
+  }
+  channel.run_until(1'000'000);
+  Cycle done = 0;
+  for (; !channel.completions().empty(); channel.completions().pop()) done = channel.completions().front().done;
+  return static_cast<double>(done);
+}
+
+// The bus is dealt out in bursts, of which other work has its share.
+TEST(DramChannelTiming, OtherWorkMakesAStreamLongerByOneOverWhatIsLeft) {
+  constexpr unsigned kBursts = 6000;
+  for (const std::string scheduling : {"fr_fcfs", "fcfs"}) {
+    for (const unsigned refi : {0U, 5000U}) {
+      DramChannelConfig config;
+      config.scheduling = scheduling;
+      config.timing.refi = refi;
+      config.timing.rfc = refi == 0 ? 0 : 100;
+      const double alone = stream(kBursts, config);
+      for (const double share : {0.25, 0.5, 0.75}) {
+        config.other_share = share;
+        EXPECT_NEAR(stream(kBursts, config) / alone, 1 / (1 - share), 0.06 / (1 - share))
+            << scheduling << " " << share << " refresh " << refi;
+      }
+    }
+  }
+}
+
+TEST(DramChannelTiming, OtherWorkLeavesBurstsOnTheirPlaces) {
+  DramChannelConfig config;
+  config.other_share = 0.5;
+  config.number = 3;
+  const OtherWork work(0.5, SharedResource::dram, 3);
+  std::vector<Request> requests;
+  for (unsigned i = 0; i < 32; ++i) requests.push_back({101, i * 32});
+  Cycle place = (101 + kT.rcd + kT.ccd - 1) / kT.ccd;
+  for (const Cycle done : run(requests, config)) {
+    place = work.free_from(place);
+    EXPECT_EQ(done, place * kT.ccd + kT.cl + kT.ccd);
+    ++place;
+  }
+}
+
 TEST(DramChannelTiming, BanksActivateRrdApart) {
   std::vector<Request> requests;
   for (unsigned i = 0; i < 16; ++i) requests.push_back({100, i * kRow});

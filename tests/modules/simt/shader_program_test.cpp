@@ -270,6 +270,49 @@ TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {
   EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
 }
 
+// Two lanes of 5 and 3 hits, the second of which ends after 2; batches of 2.
+TEST(ShaderList, ScansTheWholeListForEachBatchAndBlendsItFromRegisters) {
+  traces::Header header = single_round(8);
+  header.tracing = traces::Tracing::list;
+  ShaderCosts costs;
+  costs.list_batch = 2;
+  Program p(header, costs);
+  traces::RayGroup group;
+  for (const unsigned hits : {5u, 3u}) {
+    RoundScript script;
+    script.any_hits.assign(hits, {LeafOutcome::inserted});
+    for (unsigned i = 0; i < (hits == 5 ? 5u : 2u); ++i) script.processed.push_back(seen(8 * hits + i, i != 4));
+    group.rays.push_back(uniform_group(1, {script}).rays[0]);
+  }
+  p.program.begin(kSlot, group);
+  for (unsigned i = 0; i < 5; ++i) {
+    p.any_hit(i < 3 ? 0b11 : 0b01, LeafOutcome::inserted, 0);
+    EXPECT_TRUE(p.phase.loads.empty());
+    EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, i, 0, 0));
+  }
+  EXPECT_FALSE(p.program.blends_on(kSlot));
+  for (unsigned batch = 0; batch < 3; ++batch) {
+    SCOPED_TRACE(batch);
+    ASSERT_TRUE(p.program.sorts(kSlot));
+    p.program.sort(kSlot, p.phase);
+    EXPECT_EQ(p.phase.kind, PhaseKind::sort);
+    EXPECT_EQ(p.phase.instructions, 5u * (8 + 5 * 1)) << "five entries pass one place of a batch of two";
+    EXPECT_EQ(p.phase.loads.size(), 5u * 2) << "both lanes' entries lie in a sector";
+    EXPECT_TRUE(p.phase.stores.empty());
+    EXPECT_FALSE(p.program.sorts(kSlot)) << "not before the batch is blended";
+    p.program.blend(kSlot, p.phase);
+    EXPECT_EQ(count(p.phase.loads, Region::k_buffer), 0u);
+    const unsigned hits = batch == 2 ? 1 : 2;  // of the longer lane
+    EXPECT_EQ(p.phase.instructions, 10u + hits * 24 + (batch == 2 ? 0 : hits * 4));
+    EXPECT_EQ(p.program.blends_on(kSlot), batch < 2);
+  }
+  EXPECT_FALSE(p.program.sorts(kSlot));
+  EXPECT_EQ(p.program.active_lanes(kSlot), 0u);
+  EXPECT_EQ(p.program.counters().entries_processed, 7u);
+  EXPECT_EQ(p.program.counters().entries_blended, 6u);
+  EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
+}
+
 // Instructions and counters stay: only the memory requests go.
 TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
   ShaderCosts costs;

@@ -26,12 +26,19 @@
 
 namespace grtx::sim::plain {
 
+/// Warps that an SM holds: as many as it has slots for, and registers.
+inline unsigned warp_slots(const GpuConfig& config) {
+  const unsigned of_a_thread = config.simt.registers_per_thread + config.simt.payload_registers;
+  if (config.simt.registers_per_thread == 0) return config.resident_warps;
+  return std::min(config.resident_warps, static_cast<unsigned>(config.simt.registers / 32 / of_a_thread));
+}
+
 /// SIMT core, RT units and L1 with what lies between them.
 class Sm {
  public:
   Sm(const GpuConfig& config, const traces::Header& header, const AddressMap& map, unsigned number)
-      : launch(config.sm_links.message_latency, config.resident_warps),
-        ended(config.sm_links.message_latency, config.resident_warps),
+      : launch(config.sm_links.message_latency, warp_slots(config)),
+        ended(config.sm_links.message_latency, warp_slots(config)),
         to_memory(config.links.latency, config.links.capacity),
         from_memory(config.links.latency, config.links.capacity) {
     // Clients of the L1 in the order of docs/model/l1_cache.md: those of the first RT unit stand around the SIMT core.
@@ -48,7 +55,7 @@ class Sm {
     std::vector<RtUnit::Memory> memories;
     MemoryPort* simt_port = nullptr;
     for (unsigned u = 0; u < config.rt_units; ++u) {
-      messages_.emplace_back(config.sm_links.message_latency, config.resident_warps);
+      messages_.emplace_back(config.sm_links.message_latency, warp_slots(config));
       messages.push_back(&messages_.back());
       RtUnit::Memory memory{};
       memory.node = port(!config.rt.memory.by_shader, config.rt.memory.sectors_per_cycle);
@@ -58,7 +65,7 @@ class Sm {
       memory.stack = port(config.rt.warp_buffer.spill);
       memories.push_back(memory);
     }
-    simt_ = std::make_unique<SimtCore>(config.simt, header, map, number, config.resident_warps, launch, ended, messages,
+    simt_ = std::make_unique<SimtCore>(config.simt, header, map, number, warp_slots(config), launch, ended, messages,
                                        *simt_port);
     for (unsigned u = 0; u < config.rt_units; ++u) {
       rt_.push_back(std::make_unique<RtUnit>(config.rt, header, map, number, *messages[u], memories[u]));
@@ -105,7 +112,7 @@ inline constexpr Cycle kDrainStep = 256;
 inline Statistics run(const GpuConfig& config, const traces::Header& header,
                       const std::vector<traces::RayGroup>& groups, std::uint64_t most_evictions) {
   const Clock core(config.core_mhz), memory(config.memory_mhz);
-  const AddressMap map(header, config.sms, config.resident_warps, most_evictions,
+  const AddressMap map(header, config.sms, warp_slots(config), most_evictions,
                        config.rt.warp_buffer.spill ? 256 / stack_entries_of_a_sector(header) : 0,
                        config.rt.checkpoint.entry_bytes, config.simt.k_buffer_layout == modules::RayArrayLayout::by_ray,
                        config.simt.eviction_layout == modules::RayArrayLayout::by_lane);
@@ -120,7 +127,7 @@ inline Statistics run(const GpuConfig& config, const traces::Header& header,
     from_sms.push_back(&sms.back().to_memory);
     to_sms.push_back(&sms.back().from_memory);
   }
-  WorkDistributor distributor(groups, ports, config.resident_warps);
+  WorkDistributor distributor(groups, ports, warp_slots(config));
 
   std::deque<Channel<Access>> slice_requests, slice_responses;
   std::deque<DramSocket> sockets(config.interleave.slices);

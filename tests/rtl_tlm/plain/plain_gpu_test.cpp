@@ -130,5 +130,21 @@ TEST(PlainGpuStochastic, AgreesOnSamples) {
   }
 }
 
+TEST(PlainGpuList, AgreesOnListsLongAndShort) {
+  const frontend::Scene scene = grtx::test::random_scene(66, {.count = 400, .sh_degree = 1});
+  frontend::TracerOptions options;
+  options.tracing = frontend::Tracing::list;
+  for (const unsigned capacity : {12U, 2048U}) {
+    options.k = options.list_capacity = capacity;
+    const traces::testing::TemporaryFile file("plain");
+    test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 2.0), 32, 16, frontend::AccelKind::tlas_box,
+                     options);
+    for (const char* batch : {"simt.list_batch=32", "simt.list_batch=3"}) {
+      const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", {batch});
+      EXPECT_EQ(differences(file.path(), config), "") << capacity << " " << batch;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace grtx::sim

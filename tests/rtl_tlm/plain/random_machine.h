@@ -54,6 +54,7 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
   using traces::NodeLayout;
   if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed});
+  if (trace.tracing == traces::Tracing::single && seed % 2 == 0) trace.tracing = traces::Tracing::list;
   Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
   if (trace.checkpoint && bins.coin()) {
     trace.bins = bins.one_of({2U, 4U, 8U, 32U});
@@ -231,6 +232,20 @@ inline GpuConfig random_machine(Random& random) {
   }
   Random entries = boxes;  // likewise
   rt.checkpoint.open_sectors = entries.one_of({1U, 2U, 3U, 8U});
+  Random lists = entries;  // likewise
+  costs.list_batch = lists.one_of({1U, 2U, 5U, 32U});
+  for (unsigned* cost : {&costs.list_per_entry, &costs.list_exchange}) {
+    if (lists.upto(2) == 0) *cost = lists.one_of({0U, 1U, 60U});
+  }
+  Random sharing = lists;  // likewise
+  for (double* share : {&c.simt.other_share, &l1.other_share, &dram.channel.other_share}) {
+    if (sharing.upto(3) == 0) *share = sharing.one_of({0.05, 0.3, 0.9});
+  }
+  if (sharing.upto(3) == 0) {
+    c.simt.registers_per_thread = sharing.one_of({40U, 128U, 255U});
+    c.simt.payload_registers = sharing.one_of({0U, 32U, 255U});
+    c.simt.registers = sharing.one_of({65536U, 49152U});
+  }
   check_config(c, "a random machine");
   return c;
 }

@@ -112,26 +112,34 @@ class ShaderProgram {
   }
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
     if (header_.tracing == traces::Tracing::stochastic) return any_hit_stochastic(batch, counts);
-    return header_.tracing == traces::Tracing::single ? any_hit_single(batch, counts) : any_hit_multi(batch, counts);
+    const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
+    return sorted ? any_hit_multi(batch, counts) : any_hit_single(batch, counts);
   }
 
-  /// Merge passes of a single-round trace.
+  /// Merge passes of a single-round trace; batches that a list is blended in.
   unsigned sort_passes(unsigned round) const {
     unsigned most = 0;
+    if (header_.tracing == traces::Tracing::list) {
+      for_active(round, [&](unsigned l) { most = std::max(most, batches(this->round(l, round).processed_count)); });
+      return most;
+    }
     for_active(round, [&](unsigned l) { most = std::max(most, passes(this->round(l, round).k_count)); });
     return most;
   }
   Phase sort(unsigned round, unsigned pass, ShaderCounts& counts) const {
     Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0, 0, {}};
+    const bool list = header_.tracing == traces::Tracing::list;
     std::uint64_t most = 0;
     const auto entries = [&](unsigned l) -> std::uint64_t {
-      const unsigned n = this->round(l, round).k_count;
-      return pass < passes(n) ? n : 0;
+      const traces::Round& r = this->round(l, round);
+      return pass < (list ? batches(r.processed_count) : passes(r.k_count)) ? r.k_count : 0;
     };
     for_active(round, [&](unsigned l) { most = std::max(most, entries(l)); });
     phase.instructions = costs_.sort_per_entry * most;
+    if (list) phase.instructions = (costs_.list_per_entry + costs_.list_exchange * (costs_.list_batch - 1)) * most;
     for (const bool store : {false, true}) {
-      const std::uint64_t half = (pass + (store ? 1 : 0)) % 2 * header_.k;
+      if (list && store) break;  // what it finds stays in registers
+      const std::uint64_t half = list ? 0 : (pass + (store ? 1 : 0)) % 2 * header_.k;
       for (std::uint64_t i = 0; i < most; ++i) {
         k_buffer(phase, store, counts, [&](auto&& touch) {
           for_active(round, [&](unsigned l) {
@@ -143,23 +151,27 @@ class ShaderProgram {
     return phase;
   }
 
-  Phase blend(unsigned round, ShaderCounts& counts) {
+  /// pass: of a list, how many batches have been sorted.
+  Phase blend(unsigned round, unsigned pass, ShaderCounts& counts) {
     if (header_.tracing == traces::Tracing::stochastic) return blend_stochastic(round, counts);
+    const bool list = header_.tracing == traces::Tracing::list;
+    const std::uint64_t begin = list && pass > 0 ? std::uint64_t{pass - 1} * costs_.list_batch : 0;
+    const std::uint64_t end = list ? begin + costs_.list_batch : ~std::uint64_t{0};
     Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
       most = std::max<std::uint64_t>(most, r.processed_count);
       const bool adds_up = lanes_[l].filled == r.k_count;
-      if (!adds_up && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
+      if (!adds_up && begin == 0 && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
     });
     const std::uint64_t coefficients = header_.sh_record_bytes / 12;
-    for (std::uint64_t i = 0; i < most; ++i) {
+    for (std::uint64_t i = begin; i < std::min(most, end); ++i) {
       const auto entry = [&](unsigned l) -> const traces::Processed* {
         if (i >= this->round(l, round).processed_count) return nullptr;
         return &group_->rays[l].processed[lanes_[l].processed + i];
       };
-      if (header_.tracing != traces::Tracing::closest) {
+      if (header_.tracing != traces::Tracing::closest && !list) {
         k_buffer(phase, false, counts, [&](auto&& touch) {
           for_active(round, [&](unsigned l) {
             const unsigned half =
@@ -188,6 +200,7 @@ class ShaderProgram {
       }
       phase.instructions += costs_.blend_per_entry + (blended ? costs_.sh_per_coefficient * coefficients : 0);
     }
+    if (list && most > end) return phase;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
       lanes_[l].processed += r.processed_count;
@@ -275,6 +288,7 @@ class ShaderProgram {
     (write ? counts.store_entries_written : counts.store_entries_read) += there;
     (write ? phase.store_writes : phase.store_reads) += there > 0 ? 1 : 0;
   }
+  unsigned batches(unsigned processed) const { return (processed + costs_.list_batch - 1) / costs_.list_batch; }
   static unsigned passes(unsigned n) { return n < 2 ? 0 : static_cast<unsigned>(std::bit_width(n - 1)); }
 
   /// Entries that each call reads and writes, iteration by iteration over all lanes.
@@ -413,7 +427,7 @@ class ShaderProgram {
           }
         }
         sinks = std::max(sinks, walk.reads.size());
-      } else {
+      } else if (f > 0) {  // a tie with what the last round blended may come to an empty buffer
         walk.reads = {0};
       }
       most_shifts = std::max(most_shifts, shifts);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rtl_tlm/plain/messages.h"
+#include "rtl_tlm/plain/other_work.h"
 #include "rtl_tlm/plain/shader_program.h"
 #include "rtl_tlm/plain/statistics.h"
 
@@ -39,6 +40,7 @@ class SimtCore {
   SimtCore(const Config& config, const traces::Header& header, const AddressMap& map, unsigned sm, unsigned slots,
            Channel<Launch>& launch, Channel<WarpEnded>& ended, std::vector<RtMessages*> rt, MemoryPort& memory)
       : config_(config),
+        sm_(sm),
         header_(header),
         launch_(launch),
         ended_(ended),
@@ -148,6 +150,7 @@ class SimtCore {
     std::uint64_t stores = 0;  ///< not acknowledged
   };
 
+  bool list() const { return header_.tracing == traces::Tracing::list; }
   unsigned number(const Slot& slot) const { return static_cast<unsigned>(&slot - slots_.data()); }
   RtMessages& rt_of(unsigned slot) { return *rt_[slot % rt_.size()]; }
   static bool is_any_hit(const Slot& slot) {
@@ -197,7 +200,7 @@ class SimtCore {
       while (rt->dones.front(now) != nullptr) {
         Slot& slot = slots_[rt->dones.pop(now).slot];
         slot.pass = 0;
-        const bool sorts = header_.tracing == traces::Tracing::single && slot.program.sort_passes(slot.round) > 0;
+        const bool sorts = traces::collects_unsorted(header_.tracing) && slot.program.sort_passes(slot.round) > 0;
         slot.step = sorts ? Step::sort : Step::blend;
       }
       while (rt->batches.front(now) != nullptr) {
@@ -292,9 +295,14 @@ class SimtCore {
         slot.step = Step::tracing;
         return;
       case PhaseKind::sort:
-        if (++slot.pass == slot.program.sort_passes(slot.round)) slot.step = Step::blend;
+        ++slot.pass;
+        if (list() || slot.pass == slot.program.sort_passes(slot.round)) slot.step = Step::blend;
         return;
       case PhaseKind::blend:
+        if (list() && slot.pass < slot.program.sort_passes(slot.round)) {
+          slot.step = Step::sort;
+          return;
+        }
         ++slot.round;
         slot.step = slot.program.has_round(slot.round) ? begin : Step::epilogue;
         return;
@@ -352,7 +360,7 @@ class SimtCore {
       case Step::sort:
         return program.sort(slot.round, slot.pass, counts_);
       case Step::blend:
-        return program.blend(slot.round, counts_);
+        return program.blend(slot.round, slot.pass, counts_);
       default:
         return program.epilogue();
     }
@@ -386,10 +394,15 @@ class SimtCore {
     return running.step + 1 < count ? each : n - each * (count - 1);
   }
   void arrive(Cycle now, Slot& slot) {
-    Cycle& free = scheduler_free_[number(slot) % config_.schedulers];
-    const Cycle begin = std::max(now + 1, free);
-    issue_wait_ += begin - (now + 1);
-    free = begin + instructions_of_step(*slot.phase);
+    const unsigned scheduler = number(slot) % config_.schedulers;
+    Cycle& free = scheduler_free_[scheduler];
+    free = std::max(now + 1, free);
+    issue_wait_ += free - (now + 1);
+    for (std::uint64_t left = instructions_of_step(*slot.phase); left > 0; ++free) {
+      const bool taken = other_work(config_.other_share, 1, std::uint64_t{sm_} * 64 + scheduler, free);
+      issue_wait_ += taken ? 1 : 0;
+      left -= taken ? 0 : 1;
+    }
     slot.phase->ready = free + config_.instruction_latency;
   }
 
@@ -465,6 +478,7 @@ class SimtCore {
   }
 
   Config config_;
+  unsigned sm_;
   const traces::Header& header_;
   Channel<Launch>& launch_;
   Channel<WarpEnded>& ended_;

@@ -1,0 +1,77 @@
+// Lists of hits in memory: the shader scans a list for each batch that it blends.
+#include <gtest/gtest.h>
+
+#include "frontend/tracer/random_scene.h"
+#include "grtx/base/child_process.h"
+#include "paths.h"
+#include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/traced_view.h"
+
+namespace grtx::sim {
+namespace {
+
+using test::statistic;
+
+class ListTracing : public ::testing::Test {
+ protected:
+  static void write(const std::string& path, frontend::Tracing tracing, unsigned capacity, unsigned width) {
+    frontend::TracerOptions options;
+    options.tracing = tracing;
+    options.k = options.list_capacity = capacity;
+    test::write_view(path, grtx::test::random_scene(67, {.count = 400, .sh_degree = 1}),
+                     grtx::test::front_camera(width, 16, 2.0), width, 16, frontend::AccelKind::tlas_sphere, options);
+  }
+  static nlohmann::ordered_json run(frontend::Tracing tracing, unsigned capacity,
+                                    const std::vector<std::string>& settings = {},
+                                    SimulationMode mode = SimulationMode::cycle, unsigned width = 32) {
+    const traces::testing::TemporaryFile file("list");
+    write(file.path(), tracing, capacity, width);
+    ChildProcess child("simulation", [&] {
+      const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
+      const SimulationResult result = test::simulate_priced(file.path(), config, {}, mode);
+      nlohmann::ordered_json answer = {{"stats", result.document.at("stats")}, {"violations", result.violations}};
+      return answer.dump();
+    });
+    const auto answer = nlohmann::ordered_json::parse(child.result());
+    EXPECT_EQ(answer.at("violations").size(), 0U) << answer.at("violations").dump();
+    return answer.at("stats");
+  }
+};
+
+// Traversal and what is written are those of a single round; what differs is how blending finds its order.
+TEST_F(ListTracing, VisitsAndHitsAreThoseOfASingleRound) {
+  const auto list = run(frontend::Tracing::list, 1024), single = run(frontend::Tracing::single, 1024);
+  for (const char* same : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.simt.lsu.stores.ray",
+                           "gpu.simt.processed", "gpu.simt.blended", "gpu.simt.lsu.loads.sh"}) {
+    EXPECT_EQ(statistic(list, same), statistic(single, same)) << same;
+  }
+  EXPECT_LT(statistic(list, "gpu.simt.lsu.stores.k_buffer"), statistic(single, "gpu.simt.lsu.stores.k_buffer"))
+      << "a merge sort writes";
+  EXPECT_EQ(statistic(list, "gpu.simt.k_buffer_mismatches"), 0U);
+}
+
+TEST_F(ListTracing, ShorterBatchesAreMoreScans) {
+  const auto scans = [&](const char* batch) { return run(frontend::Tracing::list, 1024, {batch}); };
+  const auto few = scans("simt.list_batch=64"), many = scans("simt.list_batch=4");
+  EXPECT_GT(statistic(many, "gpu.simt.phases.sort"), statistic(few, "gpu.simt.phases.sort"));
+  EXPECT_GT(statistic(many, "gpu.simt.lsu.loads.k_buffer"), statistic(few, "gpu.simt.lsu.loads.k_buffer"));
+  EXPECT_EQ(statistic(many, "gpu.simt.blended"), statistic(few, "gpu.simt.blended"));
+}
+
+TEST_F(ListTracing, FastModeDoesTheSameWorkInAboutTheTime) {
+  for (const unsigned capacity : {12U, 1024U}) {
+    // Sixty-four warps: the run of a few ends with one of them, and scatters.
+    const auto cycle = run(frontend::Tracing::list, capacity, {}, SimulationMode::cycle, 128);
+    const auto quick = run(frontend::Tracing::list, capacity, {}, SimulationMode::fast, 128);
+    for (const char* same : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.simt.phases.sort",
+                             "gpu.simt.phases.blend", "gpu.simt.instructions.sort", "gpu.simt.blended"}) {
+      EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
+    }
+    if (capacity == 12) continue;  // of lists that overflow at every turn its error is larger: 13 %
+    const auto expected = static_cast<double>(statistic(cycle, "gpu.cycles"));
+    EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.cycles")), expected, 0.1 * expected) << capacity;
+  }
+}
+
+}  // namespace
+}  // namespace grtx::sim
