@@ -120,6 +120,7 @@ TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
   EXPECT_EQ(format("objects.json", {}), 6U);
   EXPECT_EQ(format("s.ply", {{"tracer.accel", "box"}}), 8U);
   EXPECT_EQ(format("s.ply", {{"tracer.checkpoint_bins", 4}}), 9U);
+  EXPECT_EQ(format("s.ply", {{"tracer.tracing", "list"}}), 10U);
 }
 
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
