@@ -47,15 +47,17 @@ def read(path, mode):
     """[(coordinates without view, scene, view, design, {name: value})] of the points of that mode that are done."""
     database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
     rows = []
-    for number, scene, design, coordinates in database.execute(
-            "SELECT id, scene, design, coordinates FROM point WHERE status = 'done' AND mode = ?", (mode,)):
+    # A view that the plan does not vary is in the options of the trace alone.
+    for number, scene, design, coordinates, view in database.execute(
+            "SELECT id, point.scene, design, coordinates, json_extract(options, '$.view') FROM point "
+            "LEFT JOIN trace ON trace.key = trace_key WHERE point.status = 'done' AND mode = ?", (mode,)):
         at = json.loads(coordinates)
         values = defaultdict(float, database.execute("SELECT name, value FROM value WHERE point_id = ? AND name LIKE 'gpu.%'", (number,)))
         for short, name in NAMES.items():
             if name not in values:
                 sys.exit(f"readings.py: {path}: point {number} has no {name}")
             values[short] = values[name]
-        rows.append((at, scene, at.pop("view", 0), design, values))
+        rows.append((at, scene, at.pop("view", view or 0), design, values))
     return rows
 
 

@@ -18,7 +18,9 @@ class Readings(unittest.TestCase):
         self.path = os.path.join(folder.name, "d.sqlite")
         self.database = sqlite3.connect(self.path)
         self.database.executescript("""
-            CREATE TABLE point(id INTEGER PRIMARY KEY, mode TEXT, scene TEXT, design TEXT, coordinates TEXT, status TEXT);
+            CREATE TABLE point(id INTEGER PRIMARY KEY, mode TEXT, scene TEXT, design TEXT, coordinates TEXT, status TEXT,
+                               trace_key TEXT);
+            CREATE TABLE trace(key TEXT, options TEXT);
             CREATE TABLE value(point_id INTEGER, name TEXT, value REAL);""")
 
     def point(self, design, cycles, coordinates=None, scene="lacadiere", mode="fast", **values):
