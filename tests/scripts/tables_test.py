@@ -248,7 +248,7 @@ class Tables(unittest.TestCase):
         text, document = self.both("correlate measured.csv s.sqlite")
         figure = document["comparisons"][0]
         self.assertEqual(figure["measured"], 2)
-        self.assertIn(f"{figure['simulated']:.2f}", text)
+        self.assertIn(f"{figure['simulated']:.4g}", text)
 
     def test_6_selftest(self):
         text = self.call("selftest --json")
