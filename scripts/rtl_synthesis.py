@@ -64,8 +64,8 @@ def has_bins(bits):
 def rings(bits, config):
     """Near bins and places of a ring: of the machines with bins, paper-lean."""
     lanes = 32 * config["rt.warp_buffer.entries"]
-    assert bits["bin_pointers"] == lanes * 5 * 3 * 10, "the RTL has four near bins of 512 entries here"
-    return 4, 512
+    assert bits["bin_pointers"] == lanes * 5 * 3 * 11, "the RTL has four near bins of 1,024 entries here"
+    return 4, 1024
 
 
 def yosys(config, gates, bits=()):
