@@ -90,6 +90,8 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
       other = names->names.back() == value_text(probe) ? names->names.front() : names->names.back();
     } else if (std::holds_alternative<bool*>(probe.value)) {
       other = value_text(probe) == "true" ? "false" : "true";
+    } else if (probe.range.max < 1.0) {
+      other = "0.5";
     } else {
       other = value_text(probe) == std::to_string(static_cast<std::uint64_t>(probe.range.min))
                   ? std::to_string(static_cast<std::uint64_t>(probe.range.min) + 1)
