@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <utility>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/dropped_fills.h"
@@ -80,7 +81,11 @@ void check_estimate(const SimArguments& options) {
 int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
                 const CommonOptions& common) {
   check_estimate(options);
-  if (!options.simulation.warm_trace.empty()) throw Error("sim", "--warm", "is for --mode cycle and fast");
+  for (const auto& [option, path] :
+       {std::pair("--warm", &options.simulation.warm_trace), std::pair("--warm-state", &options.simulation.warm_state),
+        std::pair("--save-state", &options.simulation.save_state)}) {
+    if (!path->empty()) throw Error("sim", option, "is for --mode cycle and fast");
+  }
   SampledResult result = simulate_sampled(options.trace, config, sampled);
   result.result.document["inputs"]["machine"] = machine_name(options.machine, config);
   warn_of_caution(result.result.caution, "--mode sampled");
@@ -167,6 +172,14 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("--warm", options->simulation.warm_trace,
                    "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")
+      ->type_name(kInputFile);
+  command
+      ->add_option("--save-state", options->simulation.save_state,
+                   "File to write, of what the run leaves in caches and DRAM rows (default: none)")
+      ->type_name(kOutputFile);
+  command
+      ->add_option("--warm-state", options->simulation.warm_state,
+                   "File of --save-state from which the run begins, in place of --warm (default: none)")
       ->type_name(kInputFile);
   command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")
       ->type_name(kOutputFile);

@@ -60,6 +60,18 @@ void L1Cache::restart(Caches caches) {
   counters_ = {};
 }
 
+void L1Cache::save(StateWriter& state) const {
+  assert(idle());
+  tags_.save(state);
+  save_regions(written_by_, state);
+}
+
+void L1Cache::load(StateReader& state) {
+  tags_.load(state);
+  load_regions(written_by_, state);
+  dirty_at_start_ = tags_.count_dirty();
+}
+
 // Flattened: nothing in the model is called as often.
 [[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
   take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle

@@ -12,7 +12,9 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
+#include "grtx/modules/cache/cache_state.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/decide/write_policy.h"
@@ -45,6 +47,9 @@ class L1CacheModule : public ClockedModule {
   virtual bool idle() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
+  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  virtual void save(StateWriter&) const { refuse_state(*this); }
+  virtual void load(StateReader&) { refuse_state(*this); }
 
  protected:
   L1CacheModule(const sc_core::sc_module_name& name, ClockDomain& clock, unsigned clients)
@@ -148,6 +153,8 @@ class L1Cache final : public L1CacheModule {
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
   void dump_state(std::ostream& out) const override;
+  void save(StateWriter& state) const override;
+  void load(StateReader& state) override;
   const Config& config() const { return config_; }
 
  private:

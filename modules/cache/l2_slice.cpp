@@ -41,6 +41,17 @@ void L2Slice::restart(Caches caches) {
   counters_ = {};
 }
 
+void L2Slice::save(StateWriter& state) const {
+  assert(idle());
+  tags_.save(state);
+  save_regions(written_by_, state);
+}
+
+void L2Slice::load(StateReader& state) {
+  tags_.load(state);
+  load_regions(written_by_, state);
+}
+
 bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
          (!dram_queue_.empty() && dram.can_send(now));

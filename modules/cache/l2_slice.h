@@ -11,7 +11,9 @@
 #include <tlm>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
+#include "grtx/modules/cache/cache_state.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/kernel/clocked_module.h"
@@ -42,6 +44,9 @@ class L2SliceModule : public ClockedModule {
   virtual std::uint64_t dirty_sectors() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
+  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  virtual void save(StateWriter&) const { refuse_state(*this); }
+  virtual void load(StateReader&) { refuse_state(*this); }
 
  protected:
   using ClockedModule::ClockedModule;
@@ -135,6 +140,8 @@ class L2Slice final : public L2SliceModule {
   std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
   std::uint64_t dirty_sectors() const override { return tags_.count_dirty(); }
   void dump_state(std::ostream& out) const override;
+  void save(StateWriter& state) const override;
+  void load(StateReader& state) override;
   const Config& config() const { return config_; }
 
  private:

@@ -54,6 +54,13 @@ class Dram final : public ClockedModule {
   unsigned channels() const { return static_cast<unsigned>(channels_.size()); }
   std::uint64_t outstanding(unsigned channel) const;  ///< requests inside
   void dump_state(std::ostream& out) const;
+  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  void save(StateWriter& state) const {
+    for (const Channel& channel : channels_) channel.channel.save(state);
+  }
+  void load(StateReader& state) {
+    for (Channel& channel : channels_) channel.channel.load(state);
+  }
   const Config& config() const { return config_; }
 
  private:

@@ -34,6 +34,14 @@ class BuiltInMemory final : public MemorySystem {
     clock_.restart(caches);
     return true;
   }
+  bool save(StateWriter& state) const override {
+    dram_.save(state);
+    return true;
+  }
+  bool load(StateReader& state) override {
+    dram_.load(state);
+    return true;
+  }
   std::optional<modules::Inventory> inventory() const override { return dram_.inventory(); }
 
   const modules::Dram& dram() const { return dram_; }

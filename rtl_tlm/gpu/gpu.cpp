@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <ostream>
-#include <tuple>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -143,13 +142,27 @@ void Gpu::restart(const traces::Header& header, std::uint64_t eviction_entries, 
   core_.restart(caches);
 }
 
-bool same_hardware(const traces::Header& a, const traces::Header& b) {
-  const auto built_from = [](const traces::Header& h) {
-    return std::tuple(h.accel, h.tracing, h.k, h.checkpoint, h.checkpoint_order, h.pop_test, h.warp_size, h.layout,
-                      h.bvh_width, h.two_level, h.three_level(), h.checkpoint_capacity);
-  };
-  return built_from(a) == built_from(b);
+void Gpu::save(StateWriter& state) const {
+  assert(idle());
+  for (const auto& sm : sms_) std::as_const(*sm).l1().save(state);
+  for (const auto& slice : slices_) slice->save(state);
 }
+
+void Gpu::load(StateReader& state) {
+  for (const auto& sm : sms_) sm->l1().load(state);
+  for (const auto& slice : slices_) slice->load(state);
+}
+
+std::string hardware_of(const traces::Header& h) {
+  const unsigned levels = h.three_level() ? 3 : h.two_level ? 2 : 1;
+  return fmt::format(
+      "accel {}, {}, k {}, checkpoint {} {} {} bins {}, pop test {}, warps of {}, layout {}, {} levels {} wide",
+      name_of(h.accel), name_of(h.tracing), h.k, h.checkpoint ? "on" : "off", name_of(h.checkpoint_order),
+      h.checkpoint_capacity, h.checkpoint_bins, name_of(h.pop_test), h.warp_size, name_of(h.layout), levels,
+      h.bvh_width);
+}
+
+bool same_hardware(const traces::Header& a, const traces::Header& b) { return hardware_of(a) == hardware_of(b); }
 
 PauseAtEnd::PauseAtEnd(const sc_core::sc_module_name& name, const Gpu& gpu) : sc_module(name) {
   SC_METHOD(pause);

@@ -90,6 +90,10 @@ class Gpu final : public sc_core::sc_module {
   /// now. Only when idle(), on one thread. header: of the same hardware (same_hardware()); it is copied. The memory
   /// has its own restart().
   void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
+  /// What restart() keeps with warm caches, for a run in another process; when idle(). load(): before the first launch,
+  /// on the same machine for the same hardware (hardware_of()). The memory has its own.
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
   /// Other programs took the host's cores from its threads: one stepped all SMs for a while.
   bool left_to_one_thread() const;
   /// Grows with all that the GPU does; for a watchdog.
@@ -121,6 +125,8 @@ class Gpu final : public sc_core::sc_module {
   std::unique_ptr<SmThreads> threads_;  ///< none: all is on the kernel's thread. Ends before the units do.
 };
 
+/// What a trace wants built, as text.
+std::string hardware_of(const traces::Header& header);
 /// Whether traces with these headers run on the same machine: they differ in what is in memory alone, not in what is
 /// built.
 bool same_hardware(const traces::Header& a, const traces::Header& b);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -80,6 +81,10 @@ class MemorySystem {
   /// Another launch follows (Gpu::restart()); nothing is under way. Counts from 0 again and returns true, or cannot.
   /// cold: open rows are closed, where it can do that.
   virtual bool restart(modules::Caches) { return false; }
+  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. False: it cannot.
+  virtual bool save(StateWriter&) const { return false; }
+  /// Before the first launch.
+  virtual bool load(StateReader&) { return false; }
 
   MemoryTraffic total() const;
 

@@ -65,6 +65,7 @@ class Sm final : public sc_core::sc_module {
   const modules::SimtCoreModule& simt() const { return *simt_; }
   const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
   const modules::L1CacheModule& l1() const { return *l1_; }
+  modules::L1CacheModule& l1() { return *l1_; }
 
   /// Calls f(link) for each link inside the SM, whatever it carries.
   template <typename F>

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -25,6 +26,7 @@
 #include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/pixel_cycles.h"
 #include "grtx/rtl_tlm/run/run_report.h"
+#include "grtx/rtl_tlm/run/saved_state.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/switched_source.h"
@@ -117,11 +119,35 @@ std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, co
   return warm;
 }
 
-std::map<std::string, std::string> inputs_of(const traces::Reader& reader, const GpuConfig& config,
-                                             const SimulationOptions& options, const Engine& engine) {
-  std::map<std::string, std::string> inputs = simulation_inputs(reader, config);
+/// Opens and checks the state from which the run begins, if there is one.
+std::optional<SavedState> warm_state(const SimulationOptions& options, const GpuConfig& config,
+                                     const traces::Reader& reader, const Engine& engine) {
+  if (options.warm_state.empty()) return std::nullopt;
+  if (!options.warm_trace.empty()) throw Error("sim", "--warm-state", "stands for --warm: give one of them");
+  SavedState state = read_state(options.warm_state);
+  require_fits(state, options.warm_state, config, reader, engine.name());
+  return state;
+}
+
+/// Content hashes of the traces that ran before; "" where none did.
+std::string ran_before(const Engine::Work& work) {
+  if (work.state != nullptr) return work.state->ran;
+  return work.warm != nullptr ? work.warm->content_hash() : "";
+}
+
+void save_state(const Engine::Work& work, const Engine& engine, FinishedRun& finished) {
+  const std::string before = ran_before(work);
+  write_state(work.options.save_state, {engine.name(), config_hash(work.config), hardware_of(work.reader.header()),
+                                        (before.empty() ? "" : before + " ") + work.reader.content_hash(),
+                                        finished.memory_bytes, std::move(finished.units)});
+}
+
+std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Engine& engine) {
+  const traces::Reader& reader = work.reader;
+  const SimulationOptions& options = work.options;
+  std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
   inputs["mode"] = engine.name();
-  if (!options.warm_trace.empty()) inputs["warm"] = traces::Reader(options.warm_trace).content_hash();
+  if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -235,11 +261,12 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
       work.warm == nullptr ? nullptr : std::make_unique<TraceSource>(*work.warm, all_groups(*work.warm), kDecodeAhead);
   SwitchedSource launch(before ? *before : source);
   const traces::Reader& first = before ? *work.warm : reader;
-  build.memory_bytes = memory_bytes(config, reader);
+  build.memory_bytes = std::max(memory_bytes(config, reader), work.state == nullptr ? 0 : work.state->memory_bytes);
   Gpu gpu("gpu", config, first.header(), first.totals().max_evictions_per_ray, launch, build);
   const PauseAtEnd pause("pause_at_end", gpu);
   const std::unique_ptr<MemorySystem> memory =
       (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
+  finished.memory_bytes = gpu.memory_bytes();  // of the first trace, too
   std::unique_ptr<Waveform> waveform;
   if (!options.waveform.path.empty()) {
     waveform =
@@ -266,6 +293,12 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
     }
     gpu.restart(header, reader.totals().max_evictions_per_ray, modules::Caches::warm);
   }
+  if (work.state != nullptr) {
+    StateReader state(options.warm_state, work.state->units);
+    gpu.load(state);
+    if (!memory->load(state)) throw Error("sim", "--warm-state", "is not for dram.model = " + memory->model());
+    state.require_end();
+  }
   OccupancySeries series(gpu, *memory);
   EndOfRun end;
   try {
@@ -290,6 +323,12 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   for (std::string& violation : memory->violations()) finished.violations.push_back(std::move(violation));
   finished.inventories = inventory_of(gpu, *memory);
   finished.ticks = gpu.core().ticks();
+  if (!options.save_state.empty()) {
+    StateWriter state;
+    gpu.save(state);
+    if (!memory->save(state)) throw Error("sim", "--save-state", "is not for dram.model = " + memory->model());
+    finished.units = state.bytes();
+  }
   return finished;
 }
 
@@ -314,7 +353,8 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
 
   const std::vector<std::uint64_t> groups = options.groups.empty() ? all_groups(reader) : options.groups;
   const std::unique_ptr<traces::Reader> warm = warm_reader(options, reader);
-  const Engine::Work work{reader, config, options, groups, warm.get()};
+  const std::optional<SavedState> state = warm_state(options, config, reader, engine);
+  const Engine::Work work{reader, config, options, groups, warm.get(), state ? &*state : nullptr};
   engine.prepare(work);
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
@@ -322,7 +362,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
 
   SimulationResult result;
   nlohmann::ordered_json over_time;
-  result.inputs = inputs_of(reader, config, options, engine);
+  result.inputs = inputs_of(work, engine);
   try {
     FinishedRun finished = engine.run(work, source);
     const GpuCounters& counters = finished.counters;
@@ -339,6 +379,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
         result.host,
         {counters.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start}, config,
         finished.ticks);
+    if (!options.save_state.empty() && result.violations.empty()) save_state(work, engine, finished);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }

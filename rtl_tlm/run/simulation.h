@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/timeline.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/rtl_tlm/run/saved_state.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
@@ -31,6 +32,8 @@ struct SimulationOptions {
   Cycle watchdog_cycles = 2'000'000;  ///< so many cycles without progress, or anything scheduled, are a deadlock
   std::vector<std::uint64_t> groups;  ///< run only these groups of the trace (ascending); empty: all
   std::string warm_trace;             ///< run before, for what it leaves in caches and DRAM rows; empty: none
+  std::string warm_state;             ///< file of what a run has left there (saved_state.h); empty: none
+  std::string save_state;             ///< file to write, of what this run leaves there; empty: none
   WaveformOptions waveform;           ///< off when its path is empty
   TimelineOptions timeline;           ///< off when its path is empty
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
@@ -49,6 +52,8 @@ struct FinishedRun {
   std::uint64_t ticks = 0;
   unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for
   std::vector<std::uint64_t> pixel_cycles;
+  std::string units;               ///< with options.save_state: of caches and open rows
+  std::uint64_t memory_bytes = 0;  ///< that all launches needed
 };
 
 /// A clock for the model's decisions: cycle by cycle in SystemC, or another (estimate/fast). Used for one run.
@@ -61,6 +66,7 @@ class Engine {
     const SimulationOptions& options;
     const std::vector<std::uint64_t>& groups;  ///< of the trace, ascending
     const traces::Reader* warm = nullptr;      ///< options.warm_trace
+    const SavedState* state = nullptr;         ///< options.warm_state
   };
   virtual ~Engine() = default;
   /// The run's input "mode".

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
+
 namespace grtx::modules {
 
 class CacheReplacement {
@@ -24,6 +26,9 @@ class CacheReplacement {
   virtual unsigned victim(std::uint64_t set) const = 0;
   /// State that hardware keeps for it, a line.
   virtual unsigned bits_per_line() const = 0;
+  /// All that it knows, for a run in another process; false: it does not say.
+  virtual bool save(StateWriter&) const { return false; }
+  virtual void load(StateReader&) {}
 };
 
 using CacheReplacementFactory = std::function<std::unique_ptr<CacheReplacement>(std::uint64_t sets, unsigned ways)>;

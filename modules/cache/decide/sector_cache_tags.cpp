@@ -64,6 +64,83 @@ void SectorCacheTags::restart(bool keep_lines) {
   for (Line& line : lines_) line.state.unused_prefetch = 0;
 }
 
+// Of a set's ways, the most recently used first.
+std::vector<unsigned> SectorCacheTags::newest_first(std::uint64_t set) const {
+  std::vector<unsigned> ways;
+  if (large_) {
+    const Line* lines = &lines_[set * geometry_.ways];
+    for (Way way = sets_[set].newest; way != kNoWay; way = lines[way].older) ways.push_back(way);
+  } else {
+    for (unsigned i = 0; i < geometry_.ways; ++i) ways.push_back(small_[set].order >> 4 * i & 0xF);
+  }
+  return ways;
+}
+
+void SectorCacheTags::order(std::uint64_t set, const std::vector<unsigned>& newest_first) {
+  if (!large_) {
+    small_[set].order = 0;
+    for (std::size_t i = 0; i < newest_first.size(); ++i) small_[set].order |= std::uint64_t{newest_first[i]} << 4 * i;
+    return;
+  }
+  Line* lines = &lines_[set * geometry_.ways];
+  const auto way_at = [&](std::size_t i) {
+    return i < newest_first.size() ? static_cast<Way>(newest_first[i]) : kNoWay;  // also for i = -1
+  };
+  for (std::size_t i = 0; i < newest_first.size(); ++i) {
+    lines[newest_first[i]].newer = way_at(i - 1);
+    lines[newest_first[i]].older = way_at(i + 1);
+  }
+  sets_[set] = {way_at(0), way_at(newest_first.size() - 1)};
+}
+
+void SectorCacheTags::save(StateWriter& out) const {
+  for (std::uint64_t set = 0; set < set_count_; ++set) {
+    for (unsigned way = 0; way < geometry_.ways; ++way) {
+      const auto slot = static_cast<Slot>(set * stride() + way);
+      out.put(number(slot));
+      if (number(slot) == kNoLine) continue;
+      out.put(state(slot).valid);
+      out.put(state(slot).dirty);
+    }
+    if (policy_ != nullptr) continue;
+    for (const unsigned way : newest_first(set)) out.put(static_cast<Way>(way));
+  }
+  if (policy_ != nullptr && !policy_->save(out)) {
+    throw Error("state", "replacement " + geometry_.replacement, "does not say what it keeps");
+  }
+}
+
+void SectorCacheTags::load(StateReader& in) {
+  assert(lines_valid_ == 0);
+  for (std::uint64_t set = 0; set < set_count_; ++set) {
+    for (unsigned way = 0; way < geometry_.ways; ++way) {
+      const auto slot = static_cast<Slot>(set * stride() + way);
+      const auto line = in.get<std::uint32_t>();
+      if (line == kNoLine) continue;
+      in.require(set_of(line) == set && find(std::uint64_t{line} << line_shift_) == kNone,
+                 "a line is in a wrong place");
+      number(slot) = line;
+      if (large_) index_.insert(line, slot);
+      state(slot).valid = in.get<std::uint8_t>();
+      state(slot).dirty = in.get<std::uint8_t>();
+      ++lines_valid_;
+      if (policy_ == nullptr) continue;
+      in.require(filled_[set] == way, "a line is in a wrong place");
+      ++filled_[set];
+    }
+    if (policy_ != nullptr) continue;
+    std::vector<unsigned> ways;
+    std::vector<bool> taken(geometry_.ways);
+    for (unsigned i = 0; i < geometry_.ways; ++i) {
+      ways.push_back(in.get(static_cast<Way>(geometry_.ways - 1)));
+      in.require(!taken[ways.back()], "a way is twice in its set's order");
+      taken[ways.back()] = true;
+    }
+    order(set, ways);
+  }
+  if (policy_ != nullptr) policy_->load(in);
+}
+
 SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
   const std::uint32_t line = number(slot);
   if (line == kNoLine) return {};

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/decide/replacement.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/declare.h"
@@ -92,6 +93,10 @@ class SectorCacheTags {
 
   /// Another launch: empty, or with all lines as they are. What a prefetch brought in is then as good as demanded.
   void restart(bool keep_lines);
+  /// What restart(true) keeps. load(): into empty tags of the same geometry. Throws Error where a policy of somebody
+  /// else does not say what it keeps.
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
 
   std::uint8_t valid(Slot slot) const { return state(slot).valid; }
   void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
@@ -171,6 +176,8 @@ class SectorCacheTags {
   }
   void touch_large(Slot slot);
   Victim victim_in(Slot slot) const;
+  std::vector<unsigned> newest_first(std::uint64_t set) const;
+  void order(std::uint64_t set, const std::vector<unsigned>& newest_first);
   template <typename F>
   void for_each_state(F&& f) const {
     for (const SmallSet& set : small_) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/dram/decide/dram_mapping.h"
@@ -62,6 +63,19 @@ class DramChannel {
   Cycle next_command() const { return next_; }
   /// Another launch, with clocks counted from 0: as built, with rows open as they are, or all closed.
   void restart(bool keep_rows);
+  /// What restart(true) keeps. load(): as built.
+  void save(StateWriter& state) const {
+    for (const Bank& bank : banks_) {
+      state.put(static_cast<std::uint8_t>(bank.open));
+      state.put(bank.row);
+    }
+  }
+  void load(StateReader& state) {
+    for (Bank& bank : banks_) {
+      bank.open = state.get(std::uint8_t{1}) != 0;
+      bank.row = state.get<std::uint64_t>();
+    }
+  }
   bool idle() const { return queued_ == 0 && completions_.empty(); }
   std::size_t queued() const { return queued_; }
   const DramChannelCounters& counters() const { return counters_; }

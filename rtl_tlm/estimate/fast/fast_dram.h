@@ -38,6 +38,13 @@ class FastDramChannel {
   void keep_rows(const FastDramChannel& before) {
     for (std::size_t i = 0; i < banks_.size(); ++i) banks_[i].newest.number = before.banks_[i].newest.number;
   }
+  /// What keep_rows() takes over.
+  void save(StateWriter& state) const {
+    for (const Bank& bank : banks_) state.put(bank.newest.number);
+  }
+  void load(StateReader& state) {
+    for (Bank& bank : banks_) bank.newest.number = state.get<std::uint64_t>();
+  }
   /// Precharges are those that a row conflict needs; requests do not age.
   const modules::DramChannelCounters& counters() const { return counters_; }
   /// Bursts whose command came by that clock, at least: the bus serves those behind it one after the other.

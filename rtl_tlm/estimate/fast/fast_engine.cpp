@@ -59,6 +59,11 @@ FinishedRun FastEngine::run(const Work& work, modules::GroupSource& source) {
     first.run([](std::uint64_t) {});
     gpu.keep(first);
   }
+  if (work.state != nullptr) {
+    StateReader state(work.options.warm_state, work.state->units);
+    gpu.load(state);
+    state.require_end();
+  }
   gpu.observe(work.options.observer);
   gpu.assign(first_);
   Progress progress("simulate", source.count(), "warps", work.options.quiet);
@@ -69,6 +74,16 @@ FinishedRun FastEngine::run(const Work& work, modules::GroupSource& source) {
   finished.inventories = machine.inventory();
   if (!gpu.idle()) finished.violations.push_back("the GPU is not empty at the end");
   finished.ticks = gpu.steps();
+  if (!work.options.save_state.empty()) {
+    StateWriter state;
+    gpu.save(state);
+    finished.units = state.bytes();
+    finished.memory_bytes = memory_bytes(work.config, reader);
+    if (work.warm != nullptr) {
+      finished.memory_bytes = std::max(finished.memory_bytes, memory_bytes(work.config, *work.warm));
+    }
+    if (work.state != nullptr) finished.memory_bytes = std::max(finished.memory_bytes, work.state->memory_bytes);
+  }
   return finished;
 }
 

@@ -35,6 +35,8 @@ FastGpu::~FastGpu() = default;
 void FastGpu::observe(modules::WarpObserver* observer) { machine_->observe(observer); }
 void FastGpu::assign(std::vector<unsigned> sms) { machine_->assign(std::move(sms)); }
 void FastGpu::keep(FastGpu& before) { machine_->keep(*before.machine_); }
+void FastGpu::save(StateWriter& state) const { machine_->save(state); }
+void FastGpu::load(StateReader& state) { machine_->load(state); }
 void FastGpu::run(const std::function<void(std::uint64_t)>& progress) { machine_->run(progress); }
 GpuCounters FastGpu::counters() const { return machine_->counters(); }
 bool FastGpu::idle() const { return machine_->idle(); }

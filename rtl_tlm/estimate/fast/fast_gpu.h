@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "grtx/base/state_bytes.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
@@ -36,6 +37,9 @@ class FastGpu {
   void assign(std::vector<unsigned> sms);
   /// Before run(): caches and open rows as `before`, of the same configuration, has left them; it cannot be used after.
   void keep(FastGpu& before);
+  /// After run(): what keep() takes over, for a run in another process. load(): before run(), on the same machine.
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
   /// Runs all groups to the end and drains. progress(groups ended) is called now and then. Throws std::runtime_error
   /// when nothing is due although work remains, and Error when the trace contradicts itself.
   void run(const std::function<void(std::uint64_t)>& progress);

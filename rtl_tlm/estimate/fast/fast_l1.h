@@ -98,6 +98,15 @@ class L1 {
     tags_.restart(true);
     written_by_ = std::move(before.written_by_);
   }
+  /// What keep() takes over.
+  void save(StateWriter& state) const {
+    tags_.save(state);
+    modules::save_regions(written_by_, state);
+  }
+  void load(StateReader& state) {
+    tags_.load(state);
+    modules::load_regions(written_by_, state);
+  }
 
   // ---- Events
   void turn(Cycle now) {

@@ -25,6 +25,16 @@ void Machine::keep(Machine& before) {
   shared_.memory.keep(before.shared_.memory);
 }
 
+void Machine::save(StateWriter& state) const {
+  for (const auto& sm : sms_) sm->l1.save(state);
+  shared_.memory.save(state);
+}
+
+void Machine::load(StateReader& state) {
+  for (const auto& sm : sms_) sm->l1.load(state);
+  shared_.memory.load(state);
+}
+
 void Machine::run(const std::function<void(std::uint64_t)>& progress) {
   distributor_.report(progress);
   distributor_.launch(0);

@@ -26,6 +26,8 @@ class Machine {
   void assign(std::vector<unsigned> sms) { distributor_.assign(std::move(sms)); }
   /// Before run(): caches and open rows as `before`, a machine of this configuration that has run, has left them.
   void keep(Machine& before);
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
   void run(const std::function<void(std::uint64_t)>& progress);
   GpuCounters counters() const;
   bool idle() const;

@@ -4,9 +4,13 @@
 #include <bit>
 #include <utility>
 
+#include "grtx/modules/cache/cache_state.h"
+
 namespace grtx::sim {
 
 using modules::L2Stall;
+using modules::load_regions;
+using modules::save_regions;
 using modules::SectorCacheTags;
 
 namespace {
@@ -51,6 +55,22 @@ void FastMemory::keep(FastMemory& before) {
     slices_[i].written_by = std::move(before.slices_[i].written_by);
   }
   for (std::size_t i = 0; i < dram_channels_.size(); ++i) dram_channels_[i].keep_rows(before.dram_channels_[i]);
+}
+
+void FastMemory::save(StateWriter& state) const {
+  for (const Slice& slice : slices_) {
+    slice.tags.save(state);
+    save_regions(slice.written_by, state);
+  }
+  for (const FastDramChannel& channel : dram_channels_) channel.save(state);
+}
+
+void FastMemory::load(StateReader& state) {
+  for (Slice& slice : slices_) {
+    slice.tags.load(state);
+    load_regions(slice.written_by, state);
+  }
+  for (FastDramChannel& channel : dram_channels_) channel.load(state);
 }
 
 FastMemory::Trip FastMemory::access(const Request& request, Cycle sent) {

@@ -49,6 +49,9 @@ class FastMemory {
 
   /// Before the first request: lines and open rows are those that `before` has left, which loses them.
   void keep(FastMemory& before);
+  /// What keep() takes over.
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
 
   // Counts in the form of the cycle model's.
   const std::vector<modules::L2Counters>& slices() const { return l2_; }

@@ -73,6 +73,8 @@ TEST(CacheReplacement, OneOfTheUsersIsRegisteredByName) {
                              [](std::uint64_t sets, unsigned) { return std::make_unique<MostRecent>(sets); });
   EXPECT_EQ(evicted("most_recent", 3, {1, 2, 3, 1, 4, 5}), (Lines{1, 4}));
   EXPECT_EQ(cache_replacement_names().back(), "most_recent");
+  StateWriter state;
+  EXPECT_THROW(SectorCacheTags({1024, 128, 32, 2, "most_recent"}).save(state), Error);  // it does not say what it keeps
   EXPECT_THROW(register_cache_replacement("most_recent", {}), std::logic_error);
 }
 

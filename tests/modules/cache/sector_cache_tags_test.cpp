@@ -99,5 +99,74 @@ TEST(SectorCacheTagsTest, ImpossibleGeometriesAreRefused) {
   EXPECT_THROW(SectorCacheTags({65535 * 32, 32, 32, 65535}), Error);
 }
 
+// Every policy, small and large sets: what was loaded hits and evicts as what was saved.
+TEST(SectorCacheTagsTest, LoadedTagsDoWhatTheSavedOnesWouldHave) {
+  for (const char* replacement : {"lru", "fifo", "random"}) {
+    for (const unsigned ways : {1u, 3u, 16u, 24u}) {
+      const SectorCacheTags::Geometry geometry{std::uint64_t{128} * ways * 5, 128, 32, ways, replacement};
+      SectorCacheTags tags(geometry), loaded(geometry);
+      Random random(ways);
+      const auto access = [&](SectorCacheTags& cache, std::uint64_t address, bool dirty,
+                              SectorCacheTags::Victim& victim) {
+        SectorCacheTags::Slot slot = cache.find(address);
+        if (slot == SectorCacheTags::kNone) slot = cache.insert(address, &victim);
+        cache.touch(slot);
+        cache.set_valid(slot, cache.sector_bit(address));
+        if (dirty) cache.set_dirty(slot, cache.sector_bit(address));
+      };
+      SectorCacheTags::Victim victim, of_loaded;
+      for (unsigned i = 0; i < ways * 9; ++i) {  // not all sets are full
+        access(tags, random.below(ways * 12) * 128 + random.below(4) * 32, random.chance(30), victim);
+      }
+      StateWriter out;
+      tags.save(out);
+      StateReader in("state", out.bytes());
+      loaded.load(in);
+      in.require_end();
+      EXPECT_EQ(loaded.lines_valid(), tags.lines_valid());
+      EXPECT_EQ(loaded.count_dirty(), tags.count_dirty());
+      for (int i = 0; i < 5000; ++i) {
+        const std::uint64_t address = random.below(ways * 12) * 128 + random.below(4) * 32;
+        const bool dirty = random.chance(30);
+        victim = of_loaded = {};
+        access(tags, address, dirty, victim);
+        access(loaded, address, dirty, of_loaded);
+        ASSERT_EQ(victim.valid, of_loaded.valid);
+        ASSERT_EQ(victim.address, of_loaded.address) << replacement << ways;
+        ASSERT_EQ(victim.dirty, of_loaded.dirty);
+      }
+    }
+  }
+}
+
+TEST(SectorCacheTagsTest, LoadRefusesWhatNoTagsHaveSaved) {
+  const SectorCacheTags::Geometry small{128 * 4 * 2, 128, 32, 4}, large{128 * 20 * 2, 128, 32, 20};
+  for (const SectorCacheTags::Geometry& geometry : {small, large}) {
+    SectorCacheTags tags(geometry);
+    SectorCacheTags::Victim victim;
+    for (std::uint64_t line = 0; line < geometry.ways; ++line) tags.insert(line * 128, &victim);
+    StateWriter out;
+    tags.save(out);
+    unsigned refused = 0;
+    for (std::size_t at = 0; at < out.bytes().size(); ++at) {
+      std::string damaged = out.bytes();
+      damaged[at] = static_cast<char>(damaged[at] ^ 1);
+      SectorCacheTags loaded(geometry);
+      StateReader in("state", damaged);
+      try {
+        loaded.load(in);
+      } catch (const Error&) {
+        ++refused;
+        continue;
+      }
+      for (std::uint64_t line = 0; line < 3 * geometry.ways; ++line) {  // it is some state of such a cache
+        if (loaded.find(line * 128) == SectorCacheTags::kNone) loaded.insert(line * 128, &victim);
+      }
+      EXPECT_EQ(loaded.lines_valid(), geometry.bytes / 128);
+    }
+    EXPECT_GT(refused, 0u);
+  }
+}
+
 }  // namespace
 }  // namespace grtx::modules

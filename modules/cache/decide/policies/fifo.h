@@ -17,6 +17,13 @@ class Fifo final : public CacheReplacement {
   unsigned victim(std::uint64_t set) const override { return next_[set]; }
   /// A counter a set.
   unsigned bits_per_line() const override { return 1; }
+  bool save(StateWriter& state) const override {
+    for (const unsigned way : next_) state.put(way);
+    return true;
+  }
+  void load(StateReader& state) override {
+    for (unsigned& way : next_) way = state.get(ways_ - 1);
+  }
 
  private:
   unsigned ways_;

@@ -18,6 +18,15 @@ class PseudoRandom final : public CacheReplacement {
   void referenced(std::uint64_t, unsigned) override {}
   unsigned victim(std::uint64_t set) const override { return victim_[set]; }
   unsigned bits_per_line() const override { return 0; }
+  bool save(StateWriter& state) const override {
+    state.put(state_);
+    for (const unsigned way : victim_) state.put(way);
+    return true;
+  }
+  void load(StateReader& state) override {
+    state_ = state.get<std::uint64_t>();
+    for (unsigned& way : victim_) way = state.get(ways_ - 1);
+  }
 
  private:
   unsigned ways_;
