@@ -1,7 +1,6 @@
 // grtx cost: storage, area, timing and leakage of the machine that a configuration describes.
 #include <fmt/format.h>
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,14 +38,6 @@ struct CostArguments {
   CLI::App* command = nullptr;
 };
 
-/// Of a machine's tracer options.
-void use_bins_of(const std::map<std::string, std::string>& tracer, MachineUse& use) {
-  const auto bins = tracer.find("checkpoint_bins"), capacity = tracer.find("checkpoint_capacity");
-  if (bins == tracer.end()) return;
-  use.checkpoint_bins = static_cast<unsigned>(std::stoul(bins->second));
-  if (capacity != tracer.end()) use.checkpoint_capacity = std::stoul(capacity->second);
-}
-
 // The energy of a run of the configured machine.
 void print_energy(const CostArguments& options, const GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
@@ -81,7 +72,7 @@ int cost(const CostArguments& options, bool json) {
                        ? options.use
                        : machine_of_run(read_statistics(options.statistics).at("inputs"), options.statistics);
   if (options.statistics.empty() && options.command->count("--checkpoint-bins") == 0) {
-    use_bins_of(machine_tracer(options.machine), use);
+    choose_bins(machine_tracer(options.machine), options.machine, use);
   }
   const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
   MachineCost cost = machine_cost(config, use.design, inventories, options.cost);

@@ -121,13 +121,8 @@ std::string machine_name(const std::string& machine) {
 }
 
 std::string machine_name(const std::string& machine, const GpuConfig& config) {
-  const std::string hash = config_hash(config);
-  const auto is = [&hash](const std::string& name) { return config_hash(load_machine_config(name, "", {})) == hash; };
-  if (machine.empty() || is(machine)) return machine_name(machine);
-  for (const std::string& name : machine_names()) {
-    if (is(name)) return name;
-  }
-  return machine_name(machine) + ", changed";
+  const bool own = machine.empty() || config_hash(load_machine_config(machine, "", {})) == config_hash(config);
+  return machine_name(machine) + (own ? "" : ", changed");
 }
 
 std::map<std::string, std::string> machine_tracer(const std::string& machine) {

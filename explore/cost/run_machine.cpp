@@ -21,6 +21,11 @@ MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::strin
   };
   choose("pop_test", use.pop_test);
   choose("layout", use.layout);
+  choose_bins(inputs, where, use);
+  return use;
+}
+
+void choose_bins(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use) {
   const auto number = [&](const char* name, auto& value) {
     if (!inputs.contains(name)) return;
     const std::string text = inputs.at(name).get<std::string>();
@@ -31,7 +36,6 @@ MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::strin
   };
   number("checkpoint_bins", use.checkpoint_bins);
   if (use.checkpoint_bins != 0) number("checkpoint_capacity", use.checkpoint_capacity);
-  return use;
 }
 
 }  // namespace grtx::sim

@@ -12,4 +12,7 @@ namespace grtx::sim {
 /// for values that nothing has.
 MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where);
 
+/// That of them which says how a ray's checkpoint lists are kept; they may also be a machine's tracer options.
+void choose_bins(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use);
+
 }  // namespace grtx::sim

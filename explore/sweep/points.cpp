@@ -9,6 +9,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
@@ -41,24 +42,10 @@ std::string design_name(const Structure& s) {
 }
 
 /// tracer: resolved options, which leave out defaults; of a combination that cannot go together, the given ones.
-MachineUse machine_use(const Structure& s, const ordered_json& tracer) {
-  const bool two_level = s.accel.starts_with("tlas-");
-  MachineUse use;
-  use.design = s.checkpoint ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
-  use.leaves = leaf_test_of(s.accel);
-  if (tracer.contains("pop_test")) {
-    use.pop_test = value_of<traces::PopTest>(tracer.at("pop_test").get<std::string>(), "tracer", "pop_test");
-  }
-  if (tracer.contains("layout")) {
-    use.layout = value_of<traces::NodeLayout>(tracer.at("layout").get<std::string>(), "tracer", "layout");
-  }
-  if (tracer.contains("checkpoint_bins")) {
-    use.checkpoint_bins = static_cast<unsigned>(std::stoul(tracer.at("checkpoint_bins").get<std::string>()));
-    if (tracer.contains("checkpoint_capacity")) {
-      use.checkpoint_capacity = std::stoul(tracer.at("checkpoint_capacity").get<std::string>());
-    }
-  }
-  return use;
+MachineUse machine_use(const Structure& s, ordered_json tracer) {
+  tracer["accel"] = s.accel;
+  tracer["checkpoint"] = s.checkpoint ? "on" : "off";
+  return machine_of_run(tracer, "tracer");
 }
 
 std::string option_name(std::string name) {

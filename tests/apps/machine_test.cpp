@@ -65,11 +65,11 @@ TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
   }
 }
 
-TEST_F(MachineTest, StatisticsNameTheOneWhoseKeysTheyAreOf) {
+TEST_F(MachineTest, StatisticsSayWhetherItWasChanged) {
   must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx");
   for (const auto& [set, name] :
-       {std::pair("", "paper"), std::pair(" --set rt.checkpoint.traffic=charged", "paper-charged"),
-        std::pair(" --set l2.latency=120", "paper, changed")}) {
+       {std::pair("", "paper"), std::pair(" --set l2.latency=120", "paper, changed"),
+        std::pair(" --machine paper-charged", "paper-charged"), std::pair(" --machine '' --set l2.latency=120", "")}) {
     must(std::string("sim t.grtx --quiet --mode fast --stats s.json") + set);
     EXPECT_EQ(json("s.json").at("inputs").at("machine"), name);
   }

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <initializer_list>
 #include <random>
+#include <string>
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "traces/random_group.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::sim::test {
 
@@ -76,6 +78,16 @@ inline void make_procedural(traces::testing::RandomTrace& trace, bool boxes = fa
       }
     }
   }
+}
+
+/// A random trace as a file whose launches are ordered as a tracer orders them.
+inline void write_random(const std::string& path, const traces::testing::RandomOptions& options, bool procedural) {
+  auto trace = traces::testing::random_trace(options);
+  std::stable_sort(trace.groups.begin(), trace.groups.end(),
+                   [](const auto& a, const auto& b) { return a.kind < b.kind; });
+  for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
+  if (procedural) make_procedural(trace);
+  traces::testing::write_trace(path, trace.header, trace.groups);
 }
 
 /// Any machine, from roomy to starved.
@@ -263,5 +275,22 @@ inline void make_possible(GpuConfig& config, const traces::testing::RandomOption
   if (trace.tracing != traces::Tracing::multi) store.insertion = false;
   if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);
 }
+
+/// Two traces of one structure and a machine, all of them random.
+struct RandomPair {
+  RandomPair(unsigned seed, unsigned family) : random(seed + family) {
+    traces::testing::RandomOptions options = random_options(random, seed);
+    config = random_machine(random);
+    make_possible(config, options);
+    const bool procedural = random.upto(3) == 0;
+    write_random(first.path(), options, procedural);
+    options.seed += 1000;
+    options.groups = 1 + random.upto(11);
+    write_random(second.path(), options, procedural);
+  }
+  Random random;
+  GpuConfig config;
+  traces::testing::TemporaryFile first{"first"}, second{"second"};
+};
 
 }  // namespace grtx::sim::test

@@ -10,6 +10,7 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "rtl_tlm/first_difference.h"
 #include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/platform/platform_bench.h"
 #include "rtl_tlm/tiny_trace.h"
@@ -53,26 +54,6 @@ std::vector<std::string> launched(const GpuComponent::Options& options, const st
   return nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
 }
 
-void write_random(const std::string& path, const RandomOptions& options, bool procedural) {
-  auto trace = random_trace(options);
-  std::stable_sort(trace.groups.begin(), trace.groups.end(),
-                   [](const auto& a, const auto& b) { return a.kind < b.kind; });
-  for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
-  if (procedural) test::make_procedural(trace);
-  traces::testing::write_trace(path, trace.header, trace.groups);
-}
-
-/// The first line in which two texts differ.
-std::string first_difference(const std::string& a, const std::string& b) {
-  std::istringstream left(a), right(b);
-  std::string of_left, of_right, name;
-  while (std::getline(left, of_left) && std::getline(right, of_right)) {
-    if (of_left.find("{") != std::string::npos) name = of_left;
-    if (of_left != of_right) return name + ": " + of_left + " / " + of_right;
-  }
-  return a == b ? "" : "one is longer";
-}
-
 class GpuComponentLaunches : public ::testing::TestWithParam<unsigned> {};
 constexpr unsigned kShares = 8;
 
@@ -81,26 +62,19 @@ TEST_P(GpuComponentLaunches, EqualRunsOfTheirOwnOnRandomMachines) {
   const char* const wanted = std::getenv("GRTX_PLATFORM_MACHINES");
   const unsigned machines = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 24;
   for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
-    test::Random random(seed + 7000);
-    RandomOptions options = test::random_options(random, seed);
-    GpuConfig config = test::random_machine(random);
-    test::make_possible(config, options);
-    const bool procedural = random.upto(3) == 0;
-    const TemporaryFile first("launch"), second("launch");
-    write_random(first.path(), options, procedural);
-    options.seed += 1000;
-    options.groups = 1 + random.upto(11);
-    write_random(second.path(), options, procedural);
+    const test::RandomPair traces(seed, 7000);
+    const GpuConfig& config = traces.config;
     GpuComponent::Options component;
     component.machine = config;
-    component.traces = {first.path(), second.path()};
+    component.traces = {traces.first.path(), traces.second.path()};
     const auto results = launched(component, {{0}, {1, false, 3.5}, {1, true}, {0}, {1, true, 1e4}});
     const std::string text = config_json(config).dump();
     ASSERT_EQ(results.size(), 5u) << text;
-    EXPECT_EQ(first_difference(results[0], alone(first.path(), config)), "") << seed << text;
-    EXPECT_EQ(first_difference(results[1], alone(second.path(), config)), "") << seed << text;
-    EXPECT_EQ(first_difference(results[3], results[0]), "") << seed << text;
-    EXPECT_EQ(first_difference(results[4], alone(second.path(), config, first.path())), "") << seed << text;
+    EXPECT_EQ(test::first_difference(results[0], alone(traces.first.path(), config)), "") << seed << text;
+    EXPECT_EQ(test::first_difference(results[1], alone(traces.second.path(), config)), "") << seed << text;
+    EXPECT_EQ(test::first_difference(results[3], results[0]), "") << seed << text;
+    EXPECT_EQ(test::first_difference(results[4], alone(traces.second.path(), config, traces.first.path())), "")
+        << seed << text;
   }
 }
 INSTANTIATE_TEST_SUITE_P(Shares, GpuComponentLaunches, ::testing::Range(0U, kShares));

@@ -30,15 +30,7 @@ nlohmann::ordered_json stats_of(traces::AccelKind kind, const std::vector<std::s
                                 SimulationMode mode = SimulationMode::cycle) {
   const traces::testing::TemporaryFile file("box");
   write_one_ray(file.path(), kind);
-  ChildProcess child("simulation", [&] {
-    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-    const SimulationResult result = test::simulate_priced(file.path(), config, {}, mode);
-    nlohmann::ordered_json answer = {{"stats", result.document.at("stats")}, {"violations", result.violations}};
-    return answer.dump();
-  });
-  const auto answer = nlohmann::ordered_json::parse(child.result());
-  EXPECT_EQ(answer.at("violations").size(), 0U) << answer.at("violations").dump();
-  return answer.at("stats");
+  return test::small_statistics(file.path(), settings, mode);
 }
 
 TEST(BoxLeaves, EachIsACallOfTheIntersectionShaderAndAHitOneOfTheAnyHitShaderToo) {

@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "paths.h"
+#include "rtl_tlm/first_difference.h"
 #include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "rtl_tlm/traced_view.h"
@@ -47,17 +48,6 @@ std::string run(const std::string& trace, const GpuConfig& config, SimulationMod
   return child.result();
 }
 
-/// The first line in which two texts differ.
-std::string first_difference(const std::string& a, const std::string& b) {
-  std::istringstream left(a), right(b);
-  std::string of_left, of_right, name;
-  while (std::getline(left, of_left) && std::getline(right, of_right)) {
-    if (of_left.find('{') != std::string::npos) name = of_left;
-    if (of_left != of_right) return name + ": " + of_left + " / " + of_right;
-  }
-  return a == b ? "" : "one is longer";
-}
-
 /// `first`, then `second`: in one process, and with a file between two.
 void expect_the_same(const std::string& first, const std::string& second, const GpuConfig& config, SimulationMode mode,
                      const std::string& what, unsigned threads = 1) {
@@ -76,7 +66,7 @@ void expect_the_same(const std::string& first, const std::string& second, const 
     options.build.threads = threads;
   });
   EXPECT_NE(one_piece.find("gpu.cycles"), std::string::npos) << one_piece;
-  EXPECT_EQ(first_difference(two_processes, one_piece), "") << what;
+  EXPECT_EQ(test::first_difference(two_processes, one_piece), "") << what;
   // What the second leaves is what it leaves in one piece.
   const TemporaryFile of_one_piece("state");
   run(second, config, mode, [&](auto& options) {
@@ -86,15 +76,6 @@ void expect_the_same(const std::string& first, const std::string& second, const 
   EXPECT_EQ(hex(xxh3(read_file(next.path()))), hex(xxh3(read_file(of_one_piece.path())))) << what;
 }
 
-void write_random(const std::string& path, const RandomOptions& options, bool procedural) {
-  auto trace = random_trace(options);
-  std::stable_sort(trace.groups.begin(), trace.groups.end(),
-                   [](const auto& a, const auto& b) { return a.kind < b.kind; });
-  for (std::uint32_t g = 0; g < trace.groups.size(); ++g) trace.groups[g].index = g;
-  if (procedural) test::make_procedural(trace);
-  traces::testing::write_trace(path, trace.header, trace.groups);
-}
-
 class SavedStates : public ::testing::TestWithParam<unsigned> {};
 constexpr unsigned kShares = 4;
 
@@ -102,24 +83,17 @@ TEST_P(SavedStates, GiveTheStatisticsOfOnePieceOnRandomMachines) {
   const char* const wanted = std::getenv("GRTX_STATE_MACHINES");
   const unsigned machines = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 16;
   for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
-    test::Random random(seed + 9000);
-    RandomOptions options = test::random_options(random, seed);
-    GpuConfig config = test::random_machine(random);
-    test::make_possible(config, options);
+    const test::RandomPair traces(seed, 9000);
+    GpuConfig config = traces.config;
     if (seed % 4 == 3) config.l1.geometry.ways = 32;  // sets of another kind
     if (seed % 4 == 3) config.l1.geometry.bytes = std::uint64_t{config.l1.geometry.line_bytes} * 64;
-    const bool procedural = random.upto(3) == 0;
-    const TemporaryFile first("first"), second("second");
-    write_random(first.path(), options, procedural);
-    options.seed += 1000;
-    options.groups = 1 + random.upto(11);
-    write_random(second.path(), options, procedural);
     const std::string what = std::to_string(seed) + config_json(config).dump();
-    expect_the_same(first.path(), second.path(), config, SimulationMode::cycle, "cycle " + what, 1 + seed % 2);
+    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::cycle, "cycle " + what,
+                    1 + seed % 2);
     config.rt_units = 1;  // what fast mode has
     config.rt.memory.by_shader = false;
     config.dram.channel.scheduling = GpuConfig().dram.channel.scheduling;
-    expect_the_same(first.path(), second.path(), config, SimulationMode::fast, "fast " + what);
+    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::fast, "fast " + what);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Shares, SavedStates, ::testing::Range(0U, kShares));
@@ -152,7 +126,7 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
   EXPECT_TRUE(tiny.begin(other).starts_with(path + ": machine: is another")) << tiny.begin(other);
   EXPECT_TRUE(tiny.begin({}, SimulationMode::fast).starts_with(path + ": mode: is cycle, this run's is fast"));
   const TemporaryFile trace("tiny");
-  write_random(trace.path(), {}, false);
+  test::write_random(trace.path(), {}, false);
   const std::string line = run(trace.path(), {}, SimulationMode::cycle, [&](auto& o) { o.warm_state = path; });
   EXPECT_TRUE(line.starts_with(path + ": hardware: is for accel ")) << line;
   EXPECT_TRUE(run(tiny.trace.path(), {}, SimulationMode::cycle, [&](auto& options) {
