@@ -43,7 +43,7 @@ struct Options {
 struct Contender {
   std::string name;
   bool ours = false;
-  bool faithful = false;  ///< visits what the hardware visits
+  bool rounds = false;  ///< ours, as the hardware traces
   bool triangles = false;
   double build_seconds = 0.0;  ///< processor time of its structure
   std::function<Image(const Camera&)> render;
@@ -100,28 +100,25 @@ class Match {
     const AccelerationStructure* accel = nullptr;
     double build_seconds = 0.0;
     for (const bool checkpoint : {false, true}) {
-      for (const bool faithful : {true, false}) {
-        const std::string name = accel_name(kind) + (checkpoint ? " checkpoint" : "") + (faithful ? "" : " skip-all");
-        if (!wanted(name)) continue;
-        if (accel == nullptr) {
-          const double start = processor_seconds();
-          accels_.push_back(std::make_unique<AccelerationStructure>(gaussians_, AccelOptions{kind, 6, false}));
-          build_seconds = processor_seconds() - start;
-          accel = accels_.back().get();
-        }
-        TracerOptions tracer = tracer_options();
-        tracer.checkpoint = checkpoint;
-        tracer.skips = faithful ? kFaithfulSkips : kAllSkips;
-        Contender& c = contenders_.emplace_back();
-        c.name = name;
-        c.ours = true;
-        c.faithful = faithful;
-        c.triangles = proxy_of(kind) != ProxyKind::sphere;
-        c.build_seconds = build_seconds;
-        c.render = [this, accel, tracer](const Camera& camera) {
-          return render(scene_, gaussians_, *accel, camera, tracer, one_thread(), nullptr).image;
-        };
+      const std::string name = accel_name(kind) + (checkpoint ? " checkpoint" : "");
+      if (!wanted(name)) continue;
+      if (accel == nullptr) {
+        const double start = processor_seconds();
+        accels_.push_back(std::make_unique<AccelerationStructure>(gaussians_, AccelOptions{kind, 6, false}));
+        build_seconds = processor_seconds() - start;
+        accel = accels_.back().get();
       }
+      TracerOptions tracer = tracer_options();
+      tracer.checkpoint = checkpoint;
+      Contender& c = contenders_.emplace_back();
+      c.name = name;
+      c.ours = true;
+      c.rounds = true;
+      c.triangles = proxy_of(kind) != ProxyKind::sphere;
+      c.build_seconds = build_seconds;
+      c.render = [this, accel, tracer](const Camera& camera) {
+        return render(scene_, gaussians_, *accel, camera, tracer, one_thread(), nullptr).image;
+      };
     }
   }
 
@@ -183,7 +180,7 @@ class Match {
 
   void print(const Camera& camera) const {
     const Contender* const exact = fastest([](const Contender& c) { return c.ours; });
-    const Contender* const faithful = fastest([](const Contender& c) { return c.faithful; });
+    const Contender* const rounds = fastest([](const Contender& c) { return c.rounds; });
     const Contender* const peer = fastest([](const Contender& c) { return !c.ours; });
     const Contender* const unit = peer != nullptr ? peer : exact;
     if (unit == nullptr) throw Error(file_, "", "no contender's image counts");
@@ -202,8 +199,8 @@ class Match {
       if (exact != nullptr) {
         fmt::print(" / our fastest exact mode ({}): {:.2f};", exact->name, peer->median() / exact->median());
       }
-      if (faithful != nullptr) {
-        fmt::print(" / our fastest faithful mode ({}): {:.2f};", faithful->name, peer->median() / faithful->median());
+      if (rounds != nullptr) {
+        fmt::print(" / our fastest in rounds ({}): {:.2f};", rounds->name, peer->median() / rounds->median());
       }
       fmt::print(" {:.2f} us a ray\n",
                  1e6 * peer->median() / (static_cast<double>(camera.width) * static_cast<double>(camera.height)));

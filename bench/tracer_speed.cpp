@@ -60,7 +60,6 @@ struct Options {
   bool checkpoint = false;
   bool traces = false;
   bool kth = false;
-  std::string skip = "faithful";
   std::string simd = frontend::simd_path_name(frontend::best_simd_path());
 };
 
@@ -83,7 +82,6 @@ void measure(const frontend::Scene& scene, const frontend::Camera& camera, front
   frontend::TracerOptions tracer_options;
   tracer_options.k = options.k;
   tracer_options.checkpoint = options.checkpoint;
-  tracer_options.skips = frontend::skips_of(*from_name<frontend::SkipSet>(options.skip));
   tracer_options.simd = simd_path_from(options.simd);
   if (options.kth) tracer_options.tmax_update = frontend::TmaxUpdate::kth;
   if (options.kth) tracer_options.replay_tmax = frontend::ReplayTmax::kth;
@@ -190,8 +188,6 @@ int main(int argc, char** argv) {
   app.add_option("--k", options.k, "k-buffer entries");
   app.add_option("--repeats", options.repeats, "Runs; the fastest of each kind counts")->check(CLI::PositiveNumber);
   app.add_flag("--checkpoint", options.checkpoint, "Checkpointing and replay");
-  app.add_option("--skip", options.skip, "Work left out that changes no bit of the image")
-      ->check(CLI::IsMember({"none", "faithful", "all"}));
   app.add_option("--simd", options.simd, "Vector instructions: portable, avx2 or avx512, as far as the host has them");
   app.add_flag("--kth", options.kth, "t_max is the k-th hit's t, also in replays");
   app.add_flag("--traces", options.traces, "Measure recording, writing and checking traces too");

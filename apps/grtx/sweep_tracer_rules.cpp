@@ -19,7 +19,7 @@ std::string flag_of(std::string name) {
 }
 
 /// Options that change no byte of a trace have no place in its key.
-bool is_swept(const std::string& flag) { return flag != "--threads" && flag != "--skip" && flag != "--help"; }
+bool is_swept(const std::string& flag) { return flag != "--threads" && flag != "--help"; }
 
 /// Parses options as `grtx trace` would. Throws Error{"tracer", option, rule}.
 TracerCli parsed(const std::map<std::string, std::string>& options) {

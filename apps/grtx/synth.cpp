@@ -1,6 +1,5 @@
 // grtx synth: makes a scene with the statistics of trained ones, and its cameras.
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "grtx/apps/grtx/commands.h"
@@ -14,13 +13,11 @@ namespace grtx::sim {
 void add_synth(CLI::App& app, CommonOptions& common) {
   struct Options {
     frontend::SynthOptions synth;
-    std::optional<std::uint64_t> count;
     std::string output;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command =
       make_command(app, common, "synth", "Makes a scene with the statistics of trained ones", [options, &common] {
-        options->synth.count = options->count.value_or(frontend::synth_default_count(options->synth.preset));
         frontend::synthesise(options->synth, options->output);
         if (common.json) {
           nlohmann::ordered_json json = json_document("synth");
@@ -41,9 +38,7 @@ void add_synth(CLI::App& app, CommonOptions& common) {
       })
       ->check(one_of(frontend::synth_presets()));
   // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
-  command->add_option("--count", options->count, "Number of Gaussians; of dense_indoor by default 1000000")
-      ->check(in_range(1.0, 4294967294.0))
-      ->default_str(std::to_string(options->synth.count));
+  command->add_option("--count", options->synth.count, "Number of Gaussians")->check(in_range(1.0, 4294967294.0));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
   command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(in_range(0U, 3U));
   command

@@ -127,10 +127,6 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
   const bool checkpoint = options.checkpoint == "on";
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
   const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
-  if (!options.no_trace && !tracer.skips.faithful()) {
-    throw Error("--skip", std::string(name_of(options.tracer.skip)),
-                "leaves out visits that a trace must hold: it needs --no-trace");
-  }
   frontend::RenderOptions render = render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;

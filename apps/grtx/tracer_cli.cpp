@@ -104,8 +104,6 @@ void add_tracer_options(CLI::App* command, TracerCli& cli) {
                   if (name == "bvh-width") command->get_option(flag)->default_str("6");
                   if (name == "warp-size") add_secondary_options(command, cli.secondary);
                 });
-  add_choice(command, "--skip", cli.skip,
-             "Work left out that changes no bit of the image; faithful keeps the hardware's visits");
   command->add_option("--threads", cli.threads, "Threads; 0 takes all");
 }
 
@@ -119,7 +117,6 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.checkpoint = checkpoint;
   o.kernel = kernel_of(cli.kernel_radius, cli.kernel_degree);
   o.tracing = *from_name<Tracing>(cli.tracing);
-  o.skips = skips_of(cli.skip);
   if (keeps_one_hit(o.tracing)) o.k = 1;
   if (o.tracing == Tracing::list) o.k = o.list_capacity;
   if (checkpoint && o.tracing != Tracing::multi) {

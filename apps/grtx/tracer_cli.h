@@ -32,7 +32,6 @@ struct TracerCli {
   unsigned box_bits = 8;
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   std::optional<unsigned> bvh_width;  ///< none: as many children as a line of the layout holds
-  frontend::SkipSet skip = frontend::SkipSet::faithful;
   unsigned warp_size = 32;
   unsigned threads = 0;
   SecondaryCli secondary;

@@ -30,8 +30,7 @@ constexpr Preset kPresets[] = {{"hall", hall_world},
                                {"room", room_world},
                                {"object", object_world},
                                {"flat", flat_world},
-                               {"garden", garden_world},
-                               {"dense_indoor", dense_indoor_world}};
+                               {"garden", garden_world}};
 
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
@@ -55,8 +54,6 @@ std::string synth_cameras_path(const std::string& path) {
   const bool ply = path.size() > 4 && path.compare(path.size() - 4, 4, ".ply") == 0;
   return (ply ? path.substr(0, path.size() - 4) : path) + ".cameras.json";
 }
-
-std::uint64_t synth_default_count(const std::string& preset) { return preset == "dense_indoor" ? 1000000 : 100000; }
 
 std::string synth_renamed(const std::string& preset) {
   const std::string now = preset == "indoor" ? "flat" : preset == "outdoor" ? "garden" : "";

@@ -20,9 +20,6 @@ std::vector<std::string> synth_presets();
 /// What to say of a name that a preset once had; empty for all others.
 std::string synth_renamed(const std::string& preset);
 
-/// Gaussians where nobody says how many.
-std::uint64_t synth_default_count(const std::string& preset);
-
 /// "F.cameras.json", F = path without .ply.
 std::string synth_cameras_path(const std::string& path);
 

@@ -54,7 +54,6 @@ struct SynthWorld {
 SynthWorld hall_world();
 SynthWorld building_world();
 SynthWorld flat_world();
-SynthWorld dense_indoor_world();
 SynthWorld room_world();
 SynthWorld garden_world();
 SynthWorld object_world();

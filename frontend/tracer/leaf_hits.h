@@ -27,8 +27,6 @@ class LeafHits {
         stored_triangles_(options.triangle_test == TriangleTest::world),
         leaves_(leaves_of(structure)),
         leaf_of_face_(leaf_of_face(structure)),
-        skip_never_accepted_(options.skips.has(Skip::never_accepted) &&
-                             options.response_precision == ResponsePrecision::fp32),
         test_faces_(face_test(options.simd)) {}
 
   void begin_ray(const TraceRay& ray) {
@@ -90,7 +88,6 @@ class LeafHits {
   const unsigned leaves_;  ///< of a proxy: 1, 5, 20 or 80
   const unsigned leaves_shift_ = leaves_ == 1 ? 0 : leaves_ == 5 ? 34 : leaves_ == 20 ? 36 : 38;  ///< see gaussian_of()
   const std::array<std::uint8_t, 80> leaf_of_face_;  ///< number of a proxy's leaf that holds the face
-  const bool skip_never_accepted_;                   ///< not with 16 bits: rounding may lift an alpha to the threshold
   const FaceTest test_faces_;
   ShearedRay sheared_;  ///< the ray, for stored triangles outside a BLAS
 
@@ -176,10 +173,6 @@ inline Hit LeafHits::stored_triangle_hit(const TraceRay& ray, std::uint32_t unit
 
 inline std::uint32_t LeafHits::link_of_hit(Hit hit, std::uint32_t gaussian, const CurrentObject& object,
                                            WalkMemory& memory, RayState& state) const {
-  if (skip_never_accepted_ && object.record(gaussian).opacity < kAlphaMin) {
-    ++state.counters.skipped_never_accepted;
-    return WalkMemory::kMissed;
-  }
   if (object.one_of_several()) object.place_hit(hit, gaussian, sort_key_);
   if (hit.kind == HitKind::miss) return WalkMemory::kMissed;
   return hit.kind == HitKind::inside ? WalkMemory::kInside : memory.add_hit({hit.t, gaussian, hit.d2});

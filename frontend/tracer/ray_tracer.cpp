@@ -10,7 +10,6 @@ namespace grtx::frontend {
 RayTracer::RayTracer(const TracedStructure& structure, const TracerOptions& options)
     : checkpoint_(options.checkpoint),
       samples_(options.tracing == Tracing::stochastic ? options.samples : 0),
-      skip_scene_misses_(options.skips.has(Skip::scene_miss)),
       // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
       cull_before_(options.sort_key == SortKey::entry),
       replay_below_kth_(options.replay_tmax == ReplayTmax::kth),
@@ -26,7 +25,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
   traversal_.begin_ray(ray);
   state_.checkpoints.measure_from(traversal_.scene_enter(ray));
   recorder.bins(state_.checkpoints.bins());
-  if (skip_scene_misses_ && traversal_.misses_scene(ray)) {
+  if (traversal_.misses_scene(ray)) {
     traversal_.miss_scene(state_, recorder);
     return {state_.colour, state_.transmittance};
   }

@@ -56,7 +56,6 @@ class RayTracer {
 
   const bool checkpoint_;
   const unsigned samples_;  ///< stochastic: rounds; 0: rounds go on until the ray ends
-  const bool skip_scene_misses_;
   const bool cull_before_;       ///< boxes that end before the last hit blended hold nothing new
   const bool replay_below_kth_;  ///< t_max of a round that begins with a full k-buffer
   RayState state_;

@@ -17,7 +17,7 @@ Shading::Shading(const TracedStructure& structure, const TracerOptions& options)
       records_(structure, options),
       world_(structure.world),
       options_(options),
-      sh_degree_(options.skips.has(Skip::sh_bands) ? scene_.sh_degree : std::max(3u, scene_.sh_degree)) {
+      sh_degree_(scene_.sh_degree) {
   if (world_ == nullptr && options.triangle_test == TriangleTest::world) processed_by_.resize(scene_.size());
 }
 
@@ -47,7 +47,7 @@ void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, 
       break;
     }
   }
-  if (round.terminated) skip_or_shade_rest(ray, state, round.processed_count);
+  if (round.terminated) state.counters.skipped_dead_colours += state.k_buffer.size() - round.processed_count;
 }
 
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRecorder&);
@@ -92,18 +92,6 @@ void Shading::prefetch_colours(const KBuffer& hits) const {
   }
 }
 
-/// Entries behind the one that ended the ray.
-void Shading::skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first) {
-  for (std::size_t i = first; i < state.k_buffer.size(); ++i) {
-    if (options_.skips.has(Skip::dead_colours)) {
-      ++state.counters.skipped_dead_colours;
-      continue;
-    }
-    const KEntry& entry = state.k_buffer.entries()[i];
-    unused_colour_ = colour_of(entry, records_.of(entry.id), ray, state.counters);
-  }
-}
-
 glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray,
                              TracerCounters& counters) {
   if (world_ != nullptr) return colour_in_world(entry, ray);
@@ -113,14 +101,8 @@ glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const
   }
   const unsigned coefficients = scene_.sh_coefficients();
   const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
-  if (coefficients >= kShFunctions) return sh_colour(sh, basis_, coefficients);
-  if (options_.skips.has(Skip::sh_bands)) {
-    counters.skipped_sh_bands += 3 * (kShFunctions - coefficients);
-    return sh_colour(sh, basis_, coefficients);
-  }
-  std::array<float, 3 * kShFunctions> padded{};  // the bands that the scene lacks, as zeros
-  std::copy(sh, sh + 3 * coefficients, padded.begin());
-  return sh_colour(padded.data(), basis_, kShFunctions);
+  if (coefficients < kShFunctions) counters.skipped_sh_bands += 3 * (kShFunctions - coefficients);
+  return sh_colour(sh, basis_, coefficients);
 }
 
 // Spherical harmonics are the object's: they turn with it because the direction is taken to its space.

@@ -36,17 +36,14 @@ class Shading {
   void prefetch_colours(const KBuffer& hits) const;
   glm::vec3 colour_of(const KEntry& entry, const GaussianRecord& g, const TraceRay& ray, TracerCounters& counters);
   glm::vec3 colour_in_world(const KEntry& entry, const TraceRay& ray) const;
-  void skip_or_shade_rest(const TraceRay& ray, RayState& state, std::size_t first);
   void count_doubled(std::uint32_t gaussian, RayState& state);
 
   const Scene& scene_;
   const HitRecords records_;
   const MultiObjectWorld* const world_;
   const TracerOptions options_;
-  /// Degree of the basis that is evaluated: all bands that the tracer knows unless it skips those above the scene's.
-  const unsigned sh_degree_;
+  const unsigned sh_degree_;  ///< the scene's: of the basis that is evaluated
   std::array<float, kShFunctions> basis_{};
-  glm::vec3 unused_colour_{0.0f};            ///< of hits behind the end of a ray, when they are not skipped
   std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray; empty unless stored triangles are tested
   std::vector<std::uint32_t>* blended_ids_ = nullptr;
 };

@@ -164,7 +164,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
 
 RenderResult render(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
                     const RenderOptions& render, traces::Writer* writer) {
-  if (writer != nullptr && !options.skips.faithful()) throw std::logic_error("a trace holds the hardware's visits");
+  if (writer != nullptr && !options.walk_blas) throw std::logic_error("a trace holds the hardware's visits");
   RenderResult result;
   result.image = Image(camera.width, camera.height);
   if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
@@ -206,9 +206,6 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
     };
     if (writer != nullptr) {
       write_group(worker, render.first_group + index, traces::RayKind::primary, *writer, trace_rays);
-    } else if (!options.skips.has(Skip::events)) {
-      worker.recorder.begin_group(static_cast<std::uint32_t>(index), traces::RayKind::primary);
-      trace_rays(worker.recorder, [&](std::uint32_t p) { worker.recorder.begin_ray(p); });
     } else {
       NullRecorder recorder;
       trace_rays(recorder, [](std::uint32_t) {});
@@ -285,8 +282,7 @@ std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera,
   all.k = kMaxK;
   all.checkpoint = false;
   all.resume = Resume::exact;
-  all.skips = kFaithfulSkips;  // hits that are never accepted are hits
-  all.skips.add(Skip::blas);
+  all.walk_blas = false;
   RenderOptions rays;
   rays.threads = render.threads;
   rays.linear_mapping = render.linear_mapping;

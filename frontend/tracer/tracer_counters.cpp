@@ -64,11 +64,7 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
           .sum(&C::skipped_sh_bands, "skipped.sh_bands", "coefficients", "left out: above the scene's degree")
           .sum(&C::skipped_scene_misses, "skipped.scene_misses", "rays",
                "left out: rays that miss all boxes of the root")
-          .sum(&C::skipped_events, "skipped.events", "visits", "left out: visits that no trace asked for")
-          .sum(&C::skipped_never_accepted, "skipped.never_accepted", "tests",
-               "left out: of Gaussians whose alpha stays below 1/255")
-          .sum(&C::skipped_blas_walks, "skipped.blas_walks", "walks",
-               "left out: instances decided without a walk of the BLAS");
+          .sum(&C::skipped_events, "skipped.events", "visits", "left out: visits that no trace asked for");
   return table;
 }
 

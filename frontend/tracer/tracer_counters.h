@@ -20,9 +20,9 @@ struct TracerCounters {
   std::optional<std::uint64_t> hits;  ///< as count_hits() has them; none unless asked for
   std::uint64_t ties_lost = 0, inside_skipped = 0;
   std::uint64_t single_overflows = 0, nearest_commits = 0, doubled = 0;
-  // What the skips left out (frontend/tracer/skips.h).
+  // Work left out because it changes no bit of the image (docs/model/skips.md).
   std::uint64_t skipped_retests = 0, skipped_dead_colours = 0, skipped_sh_bands = 0, skipped_scene_misses = 0;
-  std::uint64_t skipped_events = 0, skipped_never_accepted = 0, skipped_blas_walks = 0;
+  std::uint64_t skipped_events = 0;
 
   std::uint64_t visits() const { return visits_internal + visits_instance + visits_leaf; }
   std::uint64_t any_hit_calls() const { return any_hit_inserted + any_hit_rejected + any_hit_ignored; }

@@ -10,7 +10,6 @@
 #include "grtx/frontend/gaussian/kernel.h"
 #include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/frontend/gaussian/simd_path.h"
-#include "grtx/frontend/tracer/skips.h"
 #include "grtx/traces/modes.h"
 
 namespace grtx::frontend {
@@ -73,7 +72,7 @@ struct TracerOptions {
   std::uint32_t sample_seed = 1;     ///< stochastic: of the coins
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
-  Skips skips = kFaithfulSkips;      ///< change no bit of the image
+  bool walk_blas = true;             ///< false: the hit function decides at the instance leaf, as no hardware does
   SimdPath simd = best_simd_path();  ///< changes no bit of the result
 };
 

@@ -229,7 +229,7 @@ inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t no
     head[1 + Order::place(slot, hits.hit, static_cast<unsigned>(hits.rank[slot]))] =
         ReachedNode(hits.enter[slot], hits.exit[slot], child, kind, slot);
   }
-  if (remember_) memory_[node].set_link(list);
+  memory_[node].set_link(list);
   return list;
 }
 
@@ -258,8 +258,7 @@ void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, Ray
     return push_root(memory_[entry.node].link(), entry.t, 0, entry.node);
   }
   enter_instance(local_ray(ray, entry), entry.node, state);
-  if (!skip_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
-  ++state.counters.skipped_blas_walks;
+  if (walk_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
   offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_, state),
                entry, state, recorder);
 }
@@ -271,7 +270,7 @@ inline void Traversal::enter_instance(const TraceRay& ray, std::uint32_t leaf, R
     return;
   }
   instance_ = memory_.add_instance();
-  if (remember_) memory_[leaf].set_link(instance_);
+  memory_[leaf].set_link(instance_);
   EnteredInstance& instance = memory_.instance(instance_);
   leaf_hits_.enter(instance, ray, image_.leaf_index(units_of(leaf)), object_);
   instance.root = add_root(blas_root_);
@@ -296,7 +295,7 @@ void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayStat
   if (link == 0) {
     EnteredInstance* const instance = entry.in_blas() ? &memory_.instance(instance_) : nullptr;
     link = leaf_hits_.link_of_leaf(ray, units_of(entry.node), instance, object_, memory_, state);
-    if (remember_) memory_[entry.node].set_link(link);
+    memory_[entry.node].set_link(link);
   } else {
     ++state.counters.skipped_retests;
   }

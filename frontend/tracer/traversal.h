@@ -97,10 +97,9 @@ class Traversal {
   const Box root_box_;             ///< holds the decoded boxes of the root's children
   const TracerOptions options_;
   const bool pop_test_ = options_.pop_test == PopTest::on;
-  const bool remember_ = options_.skips.has(Skip::retests);
   const bool finish_instances_ = options_.checkpoint && options_.below_instance == BelowInstance::finish;
   /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
-  const bool skip_blas_ = options_.skips.has(Skip::blas) && options_.triangle_test == TriangleTest::canonical;
+  const bool walk_blas_ = options_.walk_blas || options_.triangle_test == TriangleTest::world;
   const NodeTest test_children_;
   const HitPolicy policy_;
 

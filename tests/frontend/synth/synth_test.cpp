@@ -75,7 +75,7 @@ TEST_F(Synth, BytesAreTheSameOnEveryHost) {
   };
   for (const Case& c :
        {Case{"hall", "8987538c71ae98f4"}, Case{"building", "7a0a6d63fd77664d"}, Case{"flat", "b24ef2c884da36d1"},
-        Case{"dense_indoor", "d05bb6263e930b02"}, Case{"room", "35379e7924468a52"}, Case{"garden", "30065a171442e552"},
+        Case{"room", "35379e7924468a52"}, Case{"garden", "30065a171442e552"},
         Case{"object", "cac7bb871407222d"}, Case{"stress-needles", "2bb425399b75ba00"}}) {
     EXPECT_EQ(hex(xxh3(read_file(make(c.preset, 3000, 42)))), c.hash) << c.preset;
   }
@@ -169,7 +169,7 @@ TEST_F(Synth, TrainedLikeScenesFillTheirViews) {
     double least, most;
   };
   for (const Case& c :
-       {Case{"hall", 0.1, 0.8}, Case{"building", 0.05, 0.5}, Case{"flat", 0.1, 0.8}, Case{"dense_indoor", 0.1, 0.8},
+       {Case{"hall", 0.1, 0.8}, Case{"building", 0.05, 0.5}, Case{"flat", 0.1, 0.8},
         Case{"room", 0.1, 0.8}, Case{"garden", 0.05, 0.8}, Case{"object", 0.01, 0.5}}) {
     const Scene scene = load_scene(make(c.preset, 8000));
     for (std::size_t view = 0; view < cameras().size(); ++view) {

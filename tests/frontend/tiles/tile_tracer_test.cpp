@@ -63,7 +63,6 @@ TEST(TileTracer, GivesItForEveryOption) {
       {"centre", [](TracerOptions& o) { o.sh_direction = ShDirection::centre; }},
       {"fp16", [](TracerOptions& o) { o.response_precision = ResponsePrecision::fp16; }},
       {"bf16", [](TracerOptions& o) { o.response_precision = ResponsePrecision::bf16; }},
-      {"all skips", [](TracerOptions& o) { o.skips = kAllSkips; }},
   };
   for (const Variant& variant : variants) {
     for (const AccelKind kind : {AccelKind::tri20, AccelKind::ellipsoid}) {

@@ -320,8 +320,7 @@ std::vector<std::uint64_t> counts(const TracerCounters& c) {
           c.skipped_retests,
           c.skipped_dead_colours,
           c.skipped_sh_bands,
-          c.skipped_scene_misses,
-          c.skipped_never_accepted};
+          c.skipped_scene_misses};
 }
 
 TEST(RayWalk, GivesRaysTheColoursAndCountsOfTheWalkThatRecords) {
@@ -348,7 +347,6 @@ TEST(RayWalk, GivesRaysTheColoursAndCountsOfTheWalkThatRecords) {
     options.inside = variant % 6 == 5 ? InsideRule::count : InsideRule::skip;
     options.ert = variant % 3 == 1 ? 0.0f : 0.001f;
     options.simd = available_simd_paths()[variant / 7 % available_simd_paths().size()];
-    if (variant % 8 == 6) options.skips.add(Skip::never_accepted);
     SCOPED_TRACE(accel_name(kind) + " variant " + std::to_string(variant));
     RayTracer by_lists(scene, gaussians, accel, options), recording(scene, gaussians, accel, options);
     Footprint touched(accel.image()), expected_touched(accel.image());
