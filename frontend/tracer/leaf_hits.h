@@ -40,7 +40,7 @@ class LeafHits {
                                   WalkMemory& memory, RayState& state) {
     const std::uint32_t gaussian = gaussian_of(primitive);
     const Hit& hit = cached_hit(ray, gaussian, object, state.stamp);
-    return leaf_of_face_[hit.face] == primitive - gaussian * leaves_ ? link_of_hit(hit, gaussian, object, memory, state)
+    return leaf_of_face_[hit.face] == primitive - gaussian * leaves_ ? link_of_hit(hit, gaussian, object, memory)
                                                                      : WalkMemory::kMissed;
   }
   /// Link of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
@@ -48,9 +48,9 @@ class LeafHits {
                              const CurrentObject& object, WalkMemory& memory, RayState& state);
   /// Link of an instance, in place of a walk of its BLAS: the hit that the walk would find.
   std::uint32_t link_of_instance(const TraceRay& ray, EnteredInstance& instance, const CurrentObject& object,
-                                 WalkMemory& memory, RayState& state) {
+                                 WalkMemory& memory) {
     if (instance.decision == 0) {
-      instance.decision = link_of_hit(hit_of_instance(ray, instance, object), instance.gaussian, object, memory, state);
+      instance.decision = link_of_hit(hit_of_instance(ray, instance, object), instance.gaussian, object, memory);
     }
     return instance.decision;
   }
@@ -77,8 +77,7 @@ class LeafHits {
   const Hit& hit_of_instance(const TraceRay& ray, EnteredInstance& instance, const CurrentObject& object) const;
   Hit stored_triangle_hit(const TraceRay& ray, std::uint32_t units, const EnteredInstance* instance,
                           std::uint32_t gaussian, const CurrentObject& object) const;
-  std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian, const CurrentObject& object, WalkMemory& memory,
-                            RayState& state) const;
+  std::uint32_t link_of_hit(Hit hit, std::uint32_t gaussian, const CurrentObject& object, WalkMemory& memory) const;
 
   const NodeImage& image_;
   const Proxy& proxy_;
@@ -146,11 +145,11 @@ inline std::uint32_t LeafHits::link_of_leaf(const TraceRay& ray, std::uint32_t u
   if (instance == nullptr && !stored_triangles_) return link_of_primitive(ray, primitive, object, memory, state);
   const std::uint32_t gaussian = instance != nullptr ? instance->gaussian : gaussian_of(primitive);
   if (stored_triangles_) {
-    return link_of_hit(stored_triangle_hit(ray, units, instance, gaussian, object), gaussian, object, memory, state);
+    return link_of_hit(stored_triangle_hit(ray, units, instance, gaussian, object), gaussian, object, memory);
   }
   const std::uint32_t leaf = instance != nullptr ? primitive : primitive - gaussian * leaves_;
   const Hit hit = hit_of_instance(ray, *instance, object);
-  return leaf_of_face_[hit.face] == leaf ? link_of_hit(hit, gaussian, object, memory, state) : WalkMemory::kMissed;
+  return leaf_of_face_[hit.face] == leaf ? link_of_hit(hit, gaussian, object, memory) : WalkMemory::kMissed;
 }
 
 /// hit? and t from the leaf's vertices, of several triangles the nearest; the response still comes from the Gaussian,
@@ -172,7 +171,7 @@ inline Hit LeafHits::stored_triangle_hit(const TraceRay& ray, std::uint32_t unit
 }
 
 inline std::uint32_t LeafHits::link_of_hit(Hit hit, std::uint32_t gaussian, const CurrentObject& object,
-                                           WalkMemory& memory, RayState& state) const {
+                                           WalkMemory& memory) const {
   if (object.one_of_several()) object.place_hit(hit, gaussian, sort_key_);
   if (hit.kind == HitKind::miss) return WalkMemory::kMissed;
   return hit.kind == HitKind::inside ? WalkMemory::kInside : memory.add_hit({hit.t, gaussian, hit.d2});

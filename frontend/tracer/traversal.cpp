@@ -259,7 +259,7 @@ void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, Ray
   }
   enter_instance(local_ray(ray, entry), entry.node, state);
   if (walk_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
-  offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_, state),
+  offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_),
                entry, state, recorder);
 }
 

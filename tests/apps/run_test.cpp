@@ -1,43 +1,24 @@
 // The main job on a small generated scene, through the program: synth, trace, check, run, sim twice, errors.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/file_lock.h"
 #include "paths.h"
+#include "shell.h"
+#include "temporary_folder.h"
 
 namespace grtx {
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string output;  ///< standard output and error
-};
+using test::Outcome;
 
 class RunTest : public testing::Test {
  protected:
-  RunTest() : folder(testing::TempDir() + "/grtx_run_" + std::to_string(::getpid())) {
-    std::filesystem::create_directories(folder);
-  }
-  ~RunTest() override { std::filesystem::remove_all(folder); }
-
-  Outcome grtx(const std::string& arguments) {
-    Outcome outcome;
-    std::FILE* pipe = ::popen((grtx::paths::program() + " " + arguments + " 2>&1").c_str(), "r");
-    std::array<char, 4096> buffer{};
-    for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-      outcome.output.append(buffer.data(), n);
-    }
-    const int status = ::pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
-  }
+  Outcome grtx(const std::string& arguments) { return test::shell(grtx::paths::program() + " " + arguments); }
   void must(const std::string& arguments) {
     const Outcome outcome = grtx(arguments);
     ASSERT_EQ(outcome.code, 0) << arguments << "\n" << outcome.output;
@@ -48,7 +29,8 @@ class RunTest : public testing::Test {
   }
   std::string config() { return "--config " + grtx::paths::source_dir() + "/configs/small.toml "; }
 
-  std::string folder;
+  const test::TemporaryFolder own;
+  const std::string folder = own.path();
 };
 
 TEST_F(RunTest, FourDesignsEndToEnd) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "temporary_folder.h"
 
 namespace {
 
@@ -22,10 +23,8 @@ std::size_t files_in(const std::filesystem::path& folder) {
 }
 
 struct AtomicFileTest : testing::Test {
-  AtomicFileTest() { std::filesystem::create_directories(folder); }
-  ~AtomicFileTest() override { std::filesystem::remove_all(folder); }
-  std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / ("atomic_file_" + std::to_string(::getpid()));
+  const grtx::test::TemporaryFolder own;
+  const std::filesystem::path folder = own.path();
 };
 
 TEST_F(AtomicFileTest, LeavesNothingWithoutCommit) {

@@ -10,13 +10,12 @@
 #include <functional>
 
 #include "grtx/base/atomic_file.h"
+#include "temporary_folder.h"
 
 namespace grtx {
 namespace {
 
 struct EndBySignal : testing::Test {
-  EndBySignal() { std::filesystem::create_directories(folder); }
-  ~EndBySignal() override { std::filesystem::remove_all(folder); }
   bool has(const char* name) const { return std::filesystem::exists(folder / name); }
 
   /// Status of a process that does this; its stderr goes to a file.
@@ -34,8 +33,8 @@ struct EndBySignal : testing::Test {
   }
   std::string said() const { return read_file(folder / "err"); }
 
-  std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / ("end_by_signal_" + std::to_string(::getpid()));
+  const grtx::test::TemporaryFolder own;
+  const std::filesystem::path folder = own.path();
 };
 
 TEST_F(EndBySignal, APartialFileStaysForEver) {

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "grtx/base/error.h"
 #include "paths.h"
 #include "sweep_database.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -21,13 +21,8 @@ using ::testing::HasSubstr;
 
 class Correlate : public ::testing::Test {
  protected:
-  Correlate() { std::filesystem::create_directories(folder_); }
-  ~Correlate() override { std::filesystem::remove_all(folder_); }
-  std::string file(const char* name) const { return folder_ + "/" + name; }
-  std::string csv(const std::string& text) const {
-    write_file(file("measured.csv"), text);
-    return file("measured.csv");
-  }
+  std::string file(const char* name) const { return folder_.path(name); }
+  std::string csv(const std::string& text) const { return folder_.write("measured.csv", text); }
   /// Times of baseline and sw on two scenes: speed-ups 2 and 1.5.
   SweepResults database() const {
     const std::string path = file("sweep.sqlite");
@@ -44,7 +39,7 @@ class Correlate : public ::testing::Test {
                point(4, "garden", "sw", 200), point(5, "garden", "sw", 250, 4)});
     return read_sweep_results(path);
   }
-  const std::string folder_ = ::testing::TempDir() + "correlate." + std::to_string(::getpid());
+  const grtx::test::TemporaryFolder folder_;
   std::string fault_of(const std::string& text) const {
     try {
       correlate(read_measured(csv(text)), database(), "sweep.sqlite");

@@ -3,13 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <limits>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -54,7 +54,8 @@ TEST(Html, JsonCannotEndItsScript) {
 }
 
 TEST(Html, PicturesBecomeDataAndNothingElseDoes) {
-  const std::string path = testing::TempDir() + "/grtx_html_" + std::to_string(::getpid()) + ".bin";
+  const grtx::test::TemporaryFolder folder;
+  const std::string path = folder.path("a.bin");
   const std::string png = "\x89PNG\r\n\x1a\n";
   const struct {
     std::string bytes;
@@ -70,7 +71,6 @@ TEST(Html, PicturesBecomeDataAndNothingElseDoes) {
   }
   write_file(path, "<svg onload=alert(1)>");
   EXPECT_THROW(picture_uri(path), Error);
-  std::filesystem::remove(path);
 }
 
 TEST(Html, ATableNamesItsRowsAndColumns) {

@@ -1,13 +1,12 @@
 // What a report says of a search: front, path, contributions, reasons; all of it text and never markup.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 
 #include "grtx/base/error.h"
 #include "grtx/explore/report/sections.h"
 #include "sweep_database.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -39,16 +38,15 @@ nlohmann::ordered_json result() {
 
 class SearchSection : public testing::Test {
  protected:
-  SearchSection() : path(testing::TempDir() + "/grtx_search_section_" + std::to_string(::getpid()) + ".sqlite") {
-    std::filesystem::remove(path);
+  SearchSection() {
     testing_sweep::make_points(path, nlohmann::json::parse(R"([{"id": 1, "values": {"gpu.time_us": 1}}])"));
   }
-  ~SearchSection() override { std::filesystem::remove(path); }
   void store(const std::string& document) {
     testing_sweep::execute(path,
                            "INSERT OR REPLACE INTO meta VALUES ('search', " + testing_sweep::quoted(document) + ")");
   }
-  std::string path;
+  const grtx::test::TemporaryFolder folder;
+  const std::string path = folder.path("a.sqlite");
 };
 
 TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {

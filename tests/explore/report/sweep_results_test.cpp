@@ -2,24 +2,20 @@
 #include "grtx/explore/report/sweep_results.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "grtx/explore/report/sweep_views.h"
 #include "sweep_database.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
 
 class SweepResultsTest : public testing::Test {
  protected:
-  SweepResultsTest() : path(testing::TempDir() + "/grtx_sweep_" + std::to_string(::getpid()) + ".sqlite") {
-    std::filesystem::remove(path);
-  }
-  ~SweepResultsTest() override { std::filesystem::remove(path); }
-  std::string path;
+  const grtx::test::TemporaryFolder folder;
+  const std::string path = folder.path("a.sqlite");
 };
 
 TEST_F(SweepResultsTest, PointsValuesAndCoordinates) {

@@ -2,13 +2,13 @@
 #include "grtx/explore/search/search_plan.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 
 #include "explore/sweep/fake_tracer_rules.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -17,13 +17,12 @@ using Values = std::vector<SweepValue>;
 
 class SearchPlanTest : public testing::Test {
  protected:
-  SearchPlanTest() : path(testing::TempDir() + "/grtx_search_plan_" + std::to_string(::getpid()) + ".toml") {}
-  ~SearchPlanTest() override { std::filesystem::remove(path); }
   SearchPlan read(const std::string& text) {
     write_file(path, text);
     return load_search_plan(path, test::FakeTracerRules());
   }
-  std::string path;
+  const grtx::test::TemporaryFolder folder;
+  const std::string path = folder.path("plan.toml");
 };
 
 TEST_F(SearchPlanTest, SaysWhatMayBeChosenWhatIsWantedAndWhatMustHold) {

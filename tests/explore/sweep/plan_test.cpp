@@ -2,30 +2,25 @@
 #include "grtx/explore/sweep/plan.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 
 #include "explore/sweep/fake_tracer_rules.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
 
 class SweepPlanTest : public testing::Test {
  protected:
-  SweepPlanTest()
-      : folder((std::filesystem::temp_directory_path() / ("grtx_plan_" + std::to_string(::getpid()))).string()) {
-    std::filesystem::create_directories(folder);
-    path = folder + "/plan.toml";
-  }
-  ~SweepPlanTest() override { std::filesystem::remove_all(folder); }
   SweepPlan read(const std::string& text) {
     write_file(path, text);
     return load_plan(path, test::FakeTracerRules());
   }
-  std::string folder, path;
+  const grtx::test::TemporaryFolder own;
+  const std::string folder = own.path(), path = own.path("plan.toml");
 };
 
 constexpr const char* kScene = "[[scene]]\npreset = 'object'\ncount = 100\n";  // lines 1 to 3

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <malloc.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -13,18 +12,17 @@
 #include "grtx/base/hash.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
 
 class SweepPointsTest : public testing::Test {
  protected:
-  SweepPointsTest() : folder(testing::TempDir() + "/grtx_points_" + std::to_string(::getpid())) {
-    std::filesystem::create_directories(folder);
+  SweepPointsTest() {
     write_file(folder + "/s.ply", "scene");
     write_file(folder + "/c.json", "cameras");
   }
-  ~SweepPointsTest() override { std::filesystem::remove_all(folder); }
   SweepPlan plan() const {
     SweepPlan plan;
     plan.points = {{}};
@@ -37,7 +35,8 @@ class SweepPointsTest : public testing::Test {
   SweepPoints points(const SweepPlan& plan, const std::string& program = "grtx 1") const {
     return expand(plan, test::FakeTracerRules(), program);
   }
-  std::string folder;
+  const grtx::test::TemporaryFolder own;
+  const std::string folder = own.path();
 };
 
 TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {

@@ -21,31 +21,11 @@
 
 namespace grtx::sim::test {
 
-struct Outcome {
-  int code = -1;
-  std::string output;  ///< standard output and error
-};
-
-inline Outcome shell(const std::string& command) {
-  Outcome outcome;
-  std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    outcome.output.append(buffer.data(), n);
-  }
-  const int status = ::pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return outcome;
-}
+using grtx::test::Outcome;
+using grtx::test::shell;
 
 class SweepBench : public testing::Test {
  protected:
-  SweepBench()
-      : folder((std::filesystem::temp_directory_path() / ("grtx_sweep_" + std::to_string(::getpid()))).string()) {
-    std::filesystem::create_directories(folder);
-  }
-  ~SweepBench() override { std::filesystem::remove_all(folder); }
-
   /// Eight points of a tiny scene on a small machine; `more` is added to the plan.
   void write_plan(const std::string& more = "") {
     write_file(folder + "/plan.toml", "base = '" + grtx::paths::source_dir() +

@@ -10,6 +10,7 @@
 #include "frontend/synth/stress_scenes.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
 #include "paths.h"
+#include "temporary_folder.h"
 
 namespace grtx::frontend {
 namespace {
@@ -240,21 +241,16 @@ class SplatTransform : public testing::Test {
       GTEST_SKIP() << "GRTX_SPLAT_TRANSFORM does not name the program splat-transform (npm, 3.7.0)";
     }
     program_ = named;
-    folder_ = std::filesystem::temp_directory_path() / ("grtx_splat_transform_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override {
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path(name); }
   void convert(const std::string& options, const std::string& from, const std::string& to) const {
     const std::string command = "'" + program_ + "' -q -w " + options + " '" + from + "' '" + to + "'";
     ASSERT_EQ(std::system(command.c_str()), 0) << command;
   }
 
   std::string program_;
-  std::filesystem::path folder_;
+  const grtx::test::TemporaryFolder folder_;
 };
 
 TEST_F(SplatTransform, ItsFilesDecodeToTheSource) {

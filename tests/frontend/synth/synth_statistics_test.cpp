@@ -1,13 +1,12 @@
 // Acceptance: generated scenes have the statistics of trained ones (docs/model/synthetic-scenes.md). Limits are the
 // ranges measured on trained scenes, not this generator's values.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 
 #include "frontend/synth/scene_statistics.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
+#include "temporary_folder.h"
 
 namespace grtx::frontend {
 namespace {
@@ -15,20 +14,17 @@ namespace {
 class SynthStatisticsOf : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("grtx_statistics_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-    const std::string file = (folder_ / "scene.ply").string();
+    const grtx::test::TemporaryFolder folder;
+    const std::string file = folder.path("scene.ply");
     synthesise({GetParam(), whole() ? 300000u : 60000u, 1, 1}, file);
     scene_ = load_scene(file);
-    views_ = load_cameras((folder_ / "scene.cameras.json").string());
+    views_ = load_cameras(folder.path("scene.cameras.json"));
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   bool is(const char* preset) const { return std::string(GetParam()) == preset; }
   /// Like the public whole scenes of 0.8 to 1.5 M Gaussians; the other presets are like finer captures and objects.
   bool whole() const { return is("hall") || is("building") || is("room"); }
   bool cut_out() const { return is("object") || is("building"); }
 
-  std::filesystem::path folder_;
   Scene scene_;
   std::vector<Camera> views_;
 };

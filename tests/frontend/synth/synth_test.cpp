@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "grtx/frontend/gaussian/gaussian_math.h"
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "temporary_folder.h"
 
 namespace grtx::frontend {
 namespace {
@@ -26,13 +26,7 @@ using ::testing::HasSubstr;
 
 class Synth : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("grtx_synth_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path(name); }
   std::string make(const std::string& preset, std::uint64_t count, std::uint64_t seed = 1, unsigned degree = 2) const {
     const std::string file = path("scene.ply");
     synthesise({preset, count, seed, degree}, file);
@@ -47,7 +41,7 @@ class Synth : public ::testing::Test {
     return render_reference(scene, cameras().at(view).resized(pixels, pixels), options);
   }
 
-  std::filesystem::path folder_;
+  const grtx::test::TemporaryFolder folder_;
 };
 
 double brightness(const Image& image) {

@@ -1,33 +1,15 @@
 // Everything that a configuration may get wrong: one line with the file, the line, the key and the nearest known name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
 
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
 
 using ::testing::HasSubstr;
-
-class Folder {
- public:
-  Folder() : path_(std::filesystem::path(::testing::TempDir()) / ("grtx_config_" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return (path_ / name).string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct Case {
   const char* name;
@@ -40,7 +22,7 @@ struct Case {
 class ConfigError : public ::testing::TestWithParam<Case> {};
 
 TEST_P(ConfigError, NamesFileLineAndRule) {
-  const Folder folder;
+  const grtx::test::TemporaryFolder folder;
   folder.write("circle.toml", "include = \"bad.toml\"\n");
   const std::string path = folder.write("bad.toml", GetParam().text);
   try {
@@ -114,7 +96,7 @@ TEST(ConfigSetting, NamesTheNearestKeyAndTheRule) {
 }
 
 TEST(ConfigSetting, AppliesAfterTheFileInOrder) {
-  const Folder folder;
+  const grtx::test::TemporaryFolder folder;
   const std::string path = folder.write("a.toml", "[l1]\nlatency = 30\n[rt.scheduler]\npolicy = \"round_robin\"\n");
   const GpuConfig config =
       load_config(path, {"l1.latency=31", "l1.latency=32", "gpu.core_mhz=1000", "l1.perfect=true"});
@@ -125,7 +107,7 @@ TEST(ConfigSetting, AppliesAfterTheFileInOrder) {
 }
 
 TEST(ConfigFile, AnIncludingFileSaysOnlyWhatDiffers) {
-  const Folder folder;
+  const grtx::test::TemporaryFolder folder;
   folder.write("base.toml", "[l1]\nlatency = 30\nways = 64\n");
   folder.write("more.toml", "[l1]\nways = 32\n");
   const std::string path = folder.write("top.toml", "include = [\"base.toml\", \"more.toml\"]\n[gpu]\nsms = 3\n");

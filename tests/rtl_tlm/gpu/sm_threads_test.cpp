@@ -2,18 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "grtx/base/child_process.h"
-#include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
-#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/rtl_tlm/run/simulation.h"
-#include "grtx/traces/writer.h"
 #include "paths.h"
 #include "rtl_tlm/simulate_priced.h"
+#include "rtl_tlm/traced_view.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -22,25 +20,11 @@ using nlohmann::ordered_json;
 
 class SmThreadsTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    base_ = ::testing::TempDir() + "/sm_threads_" + std::to_string(::getpid());
-    frontend::synthesise({"flat", 1500, 11, 1}, base_ + ".ply");
-  }
-  void TearDown() override {
-    for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);
-  }
+  void SetUp() override { frontend::synthesise({"flat", 1500, 11, 1}, base_ + ".ply"); }
   void trace(frontend::AccelKind kind, bool checkpoint) const {
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
-    const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(32, 24);
-    frontend::TracerOptions options;
-    options.checkpoint = checkpoint;
-    frontend::RenderOptions render;
-    render.threads = 1;
-    const frontend::PreparedGaussians gaussians(scene, options.kernel);
-    const frontend::AccelerationStructure accel(gaussians, {kind, 6, false});
-    traces::Writer writer(base_ + ".grtx", frontend::trace_header(scene, camera, accel, options, render));
-    frontend::render(scene, gaussians, accel, camera, options, render, &writer);
-    writer.finish();
+    const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0];
+    test::write_view(base_ + ".grtx", scene, camera, 32, 24, kind, checkpoint);
   }
   /// Statistics without the host's, and what the run said.
   std::string run(unsigned sms, const BuildOptions& build, const std::vector<std::string>& settings = {},
@@ -77,7 +61,8 @@ class SmThreadsTest : public ::testing::Test {
     build.crowded = [asked = 0U]() mutable { return ++asked % 8 == 0; };
     return build;
   }
-  std::string base_;
+  const grtx::test::TemporaryFolder folder_;
+  const std::string base_ = folder_.path("a");
 };
 
 TEST_F(SmThreadsTest, Baseline) { expect_the_same(frontend::AccelKind::tri20, false); }

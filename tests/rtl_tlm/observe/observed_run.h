@@ -13,6 +13,7 @@
 #include "paths.h"
 #include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/simulate_priced.h"
+#include "temporary_folder.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
@@ -23,9 +24,6 @@ class ObservedRun {
   /// procedural: leaves are spheres, or ellipsoids without a BLAS; boxes: they are boxes.
   explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false,
                        bool boxes = false) {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ("grtx_observed_" + std::to_string(::getpid()) + "_" + std::to_string(++count()));
-    std::filesystem::create_directories(folder_);
     traces::testing::RandomOptions random;
     random.seed = 11;
     random.groups = 12;
@@ -40,11 +38,8 @@ class ObservedRun {
     for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;
     traces::testing::write_trace(path("t.grtx"), trace.header, trace.groups);
   }
-  ~ObservedRun() { std::filesystem::remove_all(folder_); }
-  ObservedRun(const ObservedRun&) = delete;
-  ObservedRun& operator=(const ObservedRun&) = delete;
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path(name); }
 
   /// Runs with `options`; returns the statistics. Fails the test when a conservation law does not hold.
   nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {},

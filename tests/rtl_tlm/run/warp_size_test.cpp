@@ -1,8 +1,6 @@
 // Warps of every size and both mappings: the same image and the same work, executed once by the hardware model.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
@@ -13,6 +11,7 @@
 #include "grtx/traces/writer.h"
 #include "paths.h"
 #include "rtl_tlm/simulate_priced.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -27,13 +26,7 @@ struct Traced {
 
 class WarpSize : public ::testing::Test {
  protected:
-  void SetUp() override {
-    base_ = ::testing::TempDir() + "/warp_size_" + std::to_string(::getpid());
-    frontend::synthesise({"flat", 800, 5, 1}, base_ + ".ply");
-  }
-  void TearDown() override {
-    for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);
-  }
+  void SetUp() override { frontend::synthesise({"flat", 800, 5, 1}, base_ + ".ply"); }
   Traced run(unsigned warp_size, bool linear) const {
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(16, 16);
@@ -67,7 +60,8 @@ class WarpSize : public ::testing::Test {
   }
 
  private:
-  std::string base_;
+  const grtx::test::TemporaryFolder folder_;
+  const std::string base_ = folder_.path("a");
 };
 
 TEST_F(WarpSize, ChangesTimeAndFetchesButNeitherImageNorWork) {
