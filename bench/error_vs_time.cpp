@@ -69,9 +69,7 @@ std::vector<Setting> settings(bool full) {
   std::vector<Setting> all;
   for (std::size_t a = 0; a < names_of<AccelKind>().size(); ++a) {
     for (const bool checkpoint : {false, true}) {
-      Setting base;
-      base.accel = static_cast<AccelKind>(a);
-      base.checkpoint = checkpoint;
+      Setting base{.accel = static_cast<AccelKind>(a), .checkpoint = checkpoint};
       for (const unsigned k : ks) {
         for (const float ert : erts) {
           for (const bool adaptive : {true, false}) {
@@ -131,9 +129,7 @@ void run(const Options& options) {
   std::map<ReferenceProxy, Image> truth;
   for (const ReferenceProxy proxy :
        {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
-    ReferenceOptions reference;
-    reference.proxy = proxy;
-    reference.ert = 0.0;
+    ReferenceOptions reference{.proxy = proxy, .ert = 0.0};
     truth[proxy] = render_reference(scene, camera, reference).image;
   }
   std::vector<Measured> all;
@@ -154,9 +150,7 @@ void run(const Options& options) {
   for (std::size_t i = 0; i < list.size();) {
     const Setting& first = list[i];
     const PreparedGaussians& gaussians = first.adaptive ? adaptive : three_sigma;
-    AccelOptions accel_options;
-    accel_options.kind = first.accel;
-    accel_options.box_bits = first.box_bits;
+    AccelOptions accel_options{.kind = first.accel, .box_bits = first.box_bits};
     const AccelerationStructure accel(gaussians, accel_options);
     std::size_t end = i;
     while (end < list.size() && list[end].accel == first.accel && list[end].adaptive == first.adaptive &&
@@ -168,12 +162,11 @@ void run(const Options& options) {
     for (unsigned r = 0; r < options.runs; ++r) {
       base_seconds = std::min(base_seconds, timed(adaptive, base_accel, TracerOptions{}).first);
       for (std::size_t j = i; j < end; ++j) {
-        TracerOptions tracer;
-        tracer.k = list[j].k;
-        tracer.checkpoint = list[j].checkpoint;
-        tracer.ert = list[j].ert;
-        tracer.kernel = {list[j].adaptive};
-        tracer.response_precision = list[j].response;
+        TracerOptions tracer{.k = list[j].k,
+                             .checkpoint = list[j].checkpoint,
+                             .ert = list[j].ert,
+                             .kernel = {list[j].adaptive},
+                             .response_precision = list[j].response};
         auto [seconds, result] = timed(gaussians, accel, tracer);
         if (r == 0) {
           Measured& m = all.emplace_back();

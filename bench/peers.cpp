@@ -148,11 +148,8 @@ class Match {
   }
 
   TracerOptions tracer_options() const {
-    TracerOptions tracer;
-    tracer.k = options_.k;
-    tracer.tmax_update = TmaxUpdate::kth;
-    tracer.replay_tmax = ReplayTmax::kth;
-    tracer.checkpoint_capacity = 65535;
+    TracerOptions tracer{
+        .k = options_.k, .checkpoint_capacity = 65535, .tmax_update = TmaxUpdate::kth, .replay_tmax = ReplayTmax::kth};
     return tracer;
   }
   static RenderOptions one_thread() {

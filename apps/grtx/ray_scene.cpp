@@ -151,10 +151,9 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   }
   if (recorded.processed != watched.ray.processed) throw differs(recorded.rounds.size(), 0);
 
-  RayValues values;
-  values.t_max = std::move(watched.t_max);
-  values.times = std::move(watched.times);
-  values.transmittance = std::move(watched.transmittance);
+  RayValues values{.t_max = std::move(watched.t_max),
+                   .times = std::move(watched.times),
+                   .transmittance = std::move(watched.transmittance)};
   for (const WatchedRay::Start& start : watched.starts) {
     values.start_t_max.push_back(start.t_max);
     auto& hits = values.start_hits.emplace_back();

@@ -238,9 +238,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
     const std::size_t index = static_cast<std::size_t>(&design - comparison.designs().data());
     running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, index, name = design.name] {
                            const std::string& trace = traced.at(name).path;
-                           SimulationOptions simulation;
-                           simulation.observer = progress.observer(index);
-                           simulation.price = describe_energy;
+                           SimulationOptions simulation{.observer = progress.observer(index), .price = describe_energy};
                            const SimulationResult result = options.mode == SimulationMode::sampled
                                                                ? simulate_sampled(trace, config, sampled).result
                                                                : simulate(trace, config, simulation, options.mode);

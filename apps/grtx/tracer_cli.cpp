@@ -144,11 +144,10 @@ AccelOptions accel_options(const TracerCli& cli, AccelKind accel) {
 }
 
 RenderOptions render_options(const TracerCli& cli, bool quiet) {
-  RenderOptions r;
-  r.threads = cli.threads;
-  r.linear_mapping = cli.mapping == traces::WarpMapping::linear;
-  r.warp_size = cli.warp_size;
-  r.quiet = quiet;
+  RenderOptions r{.threads = cli.threads,
+                  .linear_mapping = cli.mapping == traces::WarpMapping::linear,
+                  .warp_size = cli.warp_size,
+                  .quiet = quiet};
   return r;
 }
 

@@ -61,12 +61,11 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
     for (std::size_t i = 0; i < results.points.size(); ++i) {
       const ReportedPoint& p = results.points[i];
       if (!p.done() || p.mode != mode) continue;
-      ShownPoint point;
-      point.id = p.id;
-      point.label = fmt::format("#{}", p.id);
-      point.view = position_in(names, view_of(p));
-      point.machine = position_in(machines, machine_of(p));
-      point.of = {i};
+      ShownPoint point{.id = p.id,
+                       .label = fmt::format("#{}", p.id),
+                       .view = position_in(names, view_of(p)),
+                       .machine = position_in(machines, machine_of(p)),
+                       .of = {i}};
       found[point.machine].push_back(i);
       own.push_back(std::move(point));
     }

@@ -17,17 +17,16 @@ struct TinyTrace {
 };
 
 inline traces::Header tiny_header(const TinyTrace& tiny) {
-  traces::Header header;
-  header.accel = traces::AccelKind::tri20;
-  header.k = 2;
-  header.width = tiny.lanes;
-  header.height = tiny.groups;
-  header.warp_mapping = traces::WarpMapping::linear;
-  header.groups = tiny.groups;
-  header.node_image_bytes = 4 * traces::kNodeUnit;
-  header.root = traces::kNodeUnit;
-  header.gaussians = 2;
-  header.inputs = {{"scene", "tiny"}};
+  traces::Header header{.accel = traces::AccelKind::tri20,
+                        .k = 2,
+                        .width = tiny.lanes,
+                        .height = tiny.groups,
+                        .warp_mapping = traces::WarpMapping::linear,
+                        .groups = tiny.groups,
+                        .node_image_bytes = 4 * traces::kNodeUnit,
+                        .root = traces::kNodeUnit,
+                        .gaussians = 2,
+                        .inputs = {{"scene", "tiny"}}};
   return header;
 }
 
@@ -37,10 +36,7 @@ inline traces::RayGroup tiny_group(const TinyTrace& tiny, unsigned index) {
   using traces::NodeKind;
   traces::RayGroup group;
   group.index = index;
-  traces::NodeDefinition root;
-  root.address = 1;
-  root.child_base = 2;
-  root.child_count = 2;
+  traces::NodeDefinition root{.address = 1, .child_base = 2, .child_count = 2};
   root.child_kinds[0] = root.child_kinds[1] = NodeKind::triangle;
   group.nodes = {root};
   const auto inserted = static_cast<std::uint8_t>(traces::LeafOutcome::inserted);

@@ -22,82 +22,43 @@ using testing::RandomOptions;
 using testing::RandomTrace;
 
 RandomTrace replaying() {
-  RandomOptions options;
-  options.seed = 5;
-  options.groups = 6;
-  options.two_level = true;
-  options.k = 3;
+  RandomOptions options{.seed = 5, .groups = 6, .k = 3, .two_level = true};
   return testing::random_trace(options);
 }
 /// Three levels: every seed's rays replay nodes of the scene TLAS, of objects and of the BLAS.
 RandomTrace placed() {
-  RandomOptions options;
-  options.seed = 5;
-  options.groups = 12;
-  options.two_level = true;
-  options.objects = 2;
-  options.k = 3;
+  RandomOptions options{.seed = 5, .groups = 12, .k = 3, .two_level = true, .objects = 2};
   return testing::random_trace(options);
 }
 bool in_scene(const Header& header, std::uint32_t address) {
   return address * header.node_sizes().unit() < header.objects_base();
 }
 RandomTrace overflowing() {
-  RandomOptions options;
-  options.seed = 6;
-  options.groups = 12;
-  options.k = 2;
-  options.depth = 4;
-  options.bvh_width = 8;
-  options.capacity = 6;
+  RandomOptions options{.seed = 6, .groups = 12, .bvh_width = 8, .depth = 4, .k = 2, .capacity = 6};
   return testing::random_trace(options);
 }
 RandomTrace restarting() {
-  RandomOptions options;
-  options.seed = 7;
-  options.groups = 6;
-  options.k = 3;
-  options.checkpoint = false;
+  RandomOptions options{.seed = 7, .groups = 6, .k = 3, .checkpoint = false};
   return testing::random_trace(options);
 }
 
 /// Whose children are popped in Vulkan-Sim's order.
 RandomTrace following() {
-  RandomOptions options;
-  options.seed = 9;
-  options.groups = 6;
-  options.k = 3;
-  options.checkpoint = false;
-  options.child_order = ChildOrder::vulkan_sim;
+  RandomOptions options{.seed = 9, .groups = 6, .k = 3, .checkpoint = false, .child_order = ChildOrder::vulkan_sim};
   return testing::random_trace(options);
 }
 
 RandomTrace single_round() {
-  RandomOptions options;
-  options.seed = 8;
-  options.groups = 6;
-  options.k = 4;
-  options.checkpoint = false;
-  options.tracing = Tracing::single;
+  RandomOptions options{.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::single};
   return testing::random_trace(options);
 }
 RandomTrace list() {
-  RandomOptions options;
-  options.seed = 8;
-  options.groups = 6;
-  options.k = 4;
-  options.checkpoint = false;
-  options.tracing = Tracing::list;
+  RandomOptions options{.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::list};
   return testing::random_trace(options);
 }
 RandomTrace closest_hit() {
-  RandomOptions options;
-  options.seed = 9;
-  options.groups = 6;
-  options.k = 1;
-  options.checkpoint = false;
-  options.two_level = true;
-  options.tracing = Tracing::closest;
+  RandomOptions options{
+      .seed = 9, .groups = 6, .k = 1, .checkpoint = false, .two_level = true, .tracing = Tracing::closest};
   return testing::random_trace(options);
 }
 

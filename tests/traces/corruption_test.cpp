@@ -22,10 +22,7 @@ using ::testing::HasSubstr;
 using testing::TemporaryFile;
 
 std::string small_file() {
-  testing::RandomOptions options;
-  options.groups = 2;
-  options.warp_size = 3;
-  options.two_level = true;
+  testing::RandomOptions options{.groups = 2, .warp_size = 3, .two_level = true};
   const auto trace = testing::random_trace(options);
   const TemporaryFile file;
   testing::write_trace(file.path(), trace.header, trace.groups);

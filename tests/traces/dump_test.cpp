@@ -43,9 +43,7 @@ void write_small_trace(const std::string& path) {
   round.k_count = round.processed_count = 1;
   round.terminated = true;
   ray.rounds = {round};
-  Processed entry;
-  entry.gaussian = 7;
-  entry.blended = 1;
+  Processed entry{.gaussian = 7, .blended = 1};
   ray.processed = {entry};
   testing::write_trace(path, header, {group});
 }

@@ -15,19 +15,16 @@ constexpr auto kI = NodeKind::internal;
 constexpr auto kT = NodeKind::triangle;
 
 NodeDefinition node(std::uint32_t address, std::uint32_t child_base, std::vector<NodeKind> kinds) {
-  NodeDefinition definition;
-  definition.address = address;
-  definition.child_base = child_base;
-  definition.child_count = static_cast<std::uint8_t>(kinds.size());
+  NodeDefinition definition{
+      .address = address, .child_base = child_base, .child_count = static_cast<std::uint8_t>(kinds.size())};
   std::copy(kinds.begin(), kinds.end(), definition.child_kinds.begin());
   return definition;
 }
 
 Event visit(std::uint32_t index, unsigned pushed) {
-  Event event;
-  event.node = index;
-  event.detail = static_cast<std::uint8_t>(pushed);
-  event.kind_shifts = Event::pack(EventKind::visit_internal);
+  Event event{.node = index,
+              .detail = static_cast<std::uint8_t>(pushed),
+              .kind_shifts = Event::pack(EventKind::visit_internal)};
   return event;
 }
 

@@ -11,14 +11,10 @@ namespace {
 using Kinds = std::vector<NodeKind>;
 
 RayGroup group(std::uint32_t index, std::uint32_t address, std::uint32_t child_base, const Kinds& kinds) {
-  NodeDefinition node;
-  node.address = address;
-  node.child_base = child_base;
-  node.child_count = static_cast<std::uint8_t>(kinds.size());
+  NodeDefinition node{
+      .address = address, .child_base = child_base, .child_count = static_cast<std::uint8_t>(kinds.size())};
   std::copy(kinds.begin(), kinds.end(), node.child_kinds.begin());
-  RayGroup result;
-  result.index = index;
-  result.nodes = {node};
+  RayGroup result{.index = index, .nodes = {node}};
   return result;
 }
 

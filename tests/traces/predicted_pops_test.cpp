@@ -9,21 +9,15 @@ namespace grtx::traces {
 namespace {
 
 Event event_of(EventKind kind, std::uint32_t node, unsigned detail) {
-  Event event;
-  event.node = node;
-  event.detail = static_cast<std::uint8_t>(detail);
-  event.kind_shifts = Event::pack(kind);
+  Event event{.node = node, .detail = static_cast<std::uint8_t>(detail), .kind_shifts = Event::pack(kind)};
   return event;
 }
 
 /// A root with two leaves at units 2 and 3. `restarts` rounds hit neither; one more, if told, hits the second.
 RayGroup restarting_ray(unsigned restarts, bool last_hits) {
   RayGroup group;
-  NodeDefinition root;
-  root.address = 1;
-  root.child_base = 2;
-  root.child_count = 2;
-  root.child_kinds = {NodeKind::triangle, NodeKind::triangle};
+  NodeDefinition root{
+      .address = 1, .child_base = 2, .child_kinds = {NodeKind::triangle, NodeKind::triangle}, .child_count = 2};
   group.nodes = {root};
   Ray ray;
   Round round;

@@ -98,10 +98,9 @@ class RandomTree {
 
  private:
   void grow(std::uint32_t address, unsigned depth, NodeKind leaf) {
-    NodeDefinition node;
-    node.address = address;
-    node.child_base = next_;
-    node.child_count = static_cast<std::uint8_t>(2 + random_() % (options_.bvh_width - 1));
+    NodeDefinition node{.address = address,
+                        .child_base = next_,
+                        .child_count = static_cast<std::uint8_t>(2 + random_() % (options_.bvh_width - 1))};
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
       const bool inner = depth > 1 && random_() % 3 != 0;
       NodeKind kind = leaf;
@@ -171,11 +170,10 @@ class RandomRay {
   }
 
   void push_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
-    Event event;
-    event.node = node;
-    event.detail = static_cast<std::uint8_t>(detail);
-    event.checkpoints = static_cast<std::uint8_t>(checkpoints);
-    event.kind_shifts = Event::pack(kind, shifts);
+    Event event{.node = node,
+                .detail = static_cast<std::uint8_t>(detail),
+                .checkpoints = static_cast<std::uint8_t>(checkpoints),
+                .kind_shifts = Event::pack(kind, shifts)};
     ray_.events.push_back(event);
   }
 
@@ -236,9 +234,7 @@ class RandomRay {
     if (stochastic()) {
       round.processed_count = static_cast<std::uint16_t>(looked_at_.size());
       for (const Hit& hit : looked_at_) {
-        Processed entry;
-        entry.gaussian = hit.gaussian & 0x7FFFFFFFU;
-        entry.blended = !k_buffer_.empty() && hit == k_buffer_[0];
+        Processed entry{.gaussian = hit.gaussian & 0x7FFFFFFFU, .blended = !k_buffer_.empty() && hit == k_buffer_[0]};
         ray_.processed.push_back(entry);
       }
       return;
@@ -247,9 +243,7 @@ class RandomRay {
     round.processed_count = round.k_count;
     if (round.terminated) round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
     for (std::size_t i = 0; i < round.processed_count; ++i) {
-      Processed entry;
-      entry.gaussian = k_buffer_[i].gaussian & 0x7FFFFFFFU;
-      entry.blended = random_() % 4 != 0;
+      Processed entry{.gaussian = k_buffer_[i].gaussian & 0x7FFFFFFFU, .blended = random_() % 4 != 0};
       ray_.processed.push_back(entry);
       t_last_ = k_buffer_[i].t;
     }
@@ -551,9 +545,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.checkpoint_capacity = options.checkpoint ? options.capacity : 0;
   header.inputs = {{"scene", "0123456789abcdef"}, {"camera", "view 3 of \"cameras\""}};
   for (std::uint64_t g = 0; g < options.groups; ++g) {
-    RayGroup group;
-    group.index = static_cast<std::uint32_t>(g);
-    group.kind = static_cast<RayKind>(random() % 3);
+    RayGroup group{.index = static_cast<std::uint32_t>(g), .kind = static_cast<RayKind>(random() % 3)};
     group.rays.resize(1 + random() % options.warp_size);
     for (Ray& ray : group.rays) {
       if (random() % 8 != 0) ray = RandomRay(options, tree, static_cast<std::uint32_t>(random())).trace();
@@ -654,9 +646,7 @@ inline std::vector<RandomOptions> all_random_options() {
   for (const bool two_level : {false, true}) {
     for (const unsigned bins : {2U, 3U, 8U, 32U}) {
       for (const std::uint64_t capacity : {std::uint64_t{1}, std::uint64_t{5}, std::uint64_t{1000}}) {
-        RandomOptions o;
-        o.seed = ++seed;
-        o.two_level = two_level;
+        RandomOptions o{.seed = ++seed, .two_level = two_level};
         o.objects = two_level && o.seed % 3 == 0 ? 2 : 0;
         o.depth = o.objects != 0 ? 2 : 3;
         o.bins = bins;
@@ -670,10 +660,7 @@ inline std::vector<RandomOptions> all_random_options() {
   // Lists, likewise.
   for (const bool two_level : {false, true}) {
     for (const unsigned capacity : {1U, 4U, 100U}) {
-      RandomOptions o;
-      o.seed = ++seed;
-      o.two_level = two_level;
-      o.objects = two_level && capacity == 4 ? 2 : 0;
+      RandomOptions o{.seed = ++seed, .two_level = two_level, .objects = two_level && capacity == 4 ? 2 : 0};
       o.depth = o.objects != 0 ? 2 : 3;
       o.checkpoint = false;
       o.child_order = static_cast<ChildOrder>(o.seed % 3);

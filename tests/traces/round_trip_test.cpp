@@ -33,12 +33,7 @@ TEST(RoundTrip, EveryCombinationOfOptions) {
 }
 
 TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
-  RandomOptions options;
-  options.k = 2048;
-  options.depth = 5;
-  options.checkpoint = false;
-  options.groups = 1;
-  options.tracing = Tracing::single;
+  RandomOptions options{.groups = 1, .depth = 5, .k = 2048, .checkpoint = false, .tracing = Tracing::single};
   expect_round_trip(options);
   options.tracing = Tracing::list;
   expect_round_trip(options);
@@ -49,12 +44,11 @@ TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
     for (const bool two_level : {false, true}) {
       for (const bool checkpoint : {false, true}) {
         for (const unsigned width : {2U, 6U, 8U}) {
-          RandomOptions options;
-          options.layout = layout;
-          options.two_level = two_level;
-          options.checkpoint = checkpoint;
-          options.capacity = checkpoint ? 12 : 0;
-          options.bvh_width = width;
+          RandomOptions options{.bvh_width = width,
+                                .layout = layout,
+                                .checkpoint = checkpoint,
+                                .capacity = checkpoint ? 12 : 0,
+                                .two_level = two_level};
           expect_round_trip(options);
         }
       }
@@ -119,32 +113,31 @@ TEST(RoundTrip, RandomTracesCoverEveryEventAndOutcome) {
 }
 
 TEST(RoundTrip, EveryHeaderFieldIsKept) {
-  Header header;
-  header.accel = AccelKind::tlas_sphere;
-  header.k = 17;
-  header.checkpoint = true;
-  header.checkpoint_order = CheckpointOrder::nearest;
-  header.child_order = ChildOrder::slot;
-  header.pop_test = PopTest::off;
-  header.width = 1557;
-  header.height = 1038;
-  header.warp_size = 64;
-  header.warp_mapping = WarpMapping::linear;
-  header.groups = 7;
-  header.bvh_width = 8;
-  header.node_image_bytes = 1ULL << 33;
-  header.root = 64;
-  header.two_level = true;
-  header.blas_base = 1ULL << 32;
-  header.blas_root = (1ULL << 32) + 64;
-  header.blas_bytes = 640;
-  header.blas_root_is_leaf = true;
-  header.gaussians = 3000000;
-  header.sh_degree = 2;
-  header.gaussian_record_bytes = 64;
-  header.sh_record_bytes = 108;
-  header.checkpoint_capacity = 99;
-  header.inputs = {{"scene", "a\nb"}, {"", "empty name"}};
+  Header header{.accel = AccelKind::tlas_sphere,
+                .k = 17,
+                .checkpoint = true,
+                .checkpoint_order = CheckpointOrder::nearest,
+                .child_order = ChildOrder::slot,
+                .pop_test = PopTest::off,
+                .width = 1557,
+                .height = 1038,
+                .warp_size = 64,
+                .warp_mapping = WarpMapping::linear,
+                .groups = 7,
+                .bvh_width = 8,
+                .node_image_bytes = 1ULL << 33,
+                .root = 64,
+                .two_level = true,
+                .blas_base = 1ULL << 32,
+                .blas_root = (1ULL << 32) + 64,
+                .blas_bytes = 640,
+                .blas_root_is_leaf = true,
+                .gaussians = 3000000,
+                .sh_degree = 2,
+                .gaussian_record_bytes = 64,
+                .sh_record_bytes = 108,
+                .checkpoint_capacity = 99,
+                .inputs = {{"scene", "a\nb"}, {"", "empty name"}}};
   const Header back = header_from_json(header_to_json(header), format_version(header));
   EXPECT_EQ(header_to_json(back), header_to_json(header));
   EXPECT_EQ(back.accel, header.accel);

@@ -27,9 +27,7 @@ constexpr Case kCases[] = {{ChildOrder::near_first, PopTest::on, 4}, {ChildOrder
 
 TEST(Versions, AreTheOldestThatWillDo) {
   for (const Case& c : kCases) {
-    testing::RandomOptions options;
-    options.child_order = c.child_order;
-    options.pop_test = c.pop_test;
+    testing::RandomOptions options{.child_order = c.child_order, .pop_test = c.pop_test};
     SCOPED_TRACE(testing::describe(options));
     const auto trace = testing::random_trace(options);
     const testing::TemporaryFile file;
@@ -72,9 +70,7 @@ TEST(Versions, ASceneTlasNeedsTheSixth) {
 }
 
 TEST(Versions, RefuseASceneTlasThatLeadsNowhere) {
-  testing::RandomOptions options;
-  options.two_level = true;
-  options.objects = 2;
+  testing::RandomOptions options{.two_level = true, .objects = 2};
   const Header sound = testing::random_trace(options).header;
   const auto refusal = [&](auto&& damage) {
     Header header = sound;
@@ -146,10 +142,7 @@ TEST(Versions, StructuresOfBoxesNeedTheEighth) {
 }
 
 TEST(Versions, ListsNeedTheTenth) {
-  testing::RandomOptions options;
-  options.checkpoint = false;
-  options.tracing = Tracing::list;
-  options.k = 5;
+  testing::RandomOptions options{.k = 5, .checkpoint = false, .tracing = Tracing::list};
   const auto trace = testing::random_trace(options);
   const testing::TemporaryFile file;
   testing::write_trace(file.path(), trace.header, trace.groups);

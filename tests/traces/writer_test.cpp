@@ -28,9 +28,7 @@ bool exists(const std::string& path) {
 }
 
 RandomOptions many_groups() {
-  RandomOptions options;
-  options.groups = 60;
-  options.two_level = true;
+  RandomOptions options{.groups = 60, .two_level = true};
   return options;
 }
 

@@ -21,10 +21,7 @@ std::int64_t picojoules(const nlohmann::json& stats, const std::string& name) {
 }
 
 TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
-  traces::testing::RandomOptions random;
-  random.groups = 4;
-  random.warp_size = 32;
-  random.two_level = true;
+  traces::testing::RandomOptions random{.groups = 4, .warp_size = 32, .two_level = true};
   const traces::testing::TemporaryFile file("energy_statistics");
   auto trace = traces::testing::random_trace(random);
   std::uint64_t rays = 0;

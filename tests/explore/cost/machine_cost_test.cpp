@@ -110,9 +110,7 @@ TEST(MachineCost, WhatADesignDoesNotUseIsNotThere) {
 // One box row with its sort, one triangle, one transform: the configuration of the published cross-check, 0.35 mm2 an
 // RT core of Turing (12 nm, die photo). The model's band is 0.6 to 1.8 of its central figure at a control factor of 2.
 TEST(MachineCost, RtUnitIsOfTheOrderOfPublishedSilicon) {
-  CostOptions options;
-  options.nm = 12;
-  options.control = 2.0;
+  CostOptions options{.nm = 12, .control = 2.0};
   const auto cost = cost_of({"rt.box.count=1", "rt.triangle.count=1", "rt.transform.count=1"}, "baseline", options);
   const double mm2 = area(cost, "sm0.rt");
   EXPECT_GT(1.8 * mm2, 0.35);

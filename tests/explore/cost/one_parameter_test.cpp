@@ -243,10 +243,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     auto& file = files_[kind];
     if (file == nullptr) {
       file = std::make_unique<traces::testing::TemporaryFile>("one_parameter_" + kind);
-      traces::testing::RandomOptions random;
-      random.seed = 11;
-      random.groups = 8;
-      random.warp_size = 32;
+      traces::testing::RandomOptions random{.seed = 11, .groups = 8, .warp_size = 32};
       const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
       random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid" && kind != "box";
       random.blas_root_is_leaf = kind == "sphere";

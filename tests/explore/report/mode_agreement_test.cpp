@@ -37,12 +37,11 @@ TEST(KendallTau, DoesNotDependOnTheOrderOfThePointsNorOnTheScale) {
 }
 
 ReportedPoint point(const char* scene, const char* mode, int entries, double time, const char* status = "done") {
-  ReportedPoint p;
-  p.scene = scene;
-  p.mode = mode;
-  p.design = "grtx";
-  p.coordinates = {{"rt.warp_buffer.entries", entries}};
-  p.status = status;
+  ReportedPoint p{.mode = mode,
+                  .scene = scene,
+                  .design = "grtx",
+                  .coordinates = {{"rt.warp_buffer.entries", entries}},
+                  .status = status};
   p.values["gpu.time_us"] = time;
   return p;
 }

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-
 #include "grtx/base/error.h"
 #include "grtx/explore/report/sections.h"
 #include "sweep_database.h"
@@ -51,9 +50,7 @@ class SearchSection : public testing::Test {
 
 TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
   store(result().dump());
-  ReportSweep sweep;
-  sweep.results = read_sweep_results(path);
-  sweep.id = "sweep1";
+  ReportSweep sweep{.results = read_sweep_results(path), .id = "sweep1"};
   const std::string html = search_section(sweep);
   EXPECT_THAT(html,
               HasSubstr("4 candidates of 4 in 3 generations: 1 broken, 1 too dear, 0 failed, 2 screened (fast), 1 "

@@ -25,11 +25,7 @@ namespace grtx::frontend {
 namespace {
 
 Scene object(unsigned seed, unsigned sh_degree = 0) {
-  test::RandomSceneOptions o;
-  o.count = 120;
-  o.log_scale_mean = -2.0;
-  o.log_scale_sd = 0.7;
-  o.sh_degree = sh_degree;
+  test::RandomSceneOptions o{.count = 120, .log_scale_mean = -2.0, .log_scale_sd = 0.7, .sh_degree = sh_degree};
   Scene scene = test::random_scene(seed, o);
   scene.offset = {10.0 + seed, -3.0, 0.5};
   return scene;
@@ -59,9 +55,7 @@ std::unique_ptr<MultiObjectWorld> world_of(const std::vector<Placement>& list, A
 
 RenderResult render(const MultiObjectWorld& world, const Camera& camera, const TracerOptions& options,
                     unsigned threads = 1) {
-  RenderOptions render_options;
-  render_options.threads = threads;
-  render_options.keep_sequences = true;
+  RenderOptions render_options{.threads = threads, .keep_sequences = true};
   return frontend::render(TracedStructure(world), camera, options, render_options, nullptr);
 }
 
@@ -101,11 +95,7 @@ TEST(MultiObject, EverySettingGivesTheSameImage) {
   for (const unsigned k : {1u, 4u, 64u}) {
     for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
       for (const unsigned capacity : {2u, 1024u}) {
-        TracerOptions options;
-        options.k = k;
-        options.checkpoint = true;
-        options.checkpoint_order = order;
-        options.checkpoint_capacity = capacity;
+        TracerOptions options{.k = k, .checkpoint = true, .checkpoint_capacity = capacity, .checkpoint_order = order};
         const RenderResult actual = render(*world, camera(), options, 3);
         EXPECT_TRUE(compare(expected.image, actual.image).identical()) << "k " << k << " capacity " << capacity;
         EXPECT_EQ(expected.sequences, actual.sequences);
@@ -169,9 +159,7 @@ TEST(MultiObject, MovingChangesTheSceneTlasAlone) {
 
 TEST(MultiObject, AMoveCostsAShareOfARebuild) {
   std::vector<Scene> scenes;
-  test::RandomSceneOptions o;
-  o.count = 20000;
-  o.sh_degree = 0;
+  test::RandomSceneOptions o{.count = 20000, .sh_degree = 0};
   scenes.push_back(test::random_scene(1, o));
   MultiObjectWorld world(std::move(scenes), std::vector<Placement>(8), {AccelKind::tlas_tri20, 6, false}, true);
   std::vector<Placement> moved(8);
@@ -215,11 +203,8 @@ TEST(MultiObject, TracesAreSoundAndCountWhatTheTracerCounts) {
   for (const bool checkpoint : {false, true}) {
     for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
       for (const unsigned capacity : {3u, 1024u}) {
-        TracerOptions options;
-        options.k = 4;
-        options.checkpoint = checkpoint;
-        options.checkpoint_order = order;
-        options.checkpoint_capacity = capacity;
+        TracerOptions options{
+            .k = 4, .checkpoint = checkpoint, .checkpoint_capacity = capacity, .checkpoint_order = order};
         const Traced view = traced(*world, options);
         const TracerCounters& counters = view.result.counters;
         EXPECT_TRUE(compare(expected.image, view.result.image).identical());
@@ -256,9 +241,7 @@ TEST(MultiObject, TheHeaderNamesWhereTheSceneTlasLeads) {
 TEST(MultiObject, EventsEncodedAfterwardsGiveTheSameBytes) {
   const auto world = world_of(placements());
   const Camera view = camera();
-  TracerOptions options;
-  options.k = 4;
-  options.checkpoint = true;
+  TracerOptions options{.k = 4, .checkpoint = true};
   const traces::Header header = trace_header(*world, view, options, {});
   const TracedStructure structure(*world);
   RayTracer encoding(structure, options), recording(structure, options);

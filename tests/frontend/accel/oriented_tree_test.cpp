@@ -80,9 +80,7 @@ struct Case {
 class OrientedTree : public testing::TestWithParam<Case> {
  protected:
   static test::RandomSceneOptions needles() {
-    test::RandomSceneOptions options;
-    options.count = 300;
-    options.log_scale_mean = -4.5;
+    test::RandomSceneOptions options{.count = 300, .log_scale_mean = -4.5};
     return options;
   }
 };

@@ -15,13 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 Camera pinhole() {
-  Camera camera;
-  camera.width = 8;
-  camera.height = 4;
-  camera.fx = 4.0;
-  camera.fy = 2.0;
-  camera.cx = 4.0;
-  camera.cy = 2.0;
+  Camera camera{.height = 4, .width = 8, .cx = 4.0, .cy = 2.0, .fx = 4.0, .fy = 2.0};
   return camera;
 }
 

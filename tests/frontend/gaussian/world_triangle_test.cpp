@@ -115,13 +115,12 @@ TEST(WorldTriangleImage, IsCloseToTheCanonicalOne) {
 
 // The z axis passes through the middle of an edge of the icosahedron: both of its triangles are hit.
 TEST(WorldTriangleImage, DoubledHitsAreCounted) {
-  Scene scene;
-  scene.mean = {glm::vec3(0.0f)};
-  scene.scale = {glm::vec3(0.3f)};
-  scene.rotation = {glm::quat(1.0f, 0.0f, 0.0f, 0.0f)};
-  scene.opacity = {0.5f};
-  scene.sh = {0.1f, 0.2f, 0.3f};
-  scene.sh_degree = 0;
+  Scene scene{.mean = {glm::vec3(0.0f)},
+              .scale = {glm::vec3(0.3f)},
+              .rotation = {glm::quat(1.0f, 0.0f, 0.0f, 0.0f)},
+              .opacity = {0.5f},
+              .sh = {0.1f, 0.2f, 0.3f},
+              .sh_degree = 0};
   Camera camera;
   camera.width = camera.height = 1;
   camera.fx = camera.fy = 1.0;

@@ -175,9 +175,7 @@ Scene random_scene(unsigned seed, std::size_t count, unsigned degree, float smal
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(0.0f, 1.0f);
   std::normal_distribution<float> normal;
-  Scene scene;
-  scene.sh_degree = degree;
-  scene.offset = glm::dvec3(1000.5, -3.25, 7.0);
+  Scene scene{.sh_degree = degree, .offset = glm::dvec3(1000.5, -3.25, 7.0)};
   for (std::size_t i = 0; i < count; ++i) {
     // One statement a number: in which order the arguments of a call are drawn is the compiler's choice.
     glm::vec3 mean;
@@ -197,9 +195,7 @@ Scene random_scene(unsigned seed, std::size_t count, unsigned degree, float smal
 
 /// Looks along +z from 6 units before the cloud's middle, or from within it.
 Camera camera(double distance) {
-  Camera c;
-  c.width = 11;
-  c.height = 9;
+  Camera c{.height = 9, .width = 11};
   c.fx = c.fy = 7.0;
   c.cx = 5.5;
   c.cy = 4.5;

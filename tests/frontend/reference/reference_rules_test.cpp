@@ -131,17 +131,13 @@ TEST(ReferenceRules, ProxyAroundTheOriginIsSkippedUnlessCounted) {
   for (const ReferenceProxy proxy :
        {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     for (const bool peak : {false, true}) {
-      ReferenceOptions options;
-      options.proxy = proxy;
-      options.sort_by_peak = peak;
+      ReferenceOptions options{.proxy = proxy, .sort_by_peak = peak};
       const ReferenceResult result = trace(scene, options);
       ASSERT_EQ(result.sequences[0].size(), 1u);
       EXPECT_EQ(result.sequences[0][0].gaussian, 3u);
     }
   }
-  ReferenceOptions options;
-  options.proxy = ReferenceProxy::sphere;
-  options.count_inside = true;
+  ReferenceOptions options{.proxy = ReferenceProxy::sphere, .count_inside = true};
   const ReferenceResult counted = trace(scene, options);
   ASSERT_EQ(counted.sequences[0].size(), 2u);
   EXPECT_EQ(counted.sequences[0][0].gaussian, 0u);

@@ -30,10 +30,8 @@ struct Tolerance {
 
 // Steps: 1/4096, 1/16, 2/255 and sqrt(1/2)/511 (rotations), 1/255; colours 1/255 of the range 1 / 0.15; SH in 4 bits.
 Tolerance spz(unsigned version) {
-  Tolerance t;
-  t.position = glm::dvec3(0.5 / 4096 + 1e-6);
-  t.log_scale = glm::dvec3(1.0 / 32 + 1e-5);
-  t.least_log_scale = -10.0;
+  Tolerance t{
+      .position = glm::dvec3(0.5 / 4096 + 1e-6), .log_scale = glm::dvec3(1.0 / 32 + 1e-5), .least_log_scale = -10.0};
   // Version 2 computes w from x, y and z: where w is about 0, an error of 1/255 in each leaves 0.12 of w.
   t.rotation = version == 2 ? 7e-3 : 2e-6;
   t.opacity = 0.5 / 255 + 1e-6;
@@ -70,26 +68,24 @@ glm::dvec3 position(const Scene& scene, std::size_t i) { return glm::dvec3(scene
 /// 11, 10 and 11 bits over a chunk of 256 Gaussians; the range of the whole scene bounds the chunk's.
 Tolerance compressed_ply(const Scene& scene) {
   const glm::dvec3 half_step(0.5 / 2047, 0.5 / 1023, 0.5 / 2047);
-  Tolerance t;
-  t.position = half_step * range(scene, [&](std::size_t i) { return position(scene, i); }) + 1e-5;
-  t.log_scale = half_step * range(scene, [&](std::size_t i) { return log_scale(scene, i); }) + 1e-5;
-  t.rotation = 4e-6;
-  t.opacity = 0.5 / 255 + 1e-6;
-  t.colour = 0.5 / 255 * range(scene, [&](std::size_t i) { return colour(scene, i); }) + 1e-5;
-  t.harmonics = 1.0 / 64 + 1e-5;
-  t.largest_harmonic = 4.0;
+  Tolerance t{.position = half_step * range(scene, [&](std::size_t i) { return position(scene, i); }) + 1e-5,
+              .log_scale = half_step * range(scene, [&](std::size_t i) { return log_scale(scene, i); }) + 1e-5,
+              .rotation = 4e-6,
+              .opacity = 0.5 / 255 + 1e-6,
+              .colour = 0.5 / 255 * range(scene, [&](std::size_t i) { return colour(scene, i); }) + 1e-5,
+              .harmonics = 1.0 / 64 + 1e-5,
+              .largest_harmonic = 4.0};
   return t;
 }
 
 /// Colours and opacities are bytes, cut off; rotations bytes of steps 1/128.
 Tolerance splat() {
-  Tolerance t;
-  t.position = glm::dvec3(1e-6);
-  t.log_scale = glm::dvec3(1e-5);
-  t.rotation = 2e-4;
-  t.opacity = 1.0 / 255 + 1e-6;
-  t.colour = glm::dvec3(1.0 / 255 + 1e-6);
-  t.clamped_colour = true;
+  Tolerance t{.position = glm::dvec3(1e-6),
+              .log_scale = glm::dvec3(1e-5),
+              .rotation = 2e-4,
+              .opacity = 1.0 / 255 + 1e-6,
+              .colour = glm::dvec3(1.0 / 255 + 1e-6),
+              .clamped_colour = true};
   return t;
 }
 
@@ -136,9 +132,7 @@ void expect_same_gaussians(const Scene& source, const Scene& read, const Toleran
 
 /// Byte formats turn opacities below half a byte step into 0, a logit of -infinity, which loading drops and counts.
 Scene without_zero_opacity(const Scene& all) {
-  Scene kept;
-  kept.sh_degree = all.sh_degree;
-  kept.offset = all.offset;
+  Scene kept{.sh_degree = all.sh_degree, .offset = all.offset};
   const auto stride = static_cast<std::ptrdiff_t>(3 * all.sh_coefficients());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all.opacity[i] * 255.0f < 0.5f) continue;

@@ -89,9 +89,7 @@ TEST(TileTests, NodeHoldsEveryBoxThatARayMeets) {
     const Scene scene = test::random_scene(62, {300, shape.extent, shape.log_scale_mean, shape.log_scale_sd});
     const PreparedGaussians gaussians(scene, true);
     const TileStructure structure(scene, gaussians, ProxyKind::icosahedron20);
-    TileDepths depths;
-    depths.first = std::bit_cast<std::int32_t>(static_cast<float>(0.5 * shape.far));
-    depths.shift = 17;
+    TileDepths depths{.first = std::bit_cast<std::int32_t>(static_cast<float>(0.5 * shape.far)), .shift = 17};
     for (const SimdPath path : available_simd_paths()) {
       SCOPED_TRACE(simd_path_name(path));
       std::uint64_t met_boxes = 0, all = 0;
@@ -125,9 +123,7 @@ TEST(TileTests, NodeHoldsEveryBoxThatARayMeets) {
 }
 
 TEST(TileTests, BucketsGrowWithDepth) {
-  TileDepths depths;
-  depths.first = std::bit_cast<std::int32_t>(2.0f);
-  depths.shift = 19;
+  TileDepths depths{.first = std::bit_cast<std::int32_t>(2.0f), .shift = 19};
   EXPECT_EQ(depths.bucket_of(0.0f), 0u);
   EXPECT_EQ(depths.bucket_of(1.99f), 0u);
   EXPECT_EQ(depths.bucket_of(2.0f), 1u);

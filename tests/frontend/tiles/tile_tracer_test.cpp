@@ -72,9 +72,7 @@ TEST(TileTracer, GivesItForEveryOption) {
     }
   }
   for (const SortKey key : {SortKey::entry, SortKey::peak}) {
-    TracerOptions options;
-    options.inside = InsideRule::count;
-    options.sort_key = key;
+    TracerOptions options{.sort_key = key, .inside = InsideRule::count};
     expect_same_image(scene, test::front_camera(24, 24, 0.2), AccelKind::tlas_sphere, options, "inside count");
   }
 }

@@ -35,13 +35,8 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
     const std::uint64_t expected = hits_by_hand(gaussians, scene.size(), accel.proxy(), camera);
     for (const bool checkpoint : {false, true}) {
       for (const unsigned k : {1u, 8u}) {
-        TracerOptions options;
-        options.k = k;
-        options.checkpoint = checkpoint;
-        options.ert = 0.05f;
-        RenderOptions render;
-        render.threads = 1;
-        render.count_hits = true;
+        TracerOptions options{.k = k, .checkpoint = checkpoint, .ert = 0.05f};
+        RenderOptions render{.threads = 1, .count_hits = true};
         const RenderResult result = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
         ASSERT_TRUE(result.counters.hits.has_value());
         EXPECT_EQ(*result.counters.hits, expected) << accel_name(kind) << " k " << k;

@@ -75,11 +75,10 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     static constexpr unsigned kWarps[] = {32, 8, 16};
     const AccelKind kind = kKinds[variant % 6];
     const AccelerationStructure accel(gaussians, {kind, kWidths[variant / 6 % 4], false, variant % 5 == 4 ? 3u : 8u});
-    TracerOptions options;
-    options.k = 1u << variant % 5;
-    options.checkpoint = variant % 7 < 4;
-    options.checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo;
-    options.checkpoint_capacity = variant % 7 == 3 ? 12 : 1024;
+    TracerOptions options{.k = 1u << variant % 5,
+                          .checkpoint = variant % 7 < 4,
+                          .checkpoint_capacity = variant % 7 == 3 ? 12 : 1024,
+                          .checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo};
     if (variant % 2 == 0 && variant % 3 != 2) options.checkpoint_bins = variant % 4 == 0 ? 8 : 2;
     options.below_instance = variant % 10 < 4 ? BelowInstance::finish : BelowInstance::checkpoint;
     options.child_order = variant % 11 == 7   ? ChildOrder::slot
@@ -92,9 +91,7 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     if (!options.checkpoint && variant % 9 > 5) options.tracing = variant % 9 == 6 ? Tracing::single : Tracing::closest;
     if (options.tracing == Tracing::single && variant % 4 == 1) options.tracing = Tracing::list;
     if (options.tracing == Tracing::closest) options.k = 1;
-    RenderOptions render;
-    render.warp_size = kWarps[variant % 3];
-    render.linear_mapping = variant % 5 == 1;
+    RenderOptions render{.linear_mapping = variant % 5 == 1, .warp_size = kWarps[variant % 3]};
     // From within the scene, and from where a part of the rays miss it.
     const Camera camera = test::front_camera(12, 12, variant % 4 == 2 ? 30.0 : 1.2);
     SCOPED_TRACE(accel_name(kind) + " variant " + std::to_string(variant));

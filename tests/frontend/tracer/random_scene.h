@@ -30,9 +30,7 @@ inline frontend::Scene random_scene(unsigned seed, const RandomSceneOptions& o =
     const double length = std::sqrt(-2.0 * std::log(uniform(1e-12, 1.0)));
     return length * std::cos(uniform(0.0, 6.283185307179586));
   };
-  frontend::Scene scene;
-  scene.sh_degree = o.sh_degree;
-  scene.name = "random";
+  frontend::Scene scene{.sh_degree = o.sh_degree, .name = "random"};
   for (std::size_t i = 0; i < o.count; ++i) {
     glm::vec3 mean, scale;
     float wxyz[4];
@@ -52,11 +50,7 @@ inline frontend::Scene random_scene(unsigned seed, const RandomSceneOptions& o =
 
 /// Looks from (0, 0, -distance) along +z.
 inline frontend::Camera front_camera(unsigned width, unsigned height, double distance = 4.0) {
-  frontend::Camera camera;
-  camera.name = "front";
-  camera.width = width;
-  camera.height = height;
-  camera.position = {0.05, -0.03, -distance};
+  frontend::Camera camera{.name = "front", .height = height, .width = width, .position = {0.05, -0.03, -distance}};
   camera.fx = camera.fy = 0.9 * width;
   camera.cx = 0.5 * width;
   camera.cy = 0.5 * height;

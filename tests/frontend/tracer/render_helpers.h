@@ -9,9 +9,7 @@ inline frontend::RenderResult trace_scene(const frontend::Scene& scene, const fr
                                           const frontend::AccelerationStructure& accel,
                                           const frontend::PreparedGaussians& gaussians,
                                           const frontend::TracerOptions& options) {
-  frontend::RenderOptions render;
-  render.threads = 1;
-  render.keep_sequences = true;
+  frontend::RenderOptions render{.threads = 1, .keep_sequences = true};
   return frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
 }
 

@@ -31,10 +31,7 @@ Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camer
                   unsigned threads, const std::string& trace_file) {
   Traced traced;
   traced.plan = plan_secondary(scene, gaussians, accel, camera, options, objects, false, threads);
-  RenderOptions render;
-  render.threads = threads;
-  render.keep_sequences = true;
-  render.secondary = &traced.plan;
+  RenderOptions render{.threads = threads, .keep_sequences = true, .secondary = &traced.plan};
   if (trace_file.empty()) {
     traced.result = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
   } else {
@@ -54,18 +51,13 @@ Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camer
 
 /// Glass left and mirror right before a scene that surrounds the camera, so that mirrored light finds something.
 Scene surroundings() {
-  test::RandomSceneOptions o;
-  o.count = 900;
-  o.extent = 4.0;
-  o.log_scale_mean = -1.6;
-  o.log_scale_sd = 0.6;
+  test::RandomSceneOptions o{.count = 900, .extent = 4.0, .log_scale_mean = -1.6, .log_scale_sd = 0.6};
   return test::random_scene(17, o);
 }
 Camera camera(unsigned width = 32, unsigned height = 24) { return test::front_camera(width, height, 1.0); }
 OpticalObjects both() {
-  OpticalObjects objects;
-  objects.glass = make_glass({-0.45, 0.05, 0.6}, 0.42, 1.5);
-  objects.mirror = make_mirror({0.5, 0.0, 0.7}, {-0.4, 0.1, -1.0}, 0.8, 0.9);
+  OpticalObjects objects{.glass = make_glass({-0.45, 0.05, 0.6}, 0.42, 1.5),
+                         .mirror = make_mirror({0.5, 0.0, 0.7}, {-0.4, 0.1, -1.0}, 0.8, 0.9)};
   return objects;
 }
 
@@ -199,11 +191,7 @@ TEST(SecondaryRays, GroupsAreCompactOrderedAndOfOneKind) {
 }
 
 TEST(SecondaryRays, ARayThatEndedBeforeTheObjectSendsNone) {
-  test::RandomSceneOptions opaque;
-  opaque.count = 150;
-  opaque.log_scale_mean = -1.8;
-  opaque.opacity_low = 0.9;
-  opaque.opacity_high = 1.0;
+  test::RandomSceneOptions opaque{.count = 150, .log_scale_mean = -1.8, .opacity_low = 0.9, .opacity_high = 1.0};
   const Scene scene = test::random_scene(3, opaque);
   OpticalObjects objects;
   objects.glass = make_glass({0, 0, 0.9}, 1.2, 1.5);  // around and behind half of the scene

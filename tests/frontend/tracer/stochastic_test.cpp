@@ -21,11 +21,7 @@ namespace grtx::frontend {
 namespace {
 
 TracerOptions stochastic(unsigned samples, std::uint32_t seed = 1) {
-  TracerOptions options;
-  options.tracing = Tracing::stochastic;
-  options.k = 1;
-  options.samples = samples;
-  options.sample_seed = seed;
+  TracerOptions options{.k = 1, .tracing = Tracing::stochastic, .samples = samples, .sample_seed = seed};
   return options;
 }
 

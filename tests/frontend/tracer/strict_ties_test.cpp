@@ -76,9 +76,7 @@ TEST(StrictTies, CountedExactlyOnTheTiesPreset) {
       std::uint64_t lost = 0;
       for (const unsigned k : {1u, 4u, 8u, 37u}) {
         if (tracing == Tracing::closest && k != 1) continue;
-        TracerOptions options;
-        options.tracing = tracing;
-        options.k = k;
+        TracerOptions options{.k = k, .tracing = tracing};
         lost += expect_exact_count(ties.scene, camera, gaussians, accel, options);
       }
       EXPECT_GT(lost, 0u) << accel_name(kind);
@@ -96,11 +94,7 @@ TEST(StrictTies, CountedExactlyWithCheckpointing) {
     for (const unsigned capacity : {1u, 4u, 16u, 1024u}) {
       for (const ReplayTmax replay : {ReplayTmax::infinity, ReplayTmax::kth}) {
         for (const unsigned k : {1u, 4u, 8u}) {
-          TracerOptions options;
-          options.checkpoint = true;
-          options.checkpoint_capacity = capacity;
-          options.replay_tmax = replay;
-          options.k = k;
+          TracerOptions options{.k = k, .checkpoint = true, .checkpoint_capacity = capacity, .replay_tmax = replay};
           const std::uint64_t lost = expect_exact_count(ties.scene, camera, gaussians, accel, options);
           if (capacity == 1024) {
             EXPECT_EQ(lost, 0u);

@@ -65,11 +65,10 @@ TEST(WithoutWalksOfTheBlas, ImagesAreTheSameAndATraceIsRefused) {
     for (const bool checkpoint : {false, true}) {
       for (const SortKey key : {SortKey::entry, SortKey::peak}) {
         SCOPED_TRACE(accel_name(kind));
-        TracerOptions options;
-        options.k = 4;
-        options.checkpoint = checkpoint;
-        options.sort_key = key;
-        options.sh_direction = checkpoint ? ShDirection::centre : ShDirection::ray;
+        TracerOptions options{.k = 4,
+                              .checkpoint = checkpoint,
+                              .sort_key = key,
+                              .sh_direction = checkpoint ? ShDirection::centre : ShDirection::ray};
         const RenderResult expected = test::trace_scene(scene, camera, kind, options);
         ASSERT_GT(expected.counters.terminated, 20u);
         EXPECT_GT(expected.counters.skipped_dead_colours, 0u);

@@ -117,9 +117,7 @@ void expect_same(const RenderResult& expected, const RenderResult& actual, const
 /// Without the Gaussians whose ellipsoid leaves the origin out but whose polyhedron may hold it: a ray that starts
 /// there meets no front face of theirs, so structures of different proxies rightly differ.
 Scene without_ambiguous_insides(const Scene& scene, const PreparedGaussians& gaussians, const glm::vec3& origin) {
-  Scene kept;
-  kept.name = scene.name;
-  kept.sh_degree = scene.sh_degree;
+  Scene kept{.sh_degree = scene.sh_degree, .name = scene.name};
   const std::size_t stride = std::size_t{3} * scene.sh_coefficients();
   for (std::size_t g = 0; g < scene.size(); ++g) {
     const GaussianRecord& record = gaussians.record(static_cast<std::uint32_t>(g));
@@ -233,10 +231,7 @@ INSTANTIATE_TEST_SUITE_P(Presets, TracerInvarianceGenerated, testing::ValuesIn(s
 
 TEST(TracerInvariance, OverflowHappensAndIsCounted) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options;
-  options.k = 2;
-  options.checkpoint = true;
-  options.checkpoint_capacity = 4;
+  TracerOptions options{.k = 2, .checkpoint = true, .checkpoint_capacity = 4};
   const RenderResult result = test::trace_scene(scene, test::front_camera(16, 16), AccelKind::tri20, options);
   EXPECT_GT(result.counters.checkpoint_overflows, 0u);
   EXPECT_LE(result.counters.checkpoints_max_per_ray, 4u);
@@ -244,11 +239,7 @@ TEST(TracerInvariance, OverflowHappensAndIsCounted) {
 
 TEST(TracerInvariance, AFullBinOverflowsOnlyWhenAllBeforeItAreFull) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options;
-  options.k = 2;
-  options.checkpoint = true;
-  options.checkpoint_bins = 4;
-  options.checkpoint_capacity = 1;
+  TracerOptions options{.k = 2, .checkpoint = true, .checkpoint_capacity = 1, .checkpoint_bins = 4};
   const Camera camera = test::front_camera(16, 16);
   const RenderResult full = test::trace_scene(scene, camera, AccelKind::tri20, options);
   EXPECT_GT(full.counters.checkpoint_overflows, 0u);
@@ -263,9 +254,7 @@ TEST(TracerInvariance, AFullBinOverflowsOnlyWhenAllBeforeItAreFull) {
 
 TEST(TracerInvariance, BinsReadLessThanTwoBuffers) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options;
-  options.k = 2;
-  options.checkpoint = true;
+  TracerOptions options{.k = 2, .checkpoint = true};
   const Camera camera = test::front_camera(16, 16);
   const TracerCounters buffers = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
   options.checkpoint_bins = 8;
@@ -276,9 +265,7 @@ TEST(TracerInvariance, BinsReadLessThanTwoBuffers) {
 
 TEST(TracerInvariance, AFinishedInstanceLeavesNoEntryBelowIt) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options;
-  options.k = 2;
-  options.checkpoint = true;
+  TracerOptions options{.k = 2, .checkpoint = true};
   const Camera camera = test::front_camera(16, 16);
   const TracerCounters cut = test::trace_scene(scene, camera, AccelKind::tlas_tri20, options).counters;
   options.below_instance = BelowInstance::finish;

@@ -40,9 +40,7 @@ void expect_parity(const std::string& name, const Scene& scene, const std::vecto
       TracerOptions options;
       options.sort_key = s.peak ? SortKey::peak : SortKey::entry;
       const RenderResult traced = test::trace_scene(scene, camera, accel, gaussians, options);
-      ReferenceOptions reference;
-      reference.proxy = s.proxy;
-      reference.sort_by_peak = s.peak;
+      ReferenceOptions reference{.proxy = s.proxy, .sort_by_peak = s.peak};
       reference.keep_sequences = reference.keep_candidates = true;
       const ReferenceResult exact = render_reference(scene, camera, reference);
       const double psnr = compare(traced.image, exact.image).psnr;

@@ -76,9 +76,7 @@ TEST(TracingModes, AgreeOnPeakKeys) {
 TEST(TracingModes, SingleTakesOneRoundUnlessItsBufferRunsFull) {
   const Scene scene = test::random_scene(33);
   const Camera camera = test::front_camera(24, 24);
-  TracerOptions options;
-  options.tracing = Tracing::single;
-  options.k = kMaxK;
+  TracerOptions options{.k = kMaxK, .tracing = Tracing::single};
   const TracerCounters large = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
   EXPECT_EQ(large.rounds, large.rays);
   EXPECT_EQ(large.single_overflows, 0u);
@@ -133,9 +131,7 @@ TEST(TracingModes, ListsGiveTheImageOfTheReference) {
 
 TEST(TracingModes, ClosestTakesARoundForEachHit) {
   const Scene scene = test::random_scene(34);
-  TracerOptions options;
-  options.tracing = Tracing::closest;
-  options.k = 1;
+  TracerOptions options{.k = 1, .tracing = Tracing::closest};
   for (const AccelKind kind : kAllKinds) {
     const TracerCounters c = test::trace_scene(scene, test::front_camera(16, 16), kind, options).counters;
     EXPECT_EQ(c.rounds, c.processed + c.rays - c.terminated) << accel_name(kind);

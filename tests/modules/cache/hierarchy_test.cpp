@@ -69,10 +69,9 @@ TEST_F(Hierarchy, ResultsDoNotDependOnConstructionOrderOrIdleSkip) {
       Cycle cycle = 10;
       for (unsigned n = 0; n < 600; ++n) {
         cycle += random.chance(90) ? random.below(3) : random.below(200);
-        MemoryRequest r;
-        r.address = random.below(1 << 12) * kSectorBytes;
-        r.region = static_cast<Region>(random.below(kRegionCount));
-        r.write = random.chance(25);
+        MemoryRequest r{.address = random.below(1 << 12) * kSectorBytes,
+                        .region = static_cast<Region>(random.below(kRegionCount)),
+                        .write = random.chance(25)};
         r.prefetch = !r.write && random.chance(10);
         bench.client[i]->at(cycle, r);
       }
@@ -146,9 +145,7 @@ TEST_F(Hierarchy, WorksWithOddNumbersOfSlicesAndTheXorHash) {
   for (const AddressInterleave interleave : {AddressInterleave{.slices = 3}, AddressInterleave{.slices = 1},
                                              AddressInterleave{.slices = 8, .xor_hash = true}}) {
     fresh_context();
-    HierarchyBench::Config config;
-    config.sms = 2;
-    config.interleave = interleave;
+    HierarchyBench::Config config{.sms = 2, .interleave = interleave};
     config.l1.geometry = {4096, 128, 32, 8};
     config.l2.geometry = {8192, 128, 32, 16};
     HierarchyBench bench(config);

@@ -36,9 +36,7 @@ TEST_F(L1WriteThrough, AWriteMissDoesNotAllocateAndAWriteHitKeepsTheSector) {
 }
 
 TEST_F(L1WriteThrough, AnswersGoToTheClientThatWrote) {
-  L1Cache::Config config;
-  config.clients = 3;
-  config.sm = 5;
+  L1Cache::Config config{.clients = 3, .sm = 5};
   L1Bench bench(config);
   bench.client(0).write(10, 0x00);
   bench.client(2).write(10, 0x20);

@@ -18,12 +18,11 @@ class L1Random : public SystemCTest {
   static Result simulate(std::uint64_t seed, bool idle_skip) {
     fresh_context();
     Random random(seed);
-    L1Cache::Config config;
-    config.clients = 3;
-    config.geometry = {4096, 128, 32, 8};
-    config.mshr_entries = seed % 2 == 0 ? 6 : 64;
-    config.mshr_merges = 3;
-    config.miss_queue = seed % 4 == 1 ? 3 : 5;
+    L1Cache::Config config{.clients = 3,
+                           .geometry = {4096, 128, 32, 8},
+                           .mshr_entries = seed % 2 == 0 ? 6 : 64,
+                           .mshr_merges = 3,
+                           .miss_queue = seed % 4 == 1 ? 3 : 5};
     if (seed % 4 != 1) config.private_writes.policy = WritePolicy::write_back;
     config.write_back_buffer = static_cast<unsigned>(1 + seed % 2);
     config.private_writes.allocate = seed % 3 != 0;
@@ -41,10 +40,9 @@ class L1Random : public SystemCTest {
       Cycle cycle = 10;
       for (unsigned i = 0; i < 700; ++i) {
         cycle += random.below(4) == 0 ? random.below(20) : 1;
-        MemoryRequest r;
-        r.address = random.below(seed % 3 == 0 ? 100 : 256) * kSectorBytes;
-        r.region = static_cast<Region>(random.below(kRegionCount));
-        r.write = random.chance(20);
+        MemoryRequest r{.address = random.below(seed % 3 == 0 ? 100 : 256) * kSectorBytes,
+                        .region = static_cast<Region>(random.below(kRegionCount)),
+                        .write = random.chance(20)};
         r.prefetch = !r.write && random.chance(20);
         if (r.write) written_sectors.insert(r.address);
         bench.client(c).at(cycle, r);

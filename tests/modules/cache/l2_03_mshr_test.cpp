@@ -65,10 +65,9 @@ TEST_F(L2Mshr, RandomTrafficAgainstEveryLimit) {
     Cycle cycle = 10;
     for (unsigned i = 0; i < 2000; ++i) {
       cycle += random.chance(80) ? 1 : random.below(30);
-      MemoryRequest r;
-      r.address = random.below(seed % 3 == 0 ? 192 : 1024) * kSectorBytes;
-      r.region = static_cast<Region>(random.below(kRegionCount));
-      r.write = random.chance(40);
+      MemoryRequest r{.address = random.below(seed % 3 == 0 ? 192 : 1024) * kSectorBytes,
+                      .region = static_cast<Region>(random.below(kRegionCount)),
+                      .write = random.chance(40)};
       bench.client.at(cycle, r);
     }
     run(bench.core, 60000);

@@ -107,9 +107,7 @@ TEST(DramChannelTiming, OtherWorkMakesAStreamLongerByOneOverWhatIsLeft) {
 }
 
 TEST(DramChannelTiming, OtherWorkLeavesBurstsOnTheirPlaces) {
-  DramChannelConfig config;
-  config.other_share = 0.5;
-  config.number = 3;
+  DramChannelConfig config{.other_share = 0.5, .number = 3};
   const OtherWork work(0.5, SharedResource::dram, 3);
   std::vector<Request> requests;
   for (unsigned i = 0; i < 32; ++i) requests.push_back({101, i * 32});
@@ -135,9 +133,7 @@ TEST(DramChannelTiming, ALineIsFourBursts) {
 
 /// Four groups; the next block of a row is 128 B on and in the next group, the next bank of a group 8 KB on.
 DramChannelConfig grouped() {
-  DramChannelConfig config;
-  config.bank_groups = 4;
-  config.group_bytes = 128;
+  DramChannelConfig config{.bank_groups = 4, .group_bytes = 128};
   config.timing.ccd_l = 7;
   config.timing.rrd_l = 14;
   config.timing.cdlr_l = 15;

@@ -108,10 +108,7 @@ TEST(DramScheduler, AnAgedWriteStopsTheReadsOfOtherBanks) {
 
 TEST(DramScheduler, LazyExecutionEqualsClockByClock) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    DramChannelConfig config;
-    config.age_cap = 150;
-    config.queue = 24;
-    config.bank_xor = seed % 2 == 0;
+    DramChannelConfig config{.queue = 24, .age_cap = 150, .bank_xor = seed % 2 == 0};
     if (seed % 3 == 0) {
       config.bank_groups = 4;
       config.timing.ccd_l = 6;

@@ -41,14 +41,13 @@ class PlainChannel {
 
 /// A part whose every key is another than the default's, with refreshes that are often late.
 DramChannelConfig small_part() {
-  DramChannelConfig config;
-  config.banks = 8;
-  config.bank_groups = 4;
-  config.group_bytes = 64;
-  config.bank_xor = true;
-  config.row_bytes = 1024;
-  config.queue = 24;
-  config.timing = {2, 5, 14, 30, 13, 47, 11, 5, 6, 15, 3, 1, 3, 9, 11, 9, 31, 400, 60};
+  DramChannelConfig config{.timing = {2, 5, 14, 30, 13, 47, 11, 5, 6, 15, 3, 1, 3, 9, 11, 9, 31, 400, 60},
+                           .banks = 8,
+                           .bank_groups = 4,
+                           .group_bytes = 64,
+                           .row_bytes = 1024,
+                           .queue = 24,
+                           .bank_xor = true};
   return config;
 }
 

@@ -36,13 +36,8 @@ std::unique_ptr<DramScheduling> policy_of(const DramChannelConfig& config) {
 
 /// A bank whose oldest request, since clock 0, wants another row than its hit, if it has one.
 DramBankQueue conflict(unsigned bank, std::uint64_t oldest, bool ready, std::uint64_t hit = 0, bool hit_ready = false) {
-  DramBankQueue queue;
-  queue.bank = bank;
-  queue.oldest = oldest;
-  queue.row_ready = ready;
-  queue.has_hit = hit != 0;
-  queue.hit = hit;
-  queue.column_ready = hit_ready;
+  DramBankQueue queue{
+      .bank = bank, .oldest = oldest, .has_hit = hit != 0, .hit = hit, .column_ready = hit_ready, .row_ready = ready};
   return queue;
 }
 /// A bank whose oldest request is a row hit.

@@ -12,16 +12,15 @@ namespace grtx::modules {
 namespace {
 
 traces::Header header_of(bool checkpoint, unsigned k, unsigned warp_size) {
-  traces::Header header;
-  header.checkpoint = checkpoint;
-  header.checkpoint_capacity = checkpoint ? 300 : 0;
-  header.k = k;
-  header.warp_size = warp_size;
-  header.width = 17;
-  header.height = 5;
-  header.node_image_bytes = 12345 * traces::kNodeUnit;
-  header.gaussians = 777;
-  header.sh_record_bytes = 108;
+  traces::Header header{.k = k,
+                        .checkpoint = checkpoint,
+                        .width = 17,
+                        .height = 5,
+                        .warp_size = warp_size,
+                        .node_image_bytes = 12345 * traces::kNodeUnit,
+                        .gaussians = 777,
+                        .sh_record_bytes = 108,
+                        .checkpoint_capacity = checkpoint ? 300 : 0};
   return header;
 }
 

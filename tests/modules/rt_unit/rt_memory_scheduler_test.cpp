@@ -14,16 +14,11 @@ using traces::NodeKind;
 class RtMemorySchedulerTest : public SystemCTest {
  protected:
   static traces::Header header() {
-    traces::Header h;
-    h.accel = traces::AccelKind::tlas_tri20;
-    h.two_level = true;
-    h.blas_base = 4096;
+    traces::Header h{.accel = traces::AccelKind::tlas_tri20, .two_level = true, .blas_base = 4096};
     return h;
   }
   static void answer(Link<MemoryResponse>& responses, Cycle now, const MemoryRequest& request) {
-    MemoryResponse response;
-    response.tag = request.tag;
-    response.address = request.address;
+    MemoryResponse response{.address = request.address, .tag = request.tag};
     responses.push(now, response);
   }
 };

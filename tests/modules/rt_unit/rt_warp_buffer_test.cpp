@@ -15,9 +15,7 @@ traces::RayGroup two_rays() {
   traces::RayGroup group;
   group.rays.resize(2);
   const auto add = [](traces::Ray& ray, std::uint32_t events, bool replay) {
-    traces::Round round;
-    round.event_count = events;
-    round.replay = replay;
+    traces::Round round{.event_count = events, .replay = replay};
     ray.rounds.push_back(round);
     for (std::uint32_t i = 0; i < events; ++i) {
       traces::Event event;

@@ -27,9 +27,7 @@ struct Program {
   ShaderPhase phase;
 
   void any_hit(LaneMask lanes, LeafOutcome outcome, unsigned shifts) {
-    AnyHitBatch batch;
-    batch.slot = kSlot;
-    batch.lanes = lanes;
+    AnyHitBatch batch{.slot = kSlot, .lanes = lanes};
     for_each_bit(lanes, [&](unsigned lane) {
       batch.outcome[lane] = outcome;
       batch.shifts[lane] = static_cast<std::uint16_t>(shifts);
@@ -87,9 +85,7 @@ TEST(ShaderAnyHit, CostsTheShiftsOfTheLongestLane) {
   const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
   p.program.begin(kSlot, group);
   for (int i = 0; i < 3; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
-  AnyHitBatch batch;
-  batch.slot = kSlot;
-  batch.lanes = 0x7;
+  AnyHitBatch batch{.slot = kSlot, .lanes = 0x7};
   for (unsigned lane = 0; lane < 3; ++lane) {
     batch.outcome[lane] = LeafOutcome::inserted;
     batch.shifts[lane] = static_cast<std::uint16_t>(lane);  // 0, 1, 2
@@ -438,11 +434,10 @@ TEST(ShaderIntersection, ReadsAMatrixALaneUnlessTheRayIsInTheInstancesSpace) {
     header.two_level = two_level;
     Program p(header);
     ASSERT_TRUE(p.program.intersects());
-    AnyHitBatch batch;
-    batch.slot = kSlot;
-    batch.lanes = 0x7;
-    batch.leaf = {2, 9, 2};
-    batch.outcome = {LeafOutcome::miss, LeafOutcome::inserted, LeafOutcome::beyond};
+    AnyHitBatch batch{.slot = kSlot,
+                      .lanes = 0x7,
+                      .outcome = {LeafOutcome::miss, LeafOutcome::inserted, LeafOutcome::beyond},
+                      .leaf = {2, 9, 2}};
     p.program.intersection(batch, p.phase);
     EXPECT_EQ(p.phase.instructions, two_level ? 28u : 28u + 24u);
     // Matrices of 48 B at 96 and 432: sectors 3 and 4, 13 and 14; lane 2 shares those of lane 0.

@@ -30,9 +30,7 @@ struct RoundScript {
 };
 
 inline traces::Processed seen(std::uint32_t gaussian, bool blended) {
-  traces::Processed p;
-  p.gaussian = gaussian & 0x7FFFFFFFU;
-  p.blended = blended ? 1 : 0;
+  traces::Processed p{.gaussian = gaussian & 0x7FFFFFFFU, .blended = blended ? 1 : 0};
   return p;
 }
 
@@ -68,14 +66,13 @@ inline traces::RayGroup uniform_group(unsigned lanes, const std::vector<RoundScr
 }
 
 inline traces::Header simt_header() {
-  traces::Header header;
-  header.k = 4;
-  header.width = 64;
-  header.height = 64;
-  header.node_image_bytes = 1 << 16;
-  header.gaussians = 1000;
-  header.sh_record_bytes = 12;
-  header.checkpoint = false;
+  traces::Header header{.k = 4,
+                        .checkpoint = false,
+                        .width = 64,
+                        .height = 64,
+                        .node_image_bytes = 1 << 16,
+                        .gaussians = 1000,
+                        .sh_record_bytes = 12};
   return header;
 }
 
@@ -189,11 +186,8 @@ class SimtBench {
   void serve_memory(Cycle now) {
     for (const MemoryRequest* request; (request = memory_request.front(now)) != nullptr; memory_request.pop(now)) {
       requests.push_back({now, *request});
-      MemoryResponse response;
-      response.address = request->address;
-      response.tag = request->tag;
-      response.region = request->region;
-      response.write = request->write;
+      MemoryResponse response{
+          .address = request->address, .tag = request->tag, .region = request->region, .write = request->write};
       push(memory_response, now, response);
     }
   }
@@ -263,10 +257,7 @@ class SimtBench {
                                options.split_batches ? lanes & ~kEven : 0};
     for (const LaneMask part : parts) {
       if (part == 0) continue;
-      AnyHitBatch batch;
-      batch.slot = warp.call.slot;
-      batch.round = warp.call.round;
-      batch.lanes = part;
+      AnyHitBatch batch{.slot = warp.call.slot, .round = warp.call.round, .lanes = part};
       for_each_bit(part, [&](unsigned lane) {
         const traces::Event& event = warp.call.group->rays[lane].events[warp.next_event[lane]++];
         batch.outcome[lane] = event.outcome();

@@ -152,12 +152,11 @@ class Memory final : public grtx::modules::ClockedModule {
   Cycle tick(Cycle now) override {
     while (const auto* request = requests.front(now)) {
       if (!responses.can_push(now)) return now + 1;
-      grtx::modules::MemoryResponse response;
-      response.address = request->address;
-      response.tag = request->tag;
-      response.region = request->region;
-      response.write = request->write;
-      response.prefetch = request->prefetch;
+      grtx::modules::MemoryResponse response{.address = request->address,
+                                             .tag = request->tag,
+                                             .region = request->region,
+                                             .write = request->write,
+                                             .prefetch = request->prefetch};
       responses.push(now, response);
       requests.pop(now);
     }

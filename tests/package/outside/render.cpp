@@ -22,10 +22,7 @@ int main(int argc, char** argv) {
   using namespace grtx::frontend;
   try {
     const std::string room = argv[1];
-    SynthOptions synth;
-    synth.preset = "flat";
-    synth.count = 3000;
-    synth.seed = 7;
+    SynthOptions synth{.preset = "flat", .count = 3000, .seed = 7};
     synthesise(synth, room);
 
     const Scene scene = load_scene(room);

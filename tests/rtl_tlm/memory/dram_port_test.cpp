@@ -122,9 +122,7 @@ TEST_F(DramPortAt, FixedLatencyIsAddedToEveryResponse) {
 }
 
 TEST_F(DramPortAt, MalformedRequestsAreRefusedAndGoNoFurther) {
-  DramPort::Config config;
-  config.bytes = 4096;
-  config.longest = 64;
+  DramPort::Config config{.longest = 64, .bytes = 4096};
   Bench bench(config);
   const auto good = bench.driver.at(1, 4096 - 32);
   const auto beyond = bench.driver.at(2, 4096);

@@ -24,12 +24,8 @@ class ObservedRun {
   /// procedural: leaves are spheres, or ellipsoids without a BLAS; boxes: they are boxes.
   explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false,
                        bool boxes = false) {
-    traces::testing::RandomOptions random;
-    random.seed = 11;
-    random.groups = 12;
-    random.warp_size = 32;
-    random.two_level = two_level;
-    random.objects = objects;
+    traces::testing::RandomOptions random{
+        .seed = 11, .groups = 12, .warp_size = 32, .two_level = two_level, .objects = objects};
     if (objects != 0) random.depth = 2;  // three trees deep, a ray visits many nodes
     random.checkpoint = checkpoint;
     random.capacity = checkpoint ? 1000 : 0;

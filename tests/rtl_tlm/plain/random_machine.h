@@ -28,11 +28,10 @@ class Random {
 };
 
 inline traces::testing::RandomOptions random_options(Random& random, unsigned seed) {
-  traces::testing::RandomOptions trace;
-  trace.seed = seed;
-  trace.groups = 1 + random.upto(11);
-  trace.warp_size = random.one_of({4U, 8U, 8U, 32U});
-  trace.bvh_width = 2 + random.upto(6);
+  traces::testing::RandomOptions trace{.seed = seed,
+                                       .groups = 1 + random.upto(11),
+                                       .warp_size = random.one_of({4U, 8U, 8U, 32U}),
+                                       .bvh_width = 2 + random.upto(6)};
   trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
   trace.k = 1 + random.upto(7);
   trace.two_level = random.coin();
@@ -92,9 +91,7 @@ inline void write_random(const std::string& path, const traces::testing::RandomO
 
 /// Any machine, from roomy to starved.
 inline GpuConfig random_machine(Random& random) {
-  GpuConfig c;
-  c.sms = 1 + random.upto(3);
-  c.resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U});
+  GpuConfig c{.sms = 1 + random.upto(3), .resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U})};
   c.rt_units = std::min(c.resident_warps, random.one_of({1U, 1U, 2U, 3U}));
   c.core_mhz = random.one_of({1365.0, 1365.0, 1000.0, 2100.0, 333.0});
   c.memory_mhz = random.one_of({3500.0, 3500.0, 1000.0, 500.0, 7001.0});

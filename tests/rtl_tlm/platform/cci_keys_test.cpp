@@ -22,9 +22,7 @@ struct Board final : sc_core::sc_module {
   Board(const sc_core::sc_module_name& name, const GpuConfig& base, const std::string& trace)
       : sc_module(name), keys("gpu0", base), station("gpu0", options(keys.machine(), trace), {{0}}) {}
   static GpuComponent::Options options(const GpuConfig& machine, const std::string& trace) {
-    GpuComponent::Options options;
-    options.machine = machine;
-    options.traces = {trace};
+    GpuComponent::Options options{.machine = machine, .traces = {trace}};
     return options;
   }
   CciKeys keys;

@@ -64,9 +64,7 @@ TEST_P(GpuComponentLaunches, EqualRunsOfTheirOwnOnRandomMachines) {
   for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
     const test::RandomPair traces(seed, 7000);
     const GpuConfig& config = traces.config;
-    GpuComponent::Options component;
-    component.machine = config;
-    component.traces = {traces.first.path(), traces.second.path()};
+    GpuComponent::Options component{.machine = config, .traces = {traces.first.path(), traces.second.path()}};
     const auto results = launched(component, {{0}, {1, false, 3.5}, {1, true}, {0}, {1, true, 1e4}});
     const std::string text = config_json(config).dump();
     ASSERT_EQ(results.size(), 5u) << text;
@@ -92,9 +90,7 @@ GpuConfig small_machine() {
 
 TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
   const TinyFile few(3), many(40);
-  GpuComponent::Options options;
-  options.machine = small_machine();
-  options.traces = {few.file.path(), many.file.path()};
+  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path(), many.file.path()}};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
@@ -116,9 +112,7 @@ TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
 TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
   const TinyFile few(3);
   const TemporaryFile waves("waves");
-  GpuComponent::Options options;
-  options.machine = small_machine();
-  options.traces = {few.file.path()};
+  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path()}};
   options.waveform.path = waves.path();
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
@@ -145,9 +139,7 @@ TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
 
 TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
   const TinyFile few(3);
-  GpuComponent::Options options;
-  options.machine = small_machine();
-  options.traces = {few.file.path()};
+  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path()}};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);

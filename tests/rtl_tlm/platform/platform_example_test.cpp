@@ -13,12 +13,7 @@ namespace {
 TEST(PlatformExample, EachLaunchTakesTheCyclesOfGrtxSim) {
   const test::ObservedRun one(true, true), folder(true, true);
   const std::string a = one.path("t.grtx"), b = folder.path("b.grtx");
-  traces::testing::RandomOptions random;
-  random.seed = 12;
-  random.groups = 30;
-  random.warp_size = 32;
-  random.two_level = true;
-  random.capacity = 1000;
+  traces::testing::RandomOptions random{.seed = 12, .groups = 30, .warp_size = 32, .capacity = 1000, .two_level = true};
   auto trace = traces::testing::random_trace(random);
   for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;
   traces::testing::write_trace(b, trace.header, trace.groups);

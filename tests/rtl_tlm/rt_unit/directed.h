@@ -101,9 +101,7 @@ inline void end_round(traces::Ray& ray, unsigned k_count, const std::vector<std:
   ray.rounds.back().processed_count = static_cast<std::uint16_t>(gaussians.size());
   ray.rounds.back().terminated = terminated;
   for (const std::uint32_t gaussian : gaussians) {
-    traces::Processed entry;
-    entry.gaussian = gaussian & 0x7FFFFFFFU;
-    entry.blended = 1;
+    traces::Processed entry{.gaussian = gaussian & 0x7FFFFFFFU, .blended = 1};
     ray.processed.push_back(entry);
   }
 }

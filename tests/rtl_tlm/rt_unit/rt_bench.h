@@ -50,19 +50,15 @@ inline Event forward_event(std::uint32_t node, unsigned checkpoints) {
 
 /// Appends a round with these events to the ray.
 inline void add_round(traces::Ray& ray, const std::vector<Event>& events, bool replay = false) {
-  traces::Round round;
-  round.event_count = static_cast<std::uint32_t>(events.size());
-  round.replay = replay;
+  traces::Round round{.event_count = static_cast<std::uint32_t>(events.size()), .replay = replay};
   ray.rounds.push_back(round);
   ray.events.insert(ray.events.end(), events.begin(), events.end());
 }
 
 inline traces::NodeDefinition node_definition(std::uint32_t address, std::uint32_t child_base,
                                               const std::vector<NodeKind>& kinds) {
-  traces::NodeDefinition node;
-  node.address = address;
-  node.child_base = child_base;
-  node.child_count = static_cast<std::uint8_t>(kinds.size());
+  traces::NodeDefinition node{
+      .address = address, .child_base = child_base, .child_count = static_cast<std::uint8_t>(kinds.size())};
   for (std::size_t i = 0; i < kinds.size(); ++i) node.child_kinds[i] = kinds[i];
   return node;
 }
@@ -257,12 +253,11 @@ class RtBench {
     for (unsigned c = 0; c < 4; ++c) {
       while (const auto* request = requests_[c]->front(now)) {
         requests[c].push_back({*request, now - 1});
-        modules::MemoryResponse response;
-        response.address = request->address;
-        response.tag = request->tag;
-        response.region = request->region;
-        response.write = request->write;
-        response.prefetch = request->prefetch;
+        modules::MemoryResponse response{.address = request->address,
+                                         .tag = request->tag,
+                                         .region = request->region,
+                                         .write = request->write,
+                                         .prefetch = request->prefetch};
         responses_[c]->push(now, response);
         requests_[c]->pop(now);
         clock_.request(now + responses_[c]->latency());

@@ -25,19 +25,13 @@ void launch_all(RtBench& bench, const std::vector<traces::RayGroup>& groups) {
 
 TEST_F(RtUnitConservationTest, StatisticsDoNotDependOnConstructionOrderOrIdleSkip) {
   for (const bool two_level : {false, true}) {
-    RandomOptions random;
-    random.seed = 77;
-    random.warp_size = 32;
-    random.groups = 10;
-    random.two_level = two_level;
+    RandomOptions random{.seed = 77, .groups = 10, .warp_size = 32, .two_level = two_level};
     const auto trace = random_trace(random);
     std::string reference;
     for (const bool idle_skip : {true, false}) {
       for (const unsigned order : {0u, 1u, 2u}) {
         fresh_context();
-        BenchOptions options;
-        options.idle_skip = idle_skip;
-        options.construction_order = order;
+        BenchOptions options{.idle_skip = idle_skip, .construction_order = order};
         RtBench bench(trace.header, options);
         launch_all(bench, trace.groups);
         bench.run();

@@ -49,10 +49,7 @@ class IdealUnit final : public IntersectionModule {
 };
 
 std::vector<traces::RayGroup> some_groups(traces::Header& header) {
-  traces::testing::RandomOptions random;
-  random.seed = 5;
-  random.groups = 6;
-  random.warp_size = 32;
+  traces::testing::RandomOptions random{.seed = 5, .groups = 6, .warp_size = 32};
   auto trace = traces::testing::random_trace(random);
   header = trace.header;
   return std::move(trace.groups);

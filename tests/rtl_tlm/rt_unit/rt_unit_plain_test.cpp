@@ -73,9 +73,7 @@ BenchOptions random_configuration(std::mt19937& random) {
   const auto one_of = [&](std::initializer_list<unsigned> values) {
     return *(values.begin() + std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(random));
   };
-  BenchOptions options;
-  options.memory_latency = one_of({2, 3, 20, 117});
-  options.any_hit_cycles = one_of({1, 10, 60});
+  BenchOptions options{.memory_latency = one_of({2, 3, 20, 117}), .any_hit_cycles = one_of({1, 10, 60})};
   modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 4, 8});
   const char* policies[] = {"oldest_first", "round_robin", "greedy_then_oldest"};
@@ -112,11 +110,8 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     const unsigned seed = GetParam() * 50 + i;
     std::mt19937 random(seed);
     const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
-    RandomOptions trace;
-    trace.seed = seed;
-    trace.groups = 1 + pick(5);
-    trace.warp_size = pick(3) == 0 ? 32 : 8;
-    trace.bvh_width = 2 + pick(6);
+    RandomOptions trace{
+        .seed = seed, .groups = 1 + pick(5), .warp_size = pick(3) == 0 ? 32 : 8, .bvh_width = 2 + pick(6)};
     trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
     trace.k = 1 + pick(7);
     trace.checkpoint = pick(3) != 0;

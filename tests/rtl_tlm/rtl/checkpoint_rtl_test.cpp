@@ -109,9 +109,7 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
     groups[0].rays[0].bins.assign(12, 1);
     options.rt.checkpoint.entry_bytes = 8;
   }
-  modules::RtlBenchOptions block;
-  block.fault = fault;
-  block.faulty_block = true;
+  modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(RtlUnit::checkpoint, options.parts, block);
   fresh_context();
   RtBench bench(header, options);

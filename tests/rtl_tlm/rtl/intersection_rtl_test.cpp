@@ -67,19 +67,12 @@ TEST_F(IntersectionRtl, TransformsAgreeToTheCycleOnRandomTracesAndConfigurations
 
 /// What a run with the faulty block says; empty: nothing.
 std::string run_with_fault(RtlUnit unit, unsigned fault) {
-  traces::testing::RandomOptions trace;
-  trace.seed = 5;
-  trace.groups = 2;
-  trace.warp_size = 32;
-  trace.bvh_width = 2;
-  trace.depth = 3;
-  trace.two_level = true;
+  traces::testing::RandomOptions trace{
+      .seed = 5, .groups = 2, .warp_size = 32, .bvh_width = 2, .depth = 3, .two_level = true};
   const auto made = traces::testing::random_trace(trace);
   BenchOptions options;
   options.rt.ray_box = options.rt.ray_transform = {1, 3, 1};
-  modules::RtlBenchOptions block;
-  block.fault = fault;
-  block.faulty_block = true;
+  modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(unit, options.parts, block);
   try {
     seen(made.header, made.groups, options);
@@ -123,19 +116,14 @@ TEST_F(IntersectionRtl, SeededFaultsOfTheTransformUnitAreCaughtWithTheirMessage)
 TEST(IntersectionRtlRun, AFaultInARunOfTheWholeGpuIsAnErrorThatNamesTheUnit) {
   if (!modules::has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
   traces::testing::TemporaryFile file("faulty_rtl");
-  traces::testing::RandomOptions random;
-  random.groups = 4;
-  random.warp_size = 32;
-  random.bvh_width = 2;
+  traces::testing::RandomOptions random{.groups = 4, .warp_size = 32, .bvh_width = 2};
   const auto trace = traces::testing::random_trace(random);
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   ChildProcess child("simulation", [&]() -> std::string {
     // Tests before this one may have set the time resolution.
     sc_core::sc_curr_simcontext = sc_core::sc_default_global_context = new sc_core::sc_simcontext;
     SimulationOptions options;
-    modules::RtlBenchOptions block;
-    block.fault = 3;
-    block.faulty_block = true;
+    modules::RtlBenchOptions block{.faulty_block = true, .fault = 3};
     use_rtl(RtlUnit::box, options.build.parts.sm.rt_parts, block);
     try {
       simulate(file.path(), load_config("", {"gpu.sms=2", "l2.slices=2", "rt.box.count=1", "rt.box.latency=3"}),

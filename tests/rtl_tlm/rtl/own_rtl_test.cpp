@@ -26,10 +26,7 @@ std::string printed_by_own_rtl(const std::string& arguments) {
 TEST(OwnRtl, ABoxUnitOfTheUsersInVerilogTakesTheCyclesOfOursOfItsSize) {
   if (paths::own_rtl().empty()) GTEST_SKIP() << "no Verilator when this was built";
   traces::testing::TemporaryFile file("own_rtl");
-  traces::testing::RandomOptions options;
-  options.seed = 3;
-  options.groups = 12;
-  options.warp_size = 32;
+  traces::testing::RandomOptions options{.seed = 3, .groups = 12, .warp_size = 32};
   const auto trace = traces::testing::random_trace(options);
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   const std::string rtl = printed_by_own_rtl(file.path());

@@ -58,9 +58,7 @@ inline Seen seen(const traces::Header& header, const std::vector<traces::RayGrou
     if (any) bench.launch(groups[g], static_cast<std::uint16_t>(g));
   }
   bench.run(50'000'000);
-  Seen all;
-  all.statistics = bench.statistics();
-  all.counters = bench.counters();
+  Seen all{.statistics = bench.statistics(), .counters = bench.counters()};
   for (const auto& d : bench.dones) all.dones.emplace_back(d.cycle, d.slot, d.round);
   for (const auto& b : bench.batches) all.batches.emplace_back(b.cycle, b.batch.slot, b.batch.lanes);
   for (unsigned c = 0; c < 4; ++c) {
@@ -94,11 +92,8 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   const auto one_of = [&](std::initializer_list<unsigned> values) {
     return *(values.begin() + pick(static_cast<unsigned>(values.size()) - 1));
   };
-  traces::testing::RandomOptions trace;
-  trace.seed = seed + 1;
-  trace.groups = 1 + pick(5);
-  trace.warp_size = one_of({8, 8, 32});
-  trace.bvh_width = 2 + pick(4);
+  traces::testing::RandomOptions trace{
+      .seed = seed + 1, .groups = 1 + pick(5), .warp_size = one_of({8, 8, 32}), .bvh_width = 2 + pick(4)};
   trace.depth = trace.warp_size == 32 ? 2 : 3;
   trace.k = 1 + pick(3);
   trace.capacity = pick(3) == 0 ? 6 : 1000;

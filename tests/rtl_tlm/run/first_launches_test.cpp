@@ -32,10 +32,7 @@ class FirstLaunches : public ::testing::Test {
  protected:
   // Two of three groups meet nothing and end at once.
   FirstLaunches() {
-    traces::testing::RandomOptions random;
-    random.seed = 5;
-    random.groups = 24;
-    random.warp_size = 32;
+    traces::testing::RandomOptions random{.seed = 5, .groups = 24, .warp_size = 32};
     auto trace = traces::testing::random_trace(random);
     for (std::size_t i = 0; i < trace.groups.size(); ++i) {
       traces::RayGroup& group = trace.groups[i];

@@ -49,10 +49,7 @@ Result result_of(const Outcome& outcome) {
 class OwnDram : public ::testing::Test {
  protected:
   OwnDram() : file_("own_dram") {
-    traces::testing::RandomOptions options;
-    options.seed = 3;
-    options.groups = 12;
-    options.warp_size = 32;
+    traces::testing::RandomOptions options{.seed = 3, .groups = 12, .warp_size = 32};
     const auto trace = traces::testing::random_trace(options);
     traces::testing::write_trace(file_.path(), trace.header, trace.groups);
   }

@@ -140,9 +140,7 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
 
 TEST(SavedState, IsRefusedWhenABitOfItIsWrong) {
   Tiny tiny;
-  GpuConfig small;
-  small.sms = 1;
-  small.l2_bytes = 64 * 1024;
+  GpuConfig small{.sms = 1, .l2_bytes = 64 * 1024};
   tiny.save(small);
   const std::string path = tiny.state.path(), whole = read_file(path);
   read_state(path);

@@ -47,13 +47,12 @@ std::uint64_t value(const ordered_json& document, const std::string& name) {
 }
 
 RandomOptions random_options(bool two_level, bool checkpoint) {
-  RandomOptions options;
-  options.seed = 7;
-  options.groups = 24;
-  options.warp_size = 32;
-  options.two_level = two_level;
-  options.checkpoint = checkpoint;
-  options.capacity = checkpoint ? 200 : 0;
+  RandomOptions options{.seed = 7,
+                        .groups = 24,
+                        .warp_size = 32,
+                        .checkpoint = checkpoint,
+                        .capacity = checkpoint ? 200 : 0,
+                        .two_level = two_level};
   return options;
 }
 

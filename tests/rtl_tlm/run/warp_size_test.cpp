@@ -32,10 +32,7 @@ class WarpSize : public ::testing::Test {
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(16, 16);
     frontend::TracerOptions options;
     options.checkpoint = true;
-    frontend::RenderOptions render;
-    render.threads = 1;
-    render.warp_size = warp_size;
-    render.linear_mapping = linear;
+    frontend::RenderOptions render{.threads = 1, .linear_mapping = linear, .warp_size = warp_size};
     const frontend::PreparedGaussians gaussians(scene, options.kernel);
     const frontend::AccelerationStructure accel(gaussians, {frontend::AccelKind::tlas_tri20, 6, false});
     Traced result;

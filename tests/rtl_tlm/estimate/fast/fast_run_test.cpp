@@ -22,12 +22,7 @@ using traces::testing::TemporaryFile;
 class FastRunTest : public ::testing::TestWithParam<bool> {
  protected:
   explicit FastRunTest(bool checkpoint = GetParam()) {
-    RandomOptions random;
-    random.seed = 3;
-    random.groups = 288;
-    random.depth = 4;
-    random.warp_size = 8;
-    random.checkpoint = checkpoint;
+    RandomOptions random{.seed = 3, .groups = 288, .warp_size = 8, .depth = 4, .checkpoint = checkpoint};
     auto trace = traces::testing::random_trace(random);
     traces::testing::write_trace(file_.path(), trace.header, trace.groups);
   }
@@ -149,12 +144,7 @@ TEST_P(FastRunTest, PerfectCachesAskNobody) {
 
 // The decoder lets such a trace pass; so do the hashes of a file that was written so.
 TEST(FastRunInput, ReplaysWithoutCheckpointsAreRefused) {
-  RandomOptions random;
-  random.seed = 3;
-  random.groups = 96;
-  random.depth = 4;
-  random.warp_size = 8;
-  random.checkpoint = true;
+  RandomOptions random{.seed = 3, .groups = 96, .warp_size = 8, .depth = 4, .checkpoint = true};
   auto trace = traces::testing::random_trace(random);
   std::size_t replays = 0;
   for (const auto& group : trace.groups) {

@@ -92,12 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
 class FastStrideTrace : public ::testing::TestWithParam<bool> {
  protected:
   FastStrideTrace() {
-    RandomOptions random;
-    random.seed = 5;
-    random.groups = 96;
-    random.warp_size = 16;
-    random.depth = 6;
-    random.checkpoint = GetParam();
+    RandomOptions random{.seed = 5, .groups = 96, .warp_size = 16, .depth = 6, .checkpoint = GetParam()};
     const auto trace = traces::testing::random_trace(random);
     traces::testing::write_trace(file_.path(), trace.header, trace.groups);
   }

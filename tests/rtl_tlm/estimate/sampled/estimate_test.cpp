@@ -20,11 +20,10 @@ TEST(StudentQuantile, IsThatOfTheTables) {
 }
 
 SampledEstimate some_estimate(double cycles, double sign) {
-  SampledEstimate e;
-  e.log_cycles = std::log(cycles);
-  e.degrees_of_freedom = 6.0;
-  e.bias = {0.09, 0.16};
-  e.evidence = {{3, 0.02, 0.004}, {8, -0.03, 0.002 * sign}, {11, 0.01, -0.001}};
+  SampledEstimate e{.log_cycles = std::log(cycles),
+                    .degrees_of_freedom = 6.0,
+                    .bias = {0.09, 0.16},
+                    .evidence = {{3, 0.02, 0.004}, {8, -0.03, 0.002 * sign}, {11, 0.01, -0.001}}};
   return e;
 }
 

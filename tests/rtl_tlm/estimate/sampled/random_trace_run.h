@@ -19,12 +19,8 @@ class RandomTraceRun : public ::testing::Test {
  protected:
   /// secondary: so many groups at the end are a launch of their own.
   RandomTraceRun(std::uint32_t seed, unsigned groups, unsigned secondary = 0) {
-    traces::testing::RandomOptions random;
-    random.seed = seed;
-    random.groups = groups;
-    random.depth = 3;
-    random.warp_size = 8;
-    random.checkpoint = false;
+    traces::testing::RandomOptions random{
+        .seed = seed, .groups = groups, .warp_size = 8, .depth = 3, .checkpoint = false};
     auto trace = traces::testing::random_trace(random);
     for (traces::RayGroup& group : trace.groups) {
       group.kind = group.index < groups - secondary ? traces::RayKind::primary : traces::RayKind::glass;

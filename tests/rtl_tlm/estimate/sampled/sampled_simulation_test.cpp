@@ -26,9 +26,7 @@ class SampledSimulation : public test::RandomTraceRun {
     config_.resident_warps = 8 / config_.sms;
   }
   static SampledOptions windows(std::uint64_t seed = 1) {
-    SampledOptions options;
-    options.price = describe_energy;
-    options.seed = seed;
+    SampledOptions options{.seed = seed, .price = describe_energy};
     return options;
   }
   static ordered_json without_host(const ordered_json& stats) {
