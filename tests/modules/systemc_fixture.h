@@ -14,6 +14,15 @@
 
 namespace grtx::modules {
 
+/// A new design begins: everything of the previous one must have been destroyed.
+struct FreshContext {
+  FreshContext() {
+    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
+    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
+    set_time_resolution_to_fs();
+  }
+};
+
 /// SystemC elaborates once per context, so each test gets a context of its own. The previous one is leaked on purpose:
 /// destroying it is not supported by the kernel. Modules are locals of the test body or members of a derived fixture,
 /// so they die while their context is still the current one.
@@ -25,12 +34,7 @@ class SystemCTest : public ::testing::Test {
   }
   ~SystemCTest() override { sc_core::sc_report_handler::set_handler(&sc_core::sc_report_handler::default_handler); }
 
-  /// A new design in the same test: everything of the previous one must have been destroyed.
-  static void fresh_context() {
-    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-    set_time_resolution_to_fs();
-  }
+  static void fresh_context() { FreshContext(); }
   /// Runs until the domain has passed `cycles` more of its periods, whether they tick or are skipped.
   static void run(const ClockDomain& clock, Cycle cycles) {
     sc_core::sc_start(sc_core::sc_time::from_value(cycles * clock.period_fs()));

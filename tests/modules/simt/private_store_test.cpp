@@ -53,9 +53,7 @@ class SimtPrivateStore : public SystemCTest {
  protected:
   /// A bench needs a kernel of its own.
   static SimtBench::Options fresh(const PrivateStore::Config& store) {
-    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-    set_time_resolution_to_fs();
+    FreshContext();
     SimtBench::Options options;
     options.config.private_store = store;
     return options;

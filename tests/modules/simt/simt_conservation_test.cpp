@@ -13,9 +13,7 @@ namespace {
 
 /// Runs all groups, slot by slot, and prints everything that was seen with its cycle.
 std::string run_all(const traces::testing::RandomTrace& trace, SimtBench::Options options, SimtCounters* counters) {
-  sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-  sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-  set_time_resolution_to_fs();
+  FreshContext();
   options.header = trace.header;
   SimtBench bench(options);
   for (unsigned i = 0; i < trace.groups.size(); ++i) bench.start(i, trace.groups[i], 1 + 13 * i);

@@ -57,9 +57,7 @@ TEST_F(SimtTiming, EmptyGroupHasNothingToStore) {
 
 TEST_F(SimtTiming, RoundsWithoutHitsTakeTraceCallAndBlend) {
   for (unsigned rounds = 1; rounds <= 4; ++rounds) {
-    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-    set_time_resolution_to_fs();
+    FreshContext();
     SimtBench bench({});
     const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(rounds));
     bench.start(0, group, 1);
@@ -119,9 +117,7 @@ TEST_F(SimtTiming, AnyHitReadsInsertsAndAnswers) {
       {4, LeafOutcome::ignored, 0, 1},
   };
   for (const Case& c : cases) {
-    sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-    sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-    set_time_resolution_to_fs();
+    FreshContext();
     SimtBench bench({});
     RoundScript round;
     for (unsigned i = 0; i < c.before; ++i) round.any_hits.push_back({LeafOutcome::inserted, 0});

@@ -63,13 +63,6 @@ inline traces::NodeDefinition node_definition(std::uint32_t address, std::uint32
   return node;
 }
 
-/// A simulation context of its own for each case of a table inside one test.
-inline void fresh_context() {
-  sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
-  sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
-  modules::set_time_resolution_to_fs();
-}
-
 /// Header of a small trace; 1 MiB of nodes, BLAS (if any) in the upper half.
 inline traces::Header small_header(const std::string& accel = "tri20", std::uint64_t checkpoint_capacity = 0) {
   traces::Header header;
@@ -183,6 +176,10 @@ class RtBench {
       ADD_FAILURE() << "the RT unit is not idle at the end\n" << state.str();
     }
   }
+  void run(const traces::RayGroup& group, std::uint16_t slot = 0) {
+    launch(group, slot);
+    run();
+  }
   /// Runs without looking at the state afterwards; errors of the modules come out as exceptions.
   void run_expecting_error() {
     clock_.request(0);
@@ -265,6 +262,7 @@ class RtBench {
     }
   }
 
+  modules::FreshContext context_;
   BenchOptions options_;
   modules::MemoryMap map_;
   modules::ClockDomain clock_;

@@ -35,8 +35,7 @@ TEST_F(RtUnitAnyHitTest, FiresInTheCycleInWhichTheLastActiveLaneHits) {
   options.any_hit_cycles = 10;
   const auto group = hits(32, 0);
   RtBench bench(small_header(), options);
-  bench.launch(group, 6);
-  bench.run();
+  bench.run(group, 6);
   ASSERT_EQ(bench.batches.size(), 1u);
   EXPECT_EQ(bench.batches[0].cycle, kFirst + kLeaf);
   EXPECT_EQ(bench.batches[0].batch.slot, 6);
@@ -59,8 +58,7 @@ TEST_F(RtUnitAnyHitTest, FinishedLanesAreNotWaitedFor) {
   group.rays[1].events.clear();
   add_round(group.rays[1], {internal_event(0, 0)});  // misses everything, after the box latency
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.batches.size(), 1u);
   EXPECT_EQ(bench.batches[0].batch.lanes, 1u);
   // Lane 0 asks first: its two sectors go before lane 1's.
@@ -70,14 +68,12 @@ TEST_F(RtUnitAnyHitTest, FinishedLanesAreNotWaitedFor) {
 TEST_F(RtUnitAnyHitTest, TimeoutFiresWithTheLanesThatWait) {
   for (const std::uint64_t timeout : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{5}, std::uint64_t{30}}) {
     SCOPED_TRACE(timeout);
-    fresh_context();
     BenchOptions options;
     options.rt.any_hit.timeout = timeout;
     options.any_hit_cycles = 3;
     const auto group = hits(4, 0b1000);  // lane 3 hits kBox cycles (and two sectors) later
     RtBench bench(small_header(), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     ASSERT_EQ(bench.batches.size(), 2u);
     EXPECT_EQ(bench.batches[0].cycle, kFirst + kLeaf + timeout);
     EXPECT_EQ(bench.batches[0].batch.lanes, 0b0111u);
@@ -93,8 +89,7 @@ TEST_F(RtUnitAnyHitTest, AllActiveBeforeTheTimeoutMakesOneBatch) {
   options.rt.any_hit.timeout = kBox + 2 + 1;
   const auto group = hits(4, 0b1000);
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.batches.size(), 1u);
   EXPECT_EQ(bench.batches[0].cycle, kFirst + 2 + kBox + kLeaf);
   EXPECT_EQ(bench.counters().any_hit.wait_cycles, kBox + 2);
@@ -106,8 +101,7 @@ TEST_F(RtUnitAnyHitTest, AWarpHasOneBatchAtTheShader) {
   options.any_hit_cycles = 200;  // longer than lane 3 takes
   const auto group = hits(4, 0b1000);
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.batches.size(), 2u);
   EXPECT_EQ(bench.batches[1].cycle, bench.batches[0].cycle + 1 + 200 + 1);
 }

@@ -61,11 +61,9 @@ traces::RayGroup write_then_replay(unsigned entries) {
 TEST_F(RtUnitCheckpointTest, EachSectorOfAPassIsWrittenAndReadOnce) {
   for (const unsigned entries : {1u, 2u, 3u, 5u, 8u, 11u, 16u, 40u}) {
     SCOPED_TRACE(entries);
-    fresh_context();
     const auto group = write_then_replay(entries);
     RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
-    bench.launch(group, 3);
-    bench.run();
+    bench.run(group, 3);
     const std::uint64_t base = bench.map().checkpoint_entry(bench.map().ray_slot(0, 3, 0), 0, 0);
     const std::uint64_t sectors = (entries * 20 + 31) / 32;
     std::vector<std::uint64_t> expected;
@@ -95,8 +93,7 @@ TEST_F(RtUnitCheckpointTest, WithoutBuffersEveryTouchedSectorIsTraffic) {
   options.rt.checkpoint.read_buffer = false;
   const auto group = write_then_replay(8);
   RtBench bench(small_header("tri20", kCapacity), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   const auto c = bench.counters().checkpoint;
   EXPECT_EQ(c.sectors_written, 8u + 4u);
   EXPECT_EQ(c.sectors_read, 8u + 4u);
@@ -105,13 +102,11 @@ TEST_F(RtUnitCheckpointTest, WithoutBuffersEveryTouchedSectorIsTraffic) {
 TEST_F(RtUnitCheckpointTest, SmallerEntriesTakeFewerSectors) {
   for (const auto& [bytes, sectors] : {std::pair(16u, 4u), std::pair(8u, 2u)}) {
     SCOPED_TRACE(bytes);
-    fresh_context();
     BenchOptions options = with_sector_buffers();
     options.rt.checkpoint.entry_bytes = bytes;
     const auto group = write_then_replay(8);
     RtBench bench(small_header("tri20", kCapacity), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     const auto c = bench.counters().checkpoint;
     EXPECT_EQ(c.sectors_written, sectors);
     EXPECT_EQ(c.sectors_read, sectors);
@@ -140,13 +135,11 @@ TEST_F(RtUnitCheckpointTest, BinsAreReadInTheirOrderAndWhatIsNotReadStays) {
   header.checkpoint_bins = 3;
   for (const unsigned open : {1u, 8u}) {
     SCOPED_TRACE(open);
-    fresh_context();
     BenchOptions options = with_sector_buffers();
     options.rt.checkpoint.entry_bytes = 8;
     options.rt.checkpoint.open_sectors = open;
     RtBench bench(header, options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     const std::uint64_t base = bench.map().checkpoint_bin(0, 0);
     const std::uint64_t stride = bench.map().checkpoint_bin(0, 1) - base;
     std::string log;
@@ -171,10 +164,8 @@ TEST_F(RtUnitCheckpointTest, BinsNeedEntriesThatEndWithTheirSector) {
   BenchOptions options;
   EXPECT_THROW(RtBench(header, options), Error) << "20 B";
   options.rt.checkpoint.entry_bytes = 8;
-  fresh_context();
   EXPECT_NO_THROW(RtBench(header, options));
   options.rt.checkpoint.store.entries = 1;
-  fresh_context();
   EXPECT_THROW(RtBench(header, options), Error) << "a store of two buffers";
 }
 
@@ -183,8 +174,7 @@ TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {
   header.checkpoint_order = traces::CheckpointOrder::lifo;
   const auto group = write_then_replay(8);
   RtBench bench(header, with_sector_buffers());
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   const std::uint64_t base = bench.map().checkpoint_entry(0, 0, 0);
   EXPECT_THAT(addresses(bench, false), ::testing::ElementsAre(base + 128, base + 96, base + 64, base + 32, base));
 }
@@ -199,8 +189,7 @@ TEST_F(RtUnitCheckpointTest, BuffersPingPongByRoundParity) {
   add_round(group.rays[0], {take_event(10), leaf_event(10, LeafOutcome::miss), forward_event(11, 1)}, true);
   add_round(group.rays[0], {take_event(11), leaf_event(11, LeafOutcome::beyond, 1)}, true);
   RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.dones.size(), 4u);
   const std::uint64_t a = bench.map().checkpoint_entry(0, 0, 0), b = bench.map().checkpoint_entry(0, 1, 0);
   std::vector<std::string> log;
@@ -224,12 +213,10 @@ TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   for (const unsigned lanes : {1u, 2u, 4u, 7u, 8u}) {
     SCOPED_TRACE(lanes);
-    fresh_context();
     BenchOptions options = with_sector_buffers();
     options.rt.checkpoint.lanes = lanes;
     RtBench bench(small_header("tri20", kCapacity), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     // Seven items: six entries and the open sector (120 B end inside sector 3).
     EXPECT_EQ(bench.dones[0].cycle, kFirst + kBox + (7 + lanes - 1) / lanes - 1);
     // Sectors leave from the cycle after their completion, one a cycle.
@@ -249,8 +236,7 @@ TEST_F(RtUnitCheckpointTest, AFullWriteQueueBlocksTheLane) {
   options.rt.checkpoint.lanes = 32;
   options.rt.checkpoint.write_queue = 2;
   RtBench bench(small_header("tri20", kCapacity), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   // Entry 0 completes no sector, 1 and 3 complete sectors 0 and 1; entry 4 finds the queue full. One sector leaves a
   // cycle: entry 4 completes sector 2 one cycle later; entry 5 completes none but needs room, as does the open
   // sector 3.
@@ -267,8 +253,7 @@ TEST_F(RtUnitCheckpointTest, ReplayReadsThenFetchesTheNodeOnly) {
   add_round(group.rays[0], {internal_event(0, 0, 1)});
   add_round(group.rays[0], {take_event(10), internal_event(0, 0)}, true);
   RtBench bench(small_header("tri20", kCapacity), with_sector_buffers());
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.dones.size(), 2u);
   // Round 1: done seen by the SIMT core one cycle after retirement, call sent, visible, accepted; scheduled the cycle
   // after.
@@ -292,8 +277,7 @@ TEST_F(RtUnitCheckpointTest, AReadWaitsForAWriteOfItsSector) {
   options.rt.checkpoint.write_combine = options.rt.checkpoint.read_buffer = true;
   options.rt.ray_box.count = 32;
   RtBench bench(small_header("tri20", kCapacity), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   std::map<std::uint64_t, Cycle> written;
   for (const auto& r : bench.requests[1]) {
     if (r.request.write) {

@@ -30,7 +30,6 @@ TEST_F(RtUnitConservationTest, StatisticsDoNotDependOnConstructionOrderOrIdleSki
     std::string reference;
     for (const bool idle_skip : {true, false}) {
       for (const unsigned order : {0u, 1u, 2u}) {
-        fresh_context();
         BenchOptions options{.idle_skip = idle_skip, .construction_order = order};
         RtBench bench(trace.header, options);
         launch_all(bench, trace.groups);
@@ -48,7 +47,6 @@ TEST_F(RtUnitConservationTest, AddedInventoryIsThePapersTable) {
   const std::vector<std::pair<unsigned, std::uint64_t>> table = {{4, 546}, {8, 1074}, {16, 2130}, {32, 4242}};
   for (const auto& [warps, bytes] : table) {
     for (const bool checkpoint : {true, false}) {
-      fresh_context();
       BenchOptions options;
       options.rt.warp_buffer.entries = warps;
       RtBench bench(small_header("tri20", checkpoint ? 64 : 0), options);

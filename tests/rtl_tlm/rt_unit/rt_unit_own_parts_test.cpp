@@ -67,7 +67,6 @@ Outcome traced(const BenchOptions& options) {
   for (std::uint16_t slot = 0; slot < groups.size(); ++slot) bench.launch(groups[slot], slot);
   bench.run();
   Outcome outcome{bench.dones.back().cycle, bench.counters()};
-  fresh_context();
   return outcome;
 }
 

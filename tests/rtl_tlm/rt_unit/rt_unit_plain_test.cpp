@@ -34,7 +34,6 @@ void expect_same(const char* what, const std::vector<T>& plain, const std::vecto
 }
 
 void expect_agreement(const traces::Header& header, const std::vector<traces::RayGroup>& groups, BenchOptions options) {
-  fresh_context();
   options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
   RtBench bench(header, options);
   PlainRtBench plain(header, options);

@@ -40,8 +40,7 @@ traces::RayGroup family() {
 TEST_F(RtUnitPrefetchTest, OnlyHitSiblingsAndOnlyOnce) {
   const auto group = family();
   RtBench bench(small_header(), {});
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_THAT(prefetched(bench), ElementsAre(10, 12, 14));
   const auto c = bench.counters().prefetch;
   EXPECT_EQ(c.triggers, 1u);
@@ -58,8 +57,7 @@ TEST_F(RtUnitPrefetchTest, InternalSiblingsDoNotTrigger) {
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0b11), internal_event(1, 0), cull_event(10, 0)});
   RtBench bench(small_header(), {});
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_TRUE(bench.requests[2].empty());
 }
 
@@ -69,8 +67,7 @@ TEST_F(RtUnitPrefetchTest, SwitchedOffThereIsNoUnit) {
   const auto group = family();
   RtBench bench(small_header(), options);
   EXPECT_FALSE(bench.rt().has_prefetcher());
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_TRUE(bench.requests[2].empty());
 }
 
@@ -81,8 +78,7 @@ TEST_F(RtUnitPrefetchTest, LanesOfAWarpMergeTheirPrefetches) {
   BenchOptions options;
   options.rt.ray_box.count = 32;
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_THAT(prefetched(bench), ElementsAre(10, 12, 14));
   EXPECT_EQ(bench.counters().prefetch.triggers, 32u);
   EXPECT_EQ(bench.counters().prefetch.merged, 31u * 3u);
@@ -98,8 +94,7 @@ TEST_F(RtUnitPrefetchTest, InstanceLeavesAreFollowedByTheirSizeInTheImage) {
   BenchOptions options;
   options.rt.memory.traffic.instance_leaf_bytes = 64;
   RtBench bench(small_header("tlas-tri20"), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_THAT(prefetched(bench), ElementsAre(10, 14));
 }
 
@@ -117,8 +112,7 @@ TEST_F(RtUnitPrefetchTest, AnInstanceLeafThatIsReadForAReplayedBlasNodeTriggersT
   BenchOptions options;
   options.rt.memory.traffic.instance_leaf_bytes = 64;
   RtBench bench(small_header("tlas-tri20", 64), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_THAT(prefetched(bench), ElementsAre(12));
 }
 
@@ -133,13 +127,11 @@ TEST_F(RtUnitPrefetchTest, AReplayedLeafBringsThoseThatWereCheckpointedWithIt) {
             true);
   for (const auto& [replayed, entry_bytes] : {std::pair(true, 20u), std::pair(false, 20u), std::pair(true, 8u)}) {
     SCOPED_TRACE(fmt::format("{} {}", replayed, entry_bytes));
-    fresh_context();
     BenchOptions options;
     options.rt.prefetcher.replayed = replayed;
     options.rt.checkpoint.entry_bytes = entry_bytes;
     RtBench bench(small_header("tri20", 64), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     if (replayed && entry_bytes == 20) {
       EXPECT_THAT(prefetched(bench), ElementsAre(11, 14));
       EXPECT_EQ(bench.counters().prefetch.replayed, 1u);
@@ -154,8 +146,7 @@ TEST_F(RtUnitPrefetchTest, AFullQueueDrops) {
   options.rt.prefetcher.queue = 2;
   const auto group = family();
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_THAT(prefetched(bench), ElementsAre(10, 12));
   EXPECT_EQ(bench.counters().prefetch.dropped, 1u);
 }

@@ -46,8 +46,7 @@ TEST_F(RtUnitPrivateStoreTest, UnchargedEntriesAreNoTrafficAndNobodyWaitsForThem
   options.rt.checkpoint.write_combine = true;  // an open sector that is never written
   RtBench bench(small_header("tri20", kCapacity), options);
   const auto group = six_forwarded(4);
-  bench.launch(group, 5);
-  bench.run();
+  bench.run(group, 5);
   EXPECT_THAT(bench.requests[1], testing::IsEmpty());
   const modules::CheckpointCounters counters = bench.counters().checkpoint;
   EXPECT_EQ(counters.entries_written, 4u * 12);
@@ -59,10 +58,8 @@ TEST_F(RtUnitPrivateStoreTest, OnlyEntriesBehindItsOwnAreTraffic) {
   const auto group = six_forwarded();
   for (const unsigned held : {0u, 1u, 4u, 6u, 100u}) {
     SCOPED_TRACE(held);
-    fresh_context();
     RtBench bench(small_header("tri20", kCapacity), with_store(held));
-    bench.launch(group, 5);
-    bench.run();
+    bench.run(group, 5);
     const std::uint64_t ray = bench.map().ray_slot(0, 5, 0);
     std::vector<std::uint64_t> expected;  // written in round 0: entry i touches bytes 20 i to 20 i + 19
     for (unsigned i = held; i < 6; ++i) {
@@ -100,10 +97,8 @@ TEST_F(RtUnitPrivateStoreTest, OneEntryACycleIsWritten) {
   // With two in the store the second cycle also takes three others; the last goes in the third.
   for (const Case& c : {Case{0, 1}, Case{2, 2}, Case{6, 5}}) {
     SCOPED_TRACE(c.held);
-    fresh_context();
     RtBench bench(small_header("tri20", kCapacity), with_store(c.held));
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     EXPECT_EQ(bench.dones[0].cycle, kFirst + kBox + c.more);
   }
 }
@@ -116,10 +111,8 @@ TEST_F(RtUnitPrivateStoreTest, AReadTakesItsLatencyInPlaceOfTheMemorys) {
   add_round(group.rays[0], {take_event(10), internal_event(0, 0)}, true);
   for (const unsigned latency : {1u, 4u, 30u}) {
     SCOPED_TRACE(latency);
-    fresh_context();
     RtBench bench(small_header("tri20", kCapacity), with_store(1, latency));
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     ASSERT_EQ(bench.dones.size(), 2u);
     const Cycle scheduled = bench.dones[0].cycle + 1 + 1 + 1;
     EXPECT_EQ(bench.dones[1].cycle, scheduled + 1 + latency + kBox);
@@ -138,10 +131,8 @@ TEST_F(RtUnitPrivateStoreTest, LanesShareItsReadPorts) {
   }
   for (const unsigned ports : {1u, 2u, 8u}) {
     SCOPED_TRACE(ports);
-    fresh_context();
     RtBench bench(small_header("tri20", kCapacity), with_store(1, 4, ports));
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     ASSERT_EQ(bench.dones.size(), 2u);
     const Cycle scheduled = bench.dones[0].cycle + 1 + 1 + 1;
     EXPECT_EQ(bench.dones[1].cycle, scheduled + 1 + (32 / ports - 1) + 4);
@@ -153,8 +144,7 @@ TEST_F(RtUnitPrivateStoreTest, LifoReadsTheStoredEntriesLast) {
   header.checkpoint_order = traces::CheckpointOrder::lifo;
   const auto group = six_forwarded();
   RtBench bench(header, with_store(4));
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   std::vector<std::uint64_t> read;
   for (const auto& r : bench.requests[1]) {
     if (!r.request.write) read.push_back(r.request.address - bench.map().checkpoint_entry(0, 0, 0));
@@ -168,12 +158,10 @@ TEST_F(RtUnitPrivateStoreTest, NoOpenSectorIsLeftWhenAllEntriesAreStored) {
   const auto group = six_forwarded();
   for (const unsigned held : {5u, 6u}) {
     SCOPED_TRACE(held);
-    fresh_context();
     BenchOptions options = with_store(held);
     options.rt.checkpoint.write_combine = options.rt.checkpoint.read_buffer = true;
     RtBench bench(small_header("tri20", kCapacity), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     // Entry 5 lies in sector 3 alone.
     EXPECT_EQ(bench.counters().checkpoint.sectors_written, held == 5 ? 2u : 0u);
     EXPECT_EQ(bench.counters().checkpoint.sectors_read, held == 5 ? 1u : 0u);

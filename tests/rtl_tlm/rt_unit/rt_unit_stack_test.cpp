@@ -26,14 +26,12 @@ class RtUnitStack : public modules::SystemCTest {
   };
 
   static Run run(const traces::Header& header, const traces::RayGroup& group, unsigned stack_entries) {
-    fresh_context();
     BenchOptions options;
     options.memory_latency = kMemory;
     options.rt.warp_buffer.spill = stack_entries != 0;
     if (stack_entries != 0) options.rt.warp_buffer.stack_entries = stack_entries;
     RtBench bench(header, options);
-    bench.launch(group, 3);
-    bench.run();
+    bench.run(group, 3);
     Run result{bench.dones.at(0).cycle, {}, {}, bench.counters().stack};
     for (const RtBench::Request& r : bench.requests[3]) {
       std::uint64_t sector = 0;
@@ -134,8 +132,7 @@ TEST_F(RtUnitStack, LanesShareThePort) {
   options.rt.warp_buffer.spill = true;
   options.rt.warp_buffer.stack_entries = 2;
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   ASSERT_EQ(bench.requests[3].size(), 8U);
   for (unsigned i = 1; i < 4; ++i) {
     EXPECT_EQ(bench.requests[3][i].cycle, bench.requests[3][0].cycle + i);

@@ -61,8 +61,7 @@ TEST_P(PointerChase, TakesVisitsTimesTheSumOfTheStages) {
   options.rt.ray_box.latency = box;
   const auto group = chase(1, visits, [](unsigned, unsigned i) { return 1 + i; });
   RtBench bench(small_header(), options);
-  bench.launch(group, 3);
-  bench.run();
+  bench.run(group, 3);
   ASSERT_EQ(bench.dones.size(), 1u);
   EXPECT_EQ(bench.dones[0].slot, 3);
   EXPECT_EQ(bench.dones[0].cycle, kFirst + visits * (2 + memory + 1 + box));
@@ -91,8 +90,7 @@ TEST_F(RtUnitTest, WithoutMergingInFlightFewPipelinesTearACoherentWarpApart) {
   options.rt.memory.merge_in_flight = false;
   const auto group = chase(32, kVisits, [](unsigned, unsigned i) { return 1 + i; });
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   const auto c = bench.counters();
   EXPECT_EQ(c.memory.node_visits(), 32 * kVisits);
   // Four pipelines take eight cycles for 32 lanes: the lanes come back in eight fours, four lanes a cycle, and each
@@ -107,8 +105,7 @@ TEST_F(RtUnitTest, CoherentWarpStaysTogetherWithAPipelineALane) {
   options.rt.ray_box.count = 32;
   const auto group = chase(32, kVisits, [](unsigned, unsigned i) { return 1 + i; });
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_EQ(bench.counters().memory.node_fetches(), kVisits);
   EXPECT_EQ(bench.dones[0].cycle, kFirst + kVisits * (2 + 20 + 1 + 13));
   EXPECT_DOUBLE_EQ(bench.counters().scheduler.simt_efficiency(), 1.0);
@@ -118,8 +115,7 @@ TEST_F(RtUnitTest, CoherentWarpMergesEachVisitIntoOneFetch) {
   constexpr unsigned kVisits = 5;
   const auto group = chase(32, kVisits, [](unsigned, unsigned i) { return 1 + i; });
   RtBench bench(small_header(), {});
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   // All eight fours ask within eight cycles, less than the memory latency.
   EXPECT_EQ(bench.counters().memory.node_fetches(), kVisits);
   EXPECT_EQ(bench.counters().ray_box.operations, 32 * kVisits);
@@ -129,8 +125,7 @@ TEST_F(RtUnitTest, DivergentWarpIsBoundByOneSectorACycle) {
   BenchOptions options;
   const auto group = chase(32, 1, [](unsigned l, unsigned) { return 1 + l; });
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_EQ(bench.counters().memory.node_fetches(), 32u);
   // 64 sectors in 64 cycles; the last one's node follows alone through the pipeline.
   EXPECT_EQ(bench.dones[0].cycle, kFirst + 64 + 20 + 1 + 13);
@@ -157,8 +152,7 @@ TEST_P(UnitThroughput, LimitsTheLanesOfOneFetch) {
   options.rt.ray_box = {count, 13, interval};
   const auto group = chase(32, 1, [](unsigned, unsigned) { return 1; });
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   const Cycle rounds = (32 + count - 1) / count;
   EXPECT_EQ(bench.dones[0].cycle, kFirst + 2 + 20 + 1 + (rounds - 1) * interval + 13);
   EXPECT_EQ(bench.counters().ray_box.busy_cycles, 32u * interval);
@@ -176,8 +170,7 @@ TEST_F(RtUnitTest, BoxOperationPerChildTakesAChildAnInterval) {
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0)});
   RtBench bench(small_header(), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_EQ(bench.dones[0].cycle, kFirst + 2 + 20 + 1 + 13 + 4);
   EXPECT_EQ(bench.counters().ray_box.tests, 5u);
 }
@@ -205,10 +198,8 @@ TEST_F(RtUnitTest, VisitsReadTheConfiguredSectors) {
     SCOPED_TRACE(c.what);
     BenchOptions options;
     options.rt.memory.traffic = c.traffic;
-    fresh_context();
     RtBench bench(small_header("tlas-tri20"), options);
-    bench.launch(group, 0);
-    bench.run();
+    bench.run(group);
     std::vector<std::uint64_t> addresses;
     for (const auto& r : bench.requests[0]) {
       addresses.push_back(r.request.address);
@@ -227,8 +218,7 @@ TEST_F(RtUnitTest, SphereLeavesGoToTheSphereUnit) {
   BenchOptions options;
   options.rt.ray_sphere.latency = 50;
   RtBench bench(small_header("ellipsoid"), options);
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   EXPECT_EQ(bench.dones[0].cycle, kFirst + 2 + 20 + 1 + 6 + 1 + 50);
   EXPECT_EQ(bench.counters().ray_transform.operations, 1u);
   EXPECT_EQ(bench.counters().ray_sphere.operations, 1u);
@@ -241,8 +231,7 @@ TEST_F(RtUnitTest, CullsTakeASelectionEachAndNoMemory) {
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0b111), cull_event(2, 0), cull_event(3, 0), cull_event(4, 0)});
   RtBench bench(small_header(), {});
-  bench.launch(group, 0);
-  bench.run();
+  bench.run(group);
   // Culls in three consecutive cycles; the retirement stage runs before the scheduler, so it sees the last one a cycle
   // later.
   EXPECT_EQ(bench.dones[0].cycle, kFirst + (2 + 20 + 1 + 13) + 3);
@@ -271,8 +260,7 @@ TEST_F(RtUnitTest, AQueueOfOneWarpStallsTheScheduler) {
   const auto group = chase(32, 1, [](unsigned l, unsigned) { return 1 + l; });
   RtBench bench(small_header(), options);
   bench.launch(group, 0);
-  bench.launch(group, 1);
-  bench.run();
+  bench.run(group, 1);
   // The second warp's fetches fit only when the queue is empty: after the 64 sectors of the first, issued in cycles
   // kFirst + 1 .. kFirst + 64; the scheduler runs after the issue stage, in the same cycle.
   EXPECT_EQ(bench.dones[1].cycle, kFirst + 64 + 64 + 20 + 1 + 13);
@@ -285,8 +273,7 @@ TEST_F(RtUnitTest, AWarpWithoutEventsRetiresAtOnce) {
   group.rays.resize(2);
   add_round(group.rays[1], {}, true);
   RtBench bench(small_header("tri20", 10), {});
-  bench.launch(group, 5);
-  bench.run();
+  bench.run(group, 5);
   ASSERT_EQ(bench.dones.size(), 1u);
   EXPECT_EQ(bench.dones[0].cycle, 2u);  // accepted in cycle 1
 }
@@ -299,7 +286,6 @@ TEST_F(RtUnitTest, BadTracesAreRefusedWithTheirPlace) {
       {{cull_event(1, 1)}, "writes checkpoint entries although checkpointing is off"},
       {{instance_event(1)}, "visits an instance leaf of a monolithic structure"}};
   for (const auto& [events, rule] : cases) {
-    fresh_context();
     traces::RayGroup group;
     group.index = 4;
     group.rays.resize(1);

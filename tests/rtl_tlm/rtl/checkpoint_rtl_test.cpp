@@ -111,7 +111,6 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
   }
   modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(RtlUnit::checkpoint, options.parts, block);
-  fresh_context();
   RtBench bench(header, options);
   bench.launch(groups[0], 0);
   try {
@@ -142,7 +141,6 @@ TEST_F(CheckpointRtl, SeededFaultsAreCaughtWithTheirMessage) {
 
 /// Why a unit cannot be made; empty: it can.
 std::string refusal_with_bins(unsigned bins, std::uint64_t capacity, void (*change)(modules::CheckpointConfig&)) {
-  fresh_context();
   traces::Header header = small_header("tri20", capacity);
   header.checkpoint_bins = bins;
   BenchOptions options;
@@ -191,7 +189,6 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
 TEST_F(CheckpointRtl, ABufferThatIsTooSmallIsTheErrorOfTheSystemCUnit) {
   std::string said[2];
   for (const bool rtl : {false, true}) {
-    fresh_context();
     traces::RayGroup group;
     group.nodes = {node_definition(1, 10, std::vector<traces::NodeKind>(6, traces::NodeKind::internal))};
     group.rays.resize(1);

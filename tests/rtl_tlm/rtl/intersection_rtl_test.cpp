@@ -162,7 +162,6 @@ TEST_F(IntersectionRtl, RefusesTracesWhoseBoxesItCannotRead) {
     header.layout = layout;
     BenchOptions options;
     use_rtl(RtlUnit::box, options.parts, {});
-    fresh_context();
     try {
       RtBench bench(header, options);
       ADD_FAILURE() << "layout " << static_cast<int>(layout);

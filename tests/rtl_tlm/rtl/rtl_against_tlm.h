@@ -49,7 +49,6 @@ struct Seen {
 };
 
 inline Seen seen(const traces::Header& header, const std::vector<traces::RayGroup>& groups, BenchOptions options) {
-  fresh_context();
   options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
   RtBench bench(header, options);
   for (std::size_t g = 0; g < groups.size(); ++g) {
