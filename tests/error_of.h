@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "error_of.h"
 #include "grtx/base/error.h"
 
 namespace grtx::test {
@@ -10,12 +11,7 @@ namespace grtx::test {
 /// The text of the Error; "" when there is none.
 template <typename Call>
 std::string error_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return grtx::test::error_of([&] { call(); });
 }
 
 }  // namespace grtx::test

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "error_of.h"
 #include "grtx/base/error.h"
 
 namespace grtx::traces {
@@ -31,12 +32,7 @@ std::string fault_of(const std::vector<RayGroup>& groups, bool apart) {
     own.add(g);
     places.add(own);
   }
-  try {
-    places.check("t.grtx");
-    return "";
-  } catch (const Error& error) {
-    return error.what();
-  }
+  return grtx::test::error_of([&] { places.check("t.grtx"); });
 }
 
 TEST(NodePlaces, AgreeWhenGroupsVisitPartsOfOneTree) {

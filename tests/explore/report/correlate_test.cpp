@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "error_of.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "paths.h"
@@ -41,12 +42,7 @@ class Correlate : public ::testing::Test {
   }
   const grtx::test::TemporaryFolder folder_;
   std::string fault_of(const std::string& text) const {
-    try {
-      correlate(read_measured(csv(text)), database(), "sweep.sqlite");
-      return "";
-    } catch (const Error& error) {
-      return error.what();
-    }
+    return grtx::test::error_of([&] { correlate(read_measured(csv(text)), database(), "sweep.sqlite"); });
   }
 };
 

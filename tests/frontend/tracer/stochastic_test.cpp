@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "error_of.h"
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
@@ -138,12 +139,7 @@ class StochasticTrace : public ::testing::Test {
   std::string fault(const std::function<void(traces::RayGroup&)>& change) const {
     traces::RayGroup changed = group_;
     change(changed);
-    try {
-      traces::check_group("trace", header_, changed);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return grtx::test::error_of([&] { traces::check_group("trace", header_, changed); });
   }
   /// The first ray with an any-hit call, and the place of its event.
   static std::pair<traces::Ray*, traces::Event*> first_call(traces::RayGroup& group) {

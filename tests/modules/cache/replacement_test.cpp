@@ -79,12 +79,11 @@ TEST(CacheReplacement, OneOfTheUsersIsRegisteredByName) {
 }
 
 TEST(CacheReplacement, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {
-  try {
-    SectorCacheTags({1024, 128, 32, 4, "clock"});
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("lru, fifo, random"), std::string::npos) << error.what();
-  }
+  EXPECT_THAT(
+      [&] {
+        SectorCacheTags({1024, 128, 32, 4, "clock"});
+      },
+      ::testing::ThrowsMessage<Error>(::testing::HasSubstr("lru, fifo, random")));
 }
 
 }  // namespace

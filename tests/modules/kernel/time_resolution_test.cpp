@@ -1,6 +1,7 @@
 // A kernel with another time resolution than 1 fs gave wrong cycles without a word.
 #include <gmock/gmock.h>
 
+#include "error_of.h"
 #include "grtx/base/error.h"
 #include "modules/systemc_fixture.h"
 
@@ -12,12 +13,7 @@ TEST(TimeResolution, OtherThanOneFemtosecondIsAnErrorAndNotWrongCycles) {
     sc_core::sc_curr_simcontext = new sc_core::sc_simcontext;
     sc_core::sc_default_global_context = sc_core::sc_curr_simcontext;
     sc_core::sc_set_time_resolution(value, unit);
-    try {
-      const ClockDomain clock("core_clock", 1365.0);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return grtx::test::error_of([&] { const ClockDomain clock("core_clock", 1365.0); });
   };
   EXPECT_EQ(with(1, sc_core::SC_FS), "");
   for (const auto& [value, unit, name] :

@@ -82,12 +82,8 @@ TEST(CheckpointEntry, NamesTheLeafOfTheSceneTlasInBitsThatWereFree) {
 }
 
 TEST(CheckpointEntry, SaysHowManyBitsAreMissing) {
-  try {
-    require_entry_fits(8, structure((1 << 25) + 1, 128));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("26 + 7 bits where the entry has 32"));
-  }
+  EXPECT_THAT([&] { require_entry_fits(8, structure((1 << 25) + 1, 128)); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("26 + 7 bits where the entry has 32")));
 }
 
 TEST(CheckpointEntry, HasEightSixteenTwentyOrTwentyEightBytes) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <sstream>
 
+#include "error_of.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "rtl_tlm/first_difference.h"
@@ -165,12 +166,7 @@ TEST(GpuComponent, RefusesTracesOfOtherHardware) {
   options.traces = {few.file.path(), other.path()};
   ChildProcess child("platform", [&]() -> std::string {
     modules::set_time_resolution_to_fs();
-    try {
-      GpuComponent gpu("gpu", options);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return grtx::test::error_of([&] { GpuComponent gpu("gpu", options); });
   });
   EXPECT_NE(child.result().find("is for other hardware"), std::string::npos);
 }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "error_of.h"
 #include "grtx/base/error.h"
 #include "grtx/modules/rtl/rtl_units.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
@@ -147,12 +148,7 @@ std::string refusal_with_bins(unsigned bins, std::uint64_t capacity, void (*chan
   options.rt.checkpoint.entry_bytes = 8;
   change(options.rt.checkpoint);
   use_rtl(RtlUnit::checkpoint, options.parts, {});
-  try {
-    RtBench bench(header, options);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return grtx::test::error_of([&] { RtBench bench(header, options); });
 }
 
 TEST_F(CheckpointRtl, RefusesBinsThatItDoesNotHave) {

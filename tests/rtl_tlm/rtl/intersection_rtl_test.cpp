@@ -162,12 +162,8 @@ TEST_F(IntersectionRtl, RefusesTracesWhoseBoxesItCannotRead) {
     header.layout = layout;
     BenchOptions options;
     use_rtl(RtlUnit::box, options.parts, {});
-    try {
-      RtBench bench(header, options);
-      ADD_FAILURE() << "layout " << static_cast<int>(layout);
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), ::testing::HasSubstr("needs rt.box.implementation = tlm"));
-    }
+    EXPECT_THAT([&] { RtBench bench(header, options); },
+                ::testing::ThrowsMessage<Error>(::testing::HasSubstr("needs rt.box.implementation = tlm")));
   }
 }
 
