@@ -194,8 +194,7 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
 }
 
 DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
-  DrawnGaussian drawn;
-  drawn.number = number;
+  DrawnGaussian drawn{.number = number};
   const PlacedObject* const placed = objects_ ? &objects_->world().owner(number) : nullptr;
   const std::uint32_t local = placed != nullptr ? number - placed->first_gaussian : number;
   const Scene& scene = placed != nullptr ? placed->object->scene : view_->scene();

@@ -117,8 +117,7 @@ struct TracedDesigns {
 template <typename Trace, typename Statistics, typename Host>
 TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, const FilesRead& files, bool quiet,
                          Trace&& trace, Statistics&& statistics, Host&& host) {
-  TracedDesigns all;
-  all.files_hash = files.hash();
+  TracedDesigns all{.files_hash = files.hash()};
   for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
@@ -432,8 +431,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
-  ReportOptions report;
-  report.inputs = {options.output + "/results.json"};
+  ReportOptions report{.inputs = {options.output + "/results.json"}};
   write_file(options.output + "/report.html", report_page(report));
 
   if (common.json) {

@@ -59,8 +59,7 @@ EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
 }
 
 GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end) {
-  GpuCounters c;
-  c.cycles = gpu.distributor().end_cycle();
+  GpuCounters c{.cycles = gpu.distributor().end_cycle()};
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
       const modules::RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];

@@ -116,8 +116,7 @@ void repair_png(std::string& bytes) {
 }
 
 std::string trace_of(bool two_level) {
-  traces::testing::RandomOptions options;
-  options.seed = 3;
+  traces::testing::RandomOptions options{.seed = 3};
   options.two_level = options.checkpoint = two_level;
   options.capacity = two_level ? 1000 : 0;
   const traces::testing::RandomTrace trace = traces::testing::random_trace(options);

@@ -17,8 +17,7 @@ inline void write_view(const std::string& path, const frontend::Scene& scene, co
                        const frontend::TracerOptions& options,
                        traces::NodeLayout layout = traces::NodeLayout::vulkan_sim) {
   const frontend::Camera camera = view.resized(width, height);
-  frontend::RenderOptions render;
-  render.threads = 1;
+  frontend::RenderOptions render{.threads = 1};
   const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
   traces::Writer writer(path, frontend::trace_header(scene, camera, accel, options, render));

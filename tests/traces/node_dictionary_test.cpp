@@ -30,12 +30,10 @@ Event visit(std::uint32_t index, unsigned pushed) {
 
 /// A root with two internal children whose leaves lie where told; one ray visits all three nodes and hits no leaf.
 RayGroup two_children(std::uint32_t first_base, std::uint32_t second_base) {
-  RayGroup group;
-  group.nodes = {node(1, 2, {kI, kT, kI}), node(2, first_base, {kT, kT}), node(4, second_base, {kT, kT, kT})};
-  Ray ray;
-  ray.events = {visit(0, 0b101), visit(2, 0), visit(1, 0)};
-  Round round;
-  round.event_count = 3;
+  RayGroup group{
+      .nodes = {node(1, 2, {kI, kT, kI}), node(2, first_base, {kT, kT}), node(4, second_base, {kT, kT, kT})}};
+  Ray ray{.events = {visit(0, 0b101), visit(2, 0), visit(1, 0)}};
+  Round round{.event_count = 3};
   ray.rounds = {round};
   group.rays = {ray};
   return group;
@@ -138,8 +136,7 @@ TEST(NodeShape, PlacesOfChildren) {
   for (const unsigned width : {6u, 8u}) {
     table.set_sizes({NodeLayout::vulkan_sim, width});
     for (unsigned i = 0; i < 5000; ++i) {  // many more shapes than the table holds
-      NodeDefinition definition;
-      definition.child_count = static_cast<std::uint8_t>(1 + random() % width);
+      NodeDefinition definition{.child_count = static_cast<std::uint8_t>(1 + random() % width)};
       for (unsigned slot = 0; slot < definition.child_count; ++slot) definition.child_kinds[slot] = kinds[random() % 4];
       const NodeShape& shape = table.of(definition);
       ASSERT_EQ(shape.fault, nullptr);

@@ -20,8 +20,7 @@ RayGroup restarting_ray(unsigned restarts, bool last_hits) {
       .address = 1, .child_base = 2, .child_kinds = {NodeKind::triangle, NodeKind::triangle}, .child_count = 2};
   group.nodes = {root};
   Ray ray;
-  Round round;
-  round.event_count = 1;
+  Round round{.event_count = 1};
   ray.rounds.assign(restarts, round);
   ray.events.assign(restarts, event_of(EventKind::visit_internal, 0, 0));
   if (last_hits) {

@@ -178,8 +178,7 @@ class RandomRay {
   }
 
   Round trace_round(bool replay) {
-    Round round;
-    round.replay = replay;
+    Round round{.replay = replay};
     begin_bins(replay);
     if (replay) round.bins = order_;
     const std::size_t first_event = ray_.events.size();

@@ -58,8 +58,7 @@ TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
 
 // So that traces of the default layout are what they were, to the byte.
 TEST(RoundTrip, TheDefaultLayoutIsNotWritten) {
-  Header header;
-  header.node_image_bytes = 64;
+  Header header{.node_image_bytes = 64};
   EXPECT_EQ(header_to_json(header).find("layout"), std::string::npos);
   EXPECT_EQ(header_from_json(header_to_json(header), format_version(header)).layout, NodeLayout::vulkan_sim);
   header.layout = NodeLayout::compact;
@@ -71,8 +70,7 @@ TEST(RoundTrip, TheDefaultLayoutIsNotWritten) {
 }
 
 TEST(RoundTrip, NoGroups) {
-  RandomOptions options;
-  options.groups = 0;
+  RandomOptions options{.groups = 0};
   expect_round_trip(options);
 }
 
@@ -197,8 +195,7 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
 /// A chain of nodes, each with a leaf that stays on the stack while the next node is visited.
 TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
   constexpr std::uint32_t kNodes = 500;
-  Header header;
-  header.k = 1;
+  Header header{.k = 1};
   header.width = header.height = 8;
   header.groups = 1;
   header.root = kNodeUnit;
@@ -217,8 +214,7 @@ TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
   for (std::uint32_t i = kNodes; i-- > 0;) {
     ray.events.push_back({2 * i + 2, miss, 0, Event::pack(EventKind::visit_leaf)});
   }
-  Round round;
-  round.event_count = static_cast<std::uint32_t>(ray.events.size());
+  Round round{.event_count = static_cast<std::uint32_t>(ray.events.size())};
   ray.rounds = {round};
   const testing::TemporaryFile file;
   testing::write_trace(file.path(), header, {group});

@@ -51,8 +51,7 @@ std::string fault_of(const std::string& json, std::uint32_t version) {
 }
 
 TEST(Versions, ASceneTlasNeedsTheSixth) {
-  testing::RandomOptions options;
-  options.two_level = true;
+  testing::RandomOptions options{.two_level = true};
   for (const unsigned objects : {0U, 2U}) {
     options.objects = objects;
     const auto trace = testing::random_trace(options);
@@ -118,8 +117,7 @@ TEST(Versions, ASequenceOfFramesNeedsTheSeventh) {
 
 TEST(Versions, StructuresOfBoxesNeedTheEighth) {
   for (const AccelKind kind : {AccelKind::box, AccelKind::tlas_box}) {
-    testing::RandomOptions options;
-    options.two_level = is_two_level(kind);
+    testing::RandomOptions options{.two_level = is_two_level(kind)};
     auto trace = testing::random_trace(options);
     trace.header.accel = kind;
     for (RayGroup& group : trace.groups) {

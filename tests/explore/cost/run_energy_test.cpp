@@ -17,8 +17,7 @@ namespace {
 double energy_of(const std::string& part, const std::map<std::string, double>& statistics,
                  const std::vector<std::string>& settings = {}) {
   ChildProcess child("energy", [&] {
-    CostOptions options;
-    options.nm = 45;
+    CostOptions options{.nm = 45};
     const GpuConfig config = load_config("", settings);
     const auto value = [&](const std::string& name) {
       const auto found = statistics.find(name);

@@ -71,8 +71,7 @@ TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
 }
 
 TEST_F(SearchSection, ASweepHasNone) {
-  ReportSweep sweep;
-  sweep.results = read_sweep_results(path);
+  ReportSweep sweep{.results = read_sweep_results(path)};
   EXPECT_EQ(search_section(sweep), "");
   EXPECT_EQ(search_headline(sweep), "");
 }

@@ -64,8 +64,7 @@ Camera camera() { return test::front_camera(40, 32); }
 TEST(MultiObject, EqualsTheFlattenedScene) {
   for (const AccelKind kind : {AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere}) {
     for (const bool peak : {false, true}) {
-      TracerOptions options;
-      options.sort_key = peak ? SortKey::peak : SortKey::entry;
+      TracerOptions options{.sort_key = peak ? SortKey::peak : SortKey::entry};
       const auto world = world_of(placements(), kind);
       const RenderResult instanced = render(*world, camera(), options);
       const RenderResult flat = test::trace_scene(flatten(*world, placements()), camera(), kind, options);
@@ -182,8 +181,7 @@ struct Traced {
 
 Traced traced(const MultiObjectWorld& world, const TracerOptions& options) {
   const std::string path = testing::TempDir() + "/objects_" + std::to_string(::getpid()) + ".grtx";
-  RenderOptions render;
-  render.threads = 2;
+  RenderOptions render{.threads = 2};
   Traced all;
   {
     traces::Writer writer(path, trace_header(world, camera(), options, render));

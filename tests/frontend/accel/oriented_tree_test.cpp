@@ -229,8 +229,7 @@ INSTANTIATE_TEST_SUITE_P(Structures, OrientedTree,
 
 // Gaussians whose faces' boxes are where hits may be clamped to: the box itself is what must be contained.
 TEST(ProxyExtents, HoldTheWholeBoxWhereTheHitFunctionMayClamp) {
-  test::RandomSceneOptions options;
-  options.count = 50;
+  test::RandomSceneOptions options{.count = 50};
   options.log_scale_mean = 3.0;  // larger than the scene
   const Scene scene = test::random_scene(14, options);
   const PreparedGaussians gaussians(scene, true);

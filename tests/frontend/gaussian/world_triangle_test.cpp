@@ -126,8 +126,7 @@ TEST(WorldTriangleImage, DoubledHitsAreCounted) {
   camera.fx = camera.fy = 1.0;
   camera.cx = camera.cy = 0.5;
   camera.position = {0.0, 0.0, -4.0};
-  TracerOptions options;
-  options.triangle_test = TriangleTest::world;
+  TracerOptions options{.triangle_test = TriangleTest::world};
   const RenderResult result = test::trace_scene(scene, camera, AccelKind::tri20, options);
   ASSERT_EQ(result.sequences[0].size(), 1u + result.counters.doubled);
   EXPECT_EQ(result.counters.doubled, 1u);

@@ -266,8 +266,7 @@ TEST(ReferenceOracle, EveryOptionAgreesWithLongDouble) {
 
 TEST(ReferenceOracle, NeedlesAndFlakesOfRatioAMillionAgree) {
   Scene scene = random_scene(77, 200, 0, 1e-6f, 1.0f);
-  ReferenceOptions options;
-  options.keep_sequences = true;
+  ReferenceOptions options{.keep_sequences = true};
   const Camera view = camera(6.0);
   const ReferenceResult result = render_reference(scene, view, options);
   const Vec origin(glm::vec3(view.position - scene.offset));

@@ -280,8 +280,7 @@ TEST_F(SplatTransform, ItReadsWhatWeRead) {
     SCOPED_TRACE(file);
     const std::string fixture = grtx::paths::source_dir() + "/tests/data/converters/" + file;
     convert("", fixture, path("theirs.ply"));
-    Tolerance close;
-    close.position = glm::dvec3(1e-5);
+    Tolerance close{.position = glm::dvec3(1e-5)};
     close.log_scale = close.colour = glm::dvec3(1e-5);
     close.rotation = 1e-6;
     if (std::string(file) == "d0.splat") close.rotation = 2e-4;  // (b - 128) / 128 here, 2 b / 255 - 1 there

@@ -22,8 +22,7 @@ TileResult trace_tiles(const Scene& scene, const Camera& camera, AccelKind kind,
                        unsigned threads = 1) {
   const PreparedGaussians gaussians(scene, options.kernel);
   const TileStructure structure(scene, gaussians, proxy_of(kind));
-  RenderOptions render;
-  render.threads = threads;
+  RenderOptions render{.threads = threads};
   return render_tiles(scene, gaussians, structure, camera, options, render);
 }
 
@@ -122,8 +121,7 @@ TEST(TileTracer, IsTheSameForAnyThreadsAndVectorInstructions) {
     EXPECT_EQ(expected.counters.hits, actual.counters.hits) << threads;
   }
   for (const SimdPath path : available_simd_paths()) {
-    TracerOptions options;
-    options.simd = path;
+    TracerOptions options{.simd = path};
     for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
       EXPECT_GT(expect_same_image(scene, camera, kind, options, simd_path_name(path)), 1000u);
     }

@@ -44,10 +44,8 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
         EXPECT_LT(result.counters.processed, *result.counters.hits) << "rays end before their last hit";
       }
     }
-    TracerOptions options;
-    options.ert = 0.0f;
-    RenderOptions render;
-    render.threads = 1;
+    TracerOptions options{.ert = 0.0f};
+    RenderOptions render{.threads = 1};
     const RenderResult whole = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
     EXPECT_EQ(whole.counters.processed, expected) << "without early termination all are processed";
     EXPECT_FALSE(whole.counters.hits.has_value());

@@ -72,8 +72,7 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
   if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
   const View view = generated("flat", 3000);
   const PreparedGaussians gaussians(view.scene, true);
-  TracerOptions options;
-  options.triangle_test = TriangleTest::world;
+  TracerOptions options{.triangle_test = TriangleTest::world};
   options.ert = 0.0f;  // every hit of a ray
   const AccelerationStructure plain(gaussians, {accel(), 6, false});
   const AccelerationStructure other(gaussians, {accel(), 8, false, 8, layout()});
@@ -94,10 +93,8 @@ TEST_P(LayoutInvariance, TracesAreConsistent) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("grtx_layout_" + std::to_string(::getpid()) + ".grtx")).string();
   for (const bool checkpoint : {false, true}) {
-    TracerOptions options;
-    options.checkpoint = checkpoint;
-    RenderOptions render_options;
-    render_options.threads = 1;
+    TracerOptions options{.checkpoint = checkpoint};
+    RenderOptions render_options{.threads = 1};
     traces::Writer writer(path, trace_header(view.scene, view.camera, structure, options, render_options));
     const RenderResult result = render(view.scene, gaussians, structure, view.camera, options, render_options, &writer);
     writer.finish();

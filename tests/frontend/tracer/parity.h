@@ -98,8 +98,7 @@ struct Parity {
 
 inline Parity compare_sequences(const std::vector<std::vector<std::uint32_t>>& traced,
                                 const frontend::ReferenceResult& exact, double ert) {
-  Parity parity;
-  parity.rays = traced.size();
+  Parity parity{.rays = traced.size()};
   for (std::size_t p = 0; p < traced.size(); ++p) {
     const auto& expected = exact.sequences[p];
     const bool same =

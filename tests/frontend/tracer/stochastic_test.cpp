@@ -75,8 +75,7 @@ TEST(Stochastic, ErrorFallsWithTheRootOfTheSamplesAndHasNoBias) {
 TEST(Stochastic, OneGaussianStopsItsAlphaOfTheSamples) {
   Scene scene = test::random_scene(63, {1, 0.0, -0.5, 0.0, 0.6, 0.6, 0});
   const Camera camera = test::front_camera(8, 8);
-  RenderOptions render;
-  render.threads = 1;
+  RenderOptions render{.threads = 1};
   TracerOptions exact;
   const RenderResult expected = test::trace_scene(scene, camera, AccelKind::ellipsoid, exact);
   constexpr unsigned kSamples = 20000;
@@ -126,8 +125,7 @@ class StochasticTrace : public ::testing::Test {
     const TracerOptions options = stochastic(3);
     const PreparedGaussians gaussians(scene, options.kernel);
     const AccelerationStructure accel(gaussians, {AccelKind::tlas_tri20, 6, false});
-    RenderOptions render;
-    render.threads = 1;
+    RenderOptions render{.threads = 1};
     header_ = trace_header(scene, camera, accel, options, render);
     traces::Writer writer(file_.path(), header_);
     result_ = frontend::render(scene, gaussians, accel, camera, options, render, &writer);

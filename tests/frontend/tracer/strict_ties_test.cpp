@@ -115,8 +115,7 @@ TEST(StrictTies, CountedExactlyOnATrainedScene) {
   const PreparedGaussians gaussians(scene, true);
   const AccelerationStructure accel(gaussians, {AccelKind::tlas_tri20, 6, false});
   for (const unsigned k : {1u, 8u}) {
-    TracerOptions options;
-    options.k = k;
+    TracerOptions options{.k = k};
     expect_exact_count(scene, load_cameras(cameras)[0].resized(12, 12), gaussians, accel, options);
   }
 }

@@ -45,8 +45,7 @@ std::string traced_bytes(const Scene& scene, const Camera& camera, AccelKind kin
                          unsigned threads = 1) {
   const PreparedGaussians gaussians(scene, true);
   const AccelerationStructure accel(gaussians, {kind, 6, false});
-  RenderOptions render;
-  render.threads = threads;
+  RenderOptions render{.threads = threads};
   const std::string path =
       (std::filesystem::temp_directory_path() / ("threads_test_" + std::to_string(::getpid()) + ".grtx")).string();
   traces::Writer writer(path, trace_header(scene, camera, accel, options, render));
@@ -91,12 +90,10 @@ TEST(Threads, ChangeNoByteOfImageOrTrace) {
   const Scene scene = scene_with_everything();
   const Camera camera = test::front_camera(40, 24, 3.0);
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20}) {
-    TracerOptions options;
-    options.checkpoint = kind == AccelKind::tlas_tri20;
+    TracerOptions options{.checkpoint = kind == AccelKind::tlas_tri20};
     const PreparedGaussians gaussians(scene, true);
     const AccelerationStructure accel(gaussians, {kind, 6, false});
-    RenderOptions render;
-    render.threads = 1;
+    RenderOptions render{.threads = 1};
     const RenderResult expected = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
     const std::string trace = traced_bytes(scene, camera, kind, options, 1);
     for (const unsigned threads : {2u, 7u}) {

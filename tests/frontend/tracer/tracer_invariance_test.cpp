@@ -152,8 +152,7 @@ std::size_t expect_proxies_agree(const Scene& all, const Camera& camera, bool fu
   moved.position = glm::dvec3(glm::vec3(camera.position - all.offset));
   const PreparedGaussians gaussians(scene, true);
   const std::vector<AccelerationStructure> structures = all_structures(gaussians);
-  TracerOptions options;
-  options.sort_key = SortKey::peak;
+  TracerOptions options{.sort_key = SortKey::peak};
   const RenderResult expected = test::trace_scene(scene, moved, structures[0], gaussians, options);
   std::size_t renders = 0;
   for (const AccelerationStructure& accel : structures) {
@@ -291,8 +290,7 @@ TEST(TracerInvariance, WidthAndBoundsDoNotMatter) {
 TEST(TracerInvariance, StrictResumeLosesTiesAndCountsThem) {
   const test::GeneratedScene generated = test::generated_scene("stress-copies", 100, 0);
   const Camera camera = test::small_view(generated, 0, 8);
-  TracerOptions options;
-  options.k = 4;
+  TracerOptions options{.k = 4};
   const RenderResult exact = test::trace_scene(generated.scene, camera, AccelKind::tlas_tri20, options);
   options.resume = Resume::strict;
   const RenderResult strict = test::trace_scene(generated.scene, camera, AccelKind::tlas_tri20, options);

@@ -37,8 +37,7 @@ void expect_parity(const std::string& name, const Scene& scene, const std::vecto
   for (const Structure& s : kStructures) {
     const AccelerationStructure accel(gaussians, {s.accel, 6, false});
     for (const Camera& camera : cameras) {
-      TracerOptions options;
-      options.sort_key = s.peak ? SortKey::peak : SortKey::entry;
+      TracerOptions options{.sort_key = s.peak ? SortKey::peak : SortKey::entry};
       const RenderResult traced = test::trace_scene(scene, camera, accel, gaussians, options);
       ReferenceOptions reference{.proxy = s.proxy, .sort_by_peak = s.peak};
       reference.keep_sequences = reference.keep_candidates = true;

@@ -65,8 +65,7 @@ TEST(TracingModes, AgreeOnTies) {
 }
 
 TEST(TracingModes, AgreeOnPeakKeys) {
-  TracerOptions options;
-  options.sort_key = SortKey::peak;
+  TracerOptions options{.sort_key = SortKey::peak};
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
     expect_modes_agree(test::random_scene(32, {80, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(12, 8), kind,
                        options);
@@ -94,8 +93,7 @@ TEST(TracingModes, SingleTakesOneRoundUnlessItsBufferRunsFull) {
 TEST(TracingModes, AListThatHoldsAllIsOneTraversal) {
   const Scene scene = test::random_scene(33);
   const Camera camera = test::front_camera(24, 24);
-  TracerOptions options;
-  options.tracing = Tracing::list;
+  TracerOptions options{.tracing = Tracing::list};
   options.k = options.list_capacity = kMaxK;
   const TracerCounters whole = test::trace_scene(scene, camera, AccelKind::tlas_box, options).counters;
   EXPECT_EQ(whole.rounds, whole.rays);
@@ -117,11 +115,9 @@ TEST(TracingModes, AListThatHoldsAllIsOneTraversal) {
 TEST(TracingModes, ListsGiveTheImageOfTheReference) {
   const Scene scene = test::random_scene(35, {200, 0.8, -1.8, 1.0, 0.02, 0.95, 1});
   const Camera camera = test::front_camera(20, 16);
-  ReferenceOptions exact;
-  exact.proxy = ReferenceProxy::sphere;
+  ReferenceOptions exact{.proxy = ReferenceProxy::sphere};
   const Image expected = render_reference(scene, camera, exact).image;
-  TracerOptions options;
-  options.tracing = Tracing::list;
+  TracerOptions options{.tracing = Tracing::list};
   for (const unsigned capacity : {4u, 64u, kMaxK}) {
     options.k = options.list_capacity = capacity;
     const RenderResult traced = test::trace_scene(scene, camera, AccelKind::tlas_box, options);

@@ -18,8 +18,7 @@ namespace grtx::frontend {
 namespace {
 
 RenderOptions one_thread() {
-  RenderOptions render;
-  render.threads = 1;
+  RenderOptions render{.threads = 1};
   return render;
 }
 
@@ -35,8 +34,7 @@ TEST(ViewTracer, GivesWhatItsStepsGive) {
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20}) {
     view.build({kind});
     for (const bool checkpoint : {false, true}) {
-      TracerOptions options;
-      options.checkpoint = checkpoint;
+      TracerOptions options{.checkpoint = checkpoint};
       const test::TemporaryPath expected_file(".grtx"), file(".grtx");
       const PreparedGaussians gaussians(scene, true);
       const AccelerationStructure accel(gaussians, {kind});
@@ -63,8 +61,7 @@ TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
   Camera second = grtx::test::front_camera(24, 16);
   second.position.x += 0.05;
   const std::vector<Camera> cameras = {grtx::test::front_camera(24, 16), second};
-  TracerOptions options;
-  options.checkpoint = true;
+  TracerOptions options{.checkpoint = true};
   RenderOptions render = one_thread();
   render.count_hits = true;
   const test::TemporaryPath sequence_file(".grtx");
@@ -119,8 +116,7 @@ TEST(ViewTracer, TracesSecondaryRaysOfWhatIsPlaced) {
   ViewTracer view(grtx::test::random_scene(74), grtx::test::front_camera(24, 24));
   view.build({AccelKind::tlas_tri20});
   EXPECT_TRUE(view.trace({}, one_thread()).plan.rays.empty());
-  OpticalObjects objects;
-  objects.glass = make_glass({0.0, 0.0, 0.0}, 0.5, 1.5);
+  OpticalObjects objects{.glass = make_glass({0.0, 0.0, 0.0}, 0.5, 1.5)};
   view.place(objects);
   const TracedView traced = view.trace({}, one_thread());
   EXPECT_FALSE(traced.plan.rays.empty());
@@ -131,8 +127,7 @@ TEST(ViewTracer, RefusesToTraceWithoutStructureOrWithAnotherRadius) {
   ViewTracer view(grtx::test::random_scene(75), grtx::test::front_camera(4, 4));
   EXPECT_THROW(view.trace({}, one_thread()), std::logic_error);
   view.build({});
-  TracerOptions options;
-  options.kernel = {false};
+  TracerOptions options{.kernel = {false}};
   EXPECT_THROW(view.trace(options, one_thread()), std::logic_error);
 }
 

@@ -52,8 +52,7 @@ TEST_F(L1Bandwidth, OtherWorkMakesAStreamOfReadsLongerByOneOverWhatIsLeft) {
 }
 
 TEST_F(L1Bandwidth, ClientsOnDifferentBanksDoNotDisturbEachOther) {
-  L1Cache::Config config;
-  config.clients = 4;
+  L1Cache::Config config{.clients = 4};
   L1Bench bench(config);
   warm(bench, 4);
   for (unsigned cycle = 0; cycle < 32; ++cycle) {
@@ -109,8 +108,7 @@ TEST_F(L1Bandwidth, ABankServesOneClientACycle) {
 TEST_F(L1Bandwidth, RotatingPriorityIsFairAndFixedPriorityIsNot) {
   for (const bool rotating : {true, false}) {
     fresh_context();
-    L1Cache::Config config;
-    config.rotating_priority = rotating;
+    L1Cache::Config config{.rotating_priority = rotating};
     L1Bench bench(config);
     warm(bench, 1);
     for (unsigned i = 0; i < 40; ++i) {  // both clients want bank 0 in every cycle

@@ -48,8 +48,7 @@ TEST_F(L1WriteThrough, AnswersGoToTheClientThatWrote) {
 }
 
 TEST_F(L1WriteThrough, WritesTouchTheLineForReplacement) {
-  L1Cache::Config config;
-  config.geometry = {256, 128, 32, 2};
+  L1Cache::Config config{.geometry = {256, 128, 32, 2}};
   L1Bench bench(config);
   bench.client().read(10, 0);
   bench.client().read(300, 128);

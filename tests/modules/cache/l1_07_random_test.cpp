@@ -71,8 +71,7 @@ class L1Random : public SystemCTest {
     EXPECT_LE(static_cast<std::uint64_t>(missing), bench.l1.dirty_sectors());
     EXPECT_EQ(counters.sent_reads + counters.sent_writes, bench.memory.arrivals().size());
 
-    Result result;
-    result.counters = counters;
+    Result result{.counters = counters};
     StatisticList list;
     bench.l1.statistics(list, "l1");
     for (const Statistic& s : list.items()) result.statistics.emplace_back(s.name, s.value);

@@ -15,8 +15,7 @@ struct L2Bench {
     return config;
   }
   static Dram::Config dram_of(const L2Slice::Config& config) {
-    Dram::Config dram;
-    dram.interleave = config.interleave;
+    Dram::Config dram{.interleave = config.interleave};
     return dram;
   }
 

@@ -92,8 +92,7 @@ TEST(DramChannelTiming, OtherWorkMakesAStreamLongerByOneOverWhatIsLeft) {
   constexpr unsigned kBursts = 6000;
   for (const std::string scheduling : {"fr_fcfs", "fcfs"}) {
     for (const unsigned refi : {0U, 5000U}) {
-      DramChannelConfig config;
-      config.scheduling = scheduling;
+      DramChannelConfig config{.scheduling = scheduling};
       config.timing.refi = refi;
       config.timing.rfc = refi == 0 ? 0 : 100;
       const double alone = stream(kBursts, config);

@@ -58,8 +58,7 @@ TEST(DramScheduler, AReadyBankOvertakesABusyOne) {
 
 // An endless stream of hits to one row against one older request of another row of the bank.
 Cycle victims_latency(Cycle age_cap) {
-  DramChannelConfig config;
-  config.age_cap = age_cap;
+  DramChannelConfig config{.age_cap = age_cap};
   DramChannel channel(config);
   channel.enqueue(100, 1, 0, 32, false);
   channel.enqueue(100, 0, kSameBank, 32, false);
@@ -86,8 +85,7 @@ TEST(DramScheduler, NothingStarves) {
 
 TEST(DramScheduler, AnAgedWriteStopsTheReadsOfOtherBanks) {
   // Reads keep the bus busy, so a write never gets its turnaround until it has aged.
-  DramChannelConfig config;
-  config.age_cap = 300;
+  DramChannelConfig config{.age_cap = 300};
   DramChannel channel(config);
   Cycle victim = 0;
   for (Cycle clock = 100; clock < 5000; ++clock) {
@@ -166,8 +164,7 @@ TEST(DramScheduler, TimingRulesHoldForEveryPairOfDataBursts) {
 }
 
 TEST(DramScheduler, ImpossibleConfigurationsAreRefused) {
-  DramChannelConfig config;
-  config.banks = 65;
+  DramChannelConfig config{.banks = 65};
   EXPECT_THROW(DramChannel{config}, Error);
   config = {};
   config.banks = 12;

@@ -20,8 +20,7 @@ constexpr std::uint64_t kSameBank = kRow * 16;
 constexpr std::size_t kNone = DramChoice::kNone;
 
 DramChannelConfig with_scheduling(const char* name) {
-  DramChannelConfig config;
-  config.scheduling = name;
+  DramChannelConfig config{.scheduling = name};
   return config;
 }
 
@@ -92,8 +91,7 @@ TEST(DramScheduling, TheCapIsForEachBankAndForgottenWithTheRow) {
 class DramScheduled : public ::testing::TestWithParam<DramLoad> {};
 
 TEST_P(DramScheduled, TheChannelsOwnDecisionsAreThoseOfFrFcfs) {
-  DramChannelConfig config;
-  config.age_cap = GetParam().age_cap;
+  DramChannelConfig config{.age_cap = GetParam().age_cap};
   DramChannel own(config);
   DramChannel told(config, std::make_unique<FrFcfs>(config.age_cap));
   config.scheduling = "fr_fcfs_cap";

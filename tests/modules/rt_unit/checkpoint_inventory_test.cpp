@@ -49,8 +49,7 @@ TEST(CheckpointInventory, ABinIsThreePlaces) {
 }
 
 TEST(CheckpointInventory, AStoreIsPricedWhereItIs) {
-  CheckpointConfig config;
-  config.entry_bytes = 20;
+  CheckpointConfig config{.entry_bytes = 20};
   config.store.entries = 4;
   config.store.warps = 3;
   const auto bits = bits_of(config);

@@ -45,8 +45,7 @@ std::vector<Numbers> write_all(CheckpointLayout layout) {
 
 std::vector<Numbers> read_all(CheckpointLayout layout) {
   std::vector<Numbers> all;
-  CheckpointLayout::Lane lane;
-  lane.source_entries = kEntries;
+  CheckpointLayout::Lane lane{.source_entries = kEntries};
   for (unsigned i = 0; i < kEntries; ++i) all.push_back(numbers(layout.read(lane)));
   return all;
 }

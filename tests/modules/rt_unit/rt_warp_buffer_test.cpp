@@ -18,8 +18,7 @@ traces::RayGroup two_rays() {
     traces::Round round{.event_count = events, .replay = replay};
     ray.rounds.push_back(round);
     for (std::uint32_t i = 0; i < events; ++i) {
-      traces::Event event;
-      event.node = static_cast<std::uint32_t>(ray.events.size());
+      traces::Event event{.node = static_cast<std::uint32_t>(ray.events.size())};
       ray.events.push_back(event);
     }
   };

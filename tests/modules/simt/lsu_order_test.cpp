@@ -61,8 +61,7 @@ TEST(LoadStoreUnit, CountsLoadsAndStoresOfAWarpApart) {
   EXPECT_EQ(lsu.stores_pending(1), 1u);
   EXPECT_EQ(lsu.loads_pending(0), 0u);
   for (Cycle now = 0; now < 3; ++now) lsu.send(now, link);
-  MemoryResponse response;
-  response.tag = 1;
+  MemoryResponse response{.tag = 1};
   EXPECT_EQ(lsu.receive(response), 1u);
   response.write = true;
   EXPECT_EQ(lsu.receive(response), 1u);

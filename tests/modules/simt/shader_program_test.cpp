@@ -270,8 +270,7 @@ TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {
 TEST(ShaderList, ScansTheWholeListForEachBatchAndBlendsItFromRegisters) {
   traces::Header header = single_round(8);
   header.tracing = traces::Tracing::list;
-  ShaderCosts costs;
-  costs.list_batch = 2;
+  ShaderCosts costs{.list_batch = 2};
   Program p(header, costs);
   traces::RayGroup group;
   for (const unsigned hits : {5u, 3u}) {
@@ -311,11 +310,9 @@ TEST(ShaderList, ScansTheWholeListForEachBatchAndBlendsItFromRegisters) {
 
 // Instructions and counters stay: only the memory requests go.
 TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
-  ShaderCosts costs;
-  costs.eviction_traffic = TrafficCharging::uncharged;
+  ShaderCosts costs{.eviction_traffic = TrafficCharging::uncharged};
   Program p(checkpointing(simt_header()), costs);
-  RoundScript second;
-  second.preloaded = 4;
+  RoundScript second{.preloaded = 4};
   const traces::RayGroup group = uniform_group(32, {RoundScript{}, second});
   p.program.begin(kSlot, group);
   p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
@@ -332,10 +329,8 @@ TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
 
 TEST(ShaderEvictMove, ReadsAllMovesPreloadedAndCompactsTheRest) {
   Program p(checkpointing(simt_header()));
-  RoundScript second;
-  second.preloaded = 4;
-  RoundScript third;
-  third.preloaded = 2;
+  RoundScript second{.preloaded = 4};
+  RoundScript third{.preloaded = 2};
   const traces::RayGroup group = uniform_group(32, {RoundScript{}, second, third});
   p.program.begin(kSlot, group);
   p.program.evict_move(kSlot, p.phase);
@@ -377,8 +372,7 @@ TEST(ShaderEvictMove, WhatNobodyMovesIsNotWrittenAgain) {
 
 TEST(ShaderEvictMove, AnOverflowedRoundLosesItsEvictions) {
   Program p(checkpointing(simt_header()));
-  RoundScript first;
-  first.eviction_dropped = 3;
+  RoundScript first{.eviction_dropped = 3};
   const traces::RayGroup group = uniform_group(32, {first, RoundScript{}});
   p.program.begin(kSlot, group);
   for (unsigned i = 0; i < 4; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);

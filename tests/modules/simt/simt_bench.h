@@ -36,11 +36,9 @@ inline traces::Processed seen(std::uint32_t gaussian, bool blended) {
 
 /// k_count follows from the script: preloaded entries plus insertions.
 inline traces::Ray make_ray(std::uint32_t pixel, const std::vector<RoundScript>& rounds) {
-  traces::Ray ray;
-  ray.pixel = pixel;
+  traces::Ray ray{.pixel = pixel};
   for (const RoundScript& script : rounds) {
-    traces::Round round;
-    round.preloaded = static_cast<std::uint16_t>(script.preloaded);
+    traces::Round round{.preloaded = static_cast<std::uint16_t>(script.preloaded)};
     round.k_count = round.preloaded;
     round.eviction_dropped = script.eviction_dropped;
     round.processed_count = static_cast<std::uint16_t>(script.processed.size());

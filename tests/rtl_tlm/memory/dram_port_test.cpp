@@ -109,8 +109,7 @@ TEST_F(DramPortAt, FixedLatencyIsAddedToEveryResponse) {
   std::vector<Cycle> answered;
   for (const Cycle fixed : {Cycle{0}, Cycle{1365}}) {
     {
-      DramPort::Config config;
-      config.fixed_latency = fixed;
+      DramPort::Config config{.fixed_latency = fixed};
       Bench bench(config, 1365.0);
       const auto id = bench.driver.at(10, 64);
       EXPECT_TRUE(run_until_quiet(bench.core, 100'000));

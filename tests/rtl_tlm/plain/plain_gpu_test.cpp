@@ -142,8 +142,7 @@ TEST(PlainGpuStochastic, AgreesOnSamples) {
 
 TEST(PlainGpuList, AgreesOnListsLongAndShort) {
   const frontend::Scene scene = grtx::test::random_scene(66, {.count = 400, .sh_degree = 1});
-  frontend::TracerOptions options;
-  options.tracing = frontend::Tracing::list;
+  frontend::TracerOptions options{.tracing = frontend::Tracing::list};
   for (const unsigned capacity : {12U, 2048U}) {
     options.k = options.list_capacity = capacity;
     const traces::testing::TemporaryFile file("plain");

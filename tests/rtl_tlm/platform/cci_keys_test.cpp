@@ -50,8 +50,7 @@ std::string preset(const Presets& presets, F&& with) {
 TEST(CciKeys, PresetsMakeTheMachineThatRuns) {
   const traces::testing::TemporaryFile trace("tiny");
   test::write_tiny_trace(trace.path(), {12, 32});
-  GpuConfig base;
-  base.sms = 3;
+  GpuConfig base{.sms = 3};
   const auto result =
       nlohmann::json::parse(preset({{"board.gpu0.rt.warp_buffer.entries", cci_value(2)},
                                     {"board.gpu0.gpu.sms", cci_value(std::uint64_t{1})},

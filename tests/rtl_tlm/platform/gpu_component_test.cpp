@@ -29,8 +29,7 @@ using traces::testing::TemporaryFile;
 
 std::string alone(const std::string& trace, const GpuConfig& config, const std::string& warm = "") {
   ChildProcess child("simulation", [&] {
-    SimulationOptions options;
-    options.warm_trace = warm;
+    SimulationOptions options{.warm_trace = warm};
     const SimulationResult result = simulate(trace, config, options);
     return result.violations.empty() ? test::statistics_of(result) : result.violations.front();
   });
@@ -84,8 +83,7 @@ struct TinyFile {
 };
 
 GpuConfig small_machine() {
-  GpuConfig config;
-  config.sms = 2;
+  GpuConfig config{.sms = 2};
   return config;
 }
 
@@ -162,8 +160,7 @@ TEST(GpuComponent, RefusesTracesOfOtherHardware) {
   traces::Header header = test::tiny_header({2, 32});
   header.k = 3;
   traces::testing::write_trace(other.path(), header, {test::tiny_group({2, 32}, 0), test::tiny_group({2, 32}, 1)});
-  GpuComponent::Options options;
-  options.traces = {few.file.path(), other.path()};
+  GpuComponent::Options options{.traces = {few.file.path(), other.path()}};
   ChildProcess child("platform", [&]() -> std::string {
     modules::set_time_resolution_to_fs();
     return grtx::test::error_of([&] { GpuComponent gpu("gpu", options); });

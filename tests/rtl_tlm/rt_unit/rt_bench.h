@@ -65,8 +65,7 @@ inline traces::NodeDefinition node_definition(std::uint32_t address, std::uint32
 
 /// Header of a small trace; 1 MiB of nodes, BLAS (if any) in the upper half.
 inline traces::Header small_header(const std::string& accel = "tri20", std::uint64_t checkpoint_capacity = 0) {
-  traces::Header header;
-  header.accel = *from_name<traces::AccelKind>(accel);
+  traces::Header header{.accel = *from_name<traces::AccelKind>(accel)};
   header.width = header.height = 8;
   header.node_image_bytes = 1 << 20;
   header.root = 64;

@@ -135,8 +135,7 @@ INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 
 // Trees do not lead there: a leaf whose node is visited in a round has no BLAS node in that round's source buffer.
 TEST_F(RtUnitPlainDirected, AReplayedBlasNodeAsksForItsLeafAsAnyVisitDoes) {
-  traces::RayGroup group;
-  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})};
+  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})}};
   group.rays.resize(1);
   constexpr std::uint32_t kBlasLeaf = (1 << 19) / traces::kNodeUnit + 1;
   group.nodes.push_back(node_definition(2, 1, {NodeKind::internal}));

@@ -73,8 +73,7 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit unit, const traces::Hea
                                                  const std::vector<traces::RayGroup>& groups, BenchOptions options,
                                                  std::uint64_t disturbance) {
   const Seen tlm = seen(header, groups, options);
-  modules::RtlBenchOptions bench;
-  bench.disturbance = disturbance;
+  modules::RtlBenchOptions bench{.disturbance = disturbance};
   use_rtl(unit, options.parts, bench);
   const Seen rtl = seen(header, groups, options);
   EXPECT_EQ(tlm.statistics, rtl.statistics);
@@ -97,8 +96,7 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   trace.k = 1 + pick(3);
   trace.capacity = pick(3) == 0 ? 6 : 1000;
   trace.two_level = of == RtlUnit::transform || pick(1) != 0;
-  BenchOptions options;
-  options.memory_latency = one_of({2, 3, 20, 117});
+  BenchOptions options{.memory_latency = one_of({2, 3, 20, 117})};
   modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 8, 32});
   for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_transform}) {

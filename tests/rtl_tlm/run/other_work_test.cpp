@@ -71,8 +71,7 @@ TEST(OtherWorkInARun, FastModeFollowsCycleMode) {
 // Row hits in a stream: the bus is all that counts.
 TEST(OtherWorkInARun, AStreamOfTheDramOfFastModeIsLongerByOneOverWhatIsLeft) {
   const auto clocks = [](double share) {
-    modules::DramChannelConfig config;
-    config.other_share = share;
+    modules::DramChannelConfig config{.other_share = share};
     FastDramChannel channel(config);
     Cycle done = 0;
     for (std::uint64_t i = 0; i < 6000; ++i) {

@@ -121,8 +121,7 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
   Tiny tiny;
   tiny.save({});
   const std::string path = tiny.state.path();
-  GpuConfig other;
-  other.sms = 2;
+  GpuConfig other{.sms = 2};
   EXPECT_TRUE(tiny.begin(other).starts_with(path + ": machine: is another")) << tiny.begin(other);
   EXPECT_TRUE(tiny.begin({}, SimulationMode::fast).starts_with(path + ": mode: is cycle, this run's is fast"));
   const TemporaryFile trace("tiny");

@@ -54,8 +54,7 @@ class StalledMachine : public ::testing::Test {
     test::write_tiny_trace(file_.path(), {kGroups, 32});
     ChildProcess child("simulation", [&] {
       ::testing::internal::CaptureStderr();
-      SimulationOptions options;
-      options.watchdog_cycles = 2000;
+      SimulationOptions options{.watchdog_cycles = 2000};
       test::make_a_silent_dram();
       try {
         test::simulate_priced(
