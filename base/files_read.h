@@ -25,7 +25,7 @@ class FilesRead {
 
   /// In the order of reading.
   const std::vector<File>& files() const { return files_; }
-  /// Of what all files said, hexadecimal. What they are called and where they lie is no part of it.
+  /// Hash of what all files said, hexadecimal. What they are called and where they lie is no part of it.
   std::string hash() const;
   /// For the inputs of results: "files", each with its hash, and "files_hash".
   std::map<std::string, std::string> inputs() const;

@@ -14,7 +14,7 @@ class MemoryPurpose {
   MemoryPurpose(const MemoryPurpose&) = delete;
   MemoryPurpose& operator=(const MemoryPurpose&) = delete;
 
-  /// Of the one that began last; "" when there is none. Takes no memory.
+  /// The purpose that began last; "" when there is none. Takes no memory.
   static const char* latest();
 
  private:

@@ -19,7 +19,7 @@ inline constexpr const char* kOutputFile = "OUTPUT";
 
 class CommandFiles {
  public:
-  /// Of an accepted command line, before anything is done. Throws Error, which names both options.
+  /// Takes the files of an accepted command line, before anything is done. Throws Error, which names both options.
   void take(const CLI::App& command);
   /// Files that were opened though no option names them. Throws Error when one of them would be written.
   void check(const FilesRead& read) const;

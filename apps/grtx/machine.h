@@ -14,7 +14,7 @@ namespace grtx::sim {
 /// Where machines of the project are, unless they are installed beside the program.
 void set_machines_folder(const std::string& folder);
 
-/// Of every command that takes --machine.
+/// What every command with --machine takes by default.
 inline constexpr const char* kDefaultMachine = "paper";
 
 /// --machine, with the machines of the project as a hint.

@@ -79,7 +79,7 @@ frontend::Camera select_camera(const ViewOptions& view, FilesRead& files);
 std::vector<frontend::Camera> select_cameras(const ViewOptions& view, FilesRead& files);
 /// File of a frame of a sequence: `path` with the frame's number before its ending.
 std::string frame_path(const std::string& path, std::size_t frame);
-/// Of all frames of --views; `path` alone when that is none.
+/// Names for all frames of --views; `path` alone when that is none.
 std::vector<std::string> frame_paths(const std::string& path, const std::string& views);
 
 }  // namespace grtx::sim

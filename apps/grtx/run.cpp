@@ -199,7 +199,7 @@ unsigned default_jobs() {
   return cores;
 }
 
-/// Of traces in which windows pay, a run that names no mode takes those. All designs have the same rays.
+/// A run that names no mode takes windows where they pay. All designs have the same rays.
 SimulationMode unnamed_mode(const TracedDesigns& traced, const Comparison& comparison, const GpuConfig& config,
                             const SampledOptions& sampled) {
   const traces::Reader reader(traced.designs.at(comparison.reference()).path);

@@ -90,7 +90,7 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
     }
     return found.value_or(0.0);
   };
-  // Of a part that is off by default: a run lists these once it has counted any.
+  // Counts of a part that is off by default: a run lists them once there are any.
   const auto if_any = [&](const std::string& name) {
     if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
     return counted(name).value_or(0.0);

@@ -9,7 +9,7 @@ namespace grtx::sim {
 std::string_view chart_library();
 std::string_view page_style();
 std::string_view page_script();
-/// Of the page of grtx ray, besides page_style().
+/// Style and script of the page of grtx ray, besides page_style().
 std::string_view ray_style();
 std::string_view ray_script();
 /// paper_targets.toml

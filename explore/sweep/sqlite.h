@@ -12,9 +12,9 @@ namespace grtx::sim {
 class Sqlite {
  public:
   enum class Open { read_only, create };
-  /// Of the file of this name, whatever the name: ":memory:" is one, too.
+  /// Opens the file of this name, whatever the name: ":memory:" is one, too.
   Sqlite(const std::string& path, Open how);
-  /// Of no file, and empty.
+  /// A database without a file, and empty.
   Sqlite();
   ~Sqlite();
   Sqlite(const Sqlite&) = delete;

@@ -184,7 +184,7 @@ Codebook steps(double low, double high) {
   return codebook;
 }
 
-/// Of each channel of a picture.
+/// The codebook of each channel of a picture.
 std::vector<Codebook> codebooks(const json& part, const char* of, std::size_t channels, unsigned version,
                                 const std::string& file) {
   const std::string place = std::string(of) + ".";

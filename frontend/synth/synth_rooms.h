@@ -31,7 +31,7 @@ void furnish_living_room(SynthLayout& layout);
 /// (docs/model/synthetic-scenes.md).
 SynthStatistics indoor_statistics();
 
-/// Of trained whole scenes of 0.8 to 1.5 M Gaussians: an exhibition hall and a building
+/// Those of trained whole scenes of 0.8 to 1.5 M Gaussians: an exhibition hall and a building
 /// (docs/model/synthetic-scenes.md).
 SynthStatistics whole_scene_statistics();
 

@@ -54,9 +54,9 @@ class CheckpointBuffers {
   bool overflow() const { return overflow_; }  ///< there was no room for an entry of this round
   /// Entries that the next round may read.
   std::size_t held() const { return has_bins_ ? binned_.places().size() : destination_.size(); }
-  /// Of this round, in the order in which they were written.
+  /// Entries of this round, in the order in which they were written.
   const std::vector<StackEntry>& written() const { return destination_; }
-  /// Of the ray: the bin of each.
+  /// The bin of each entry of the ray.
   const std::vector<std::uint8_t>& bins() const { return bins_; }
   void drop_written() { destination_.clear(); }
 

@@ -28,7 +28,7 @@ class NullRecorder {
     void put(unsigned /*slot*/, unsigned /*pushed*/) {}
   };
 
-  /// Of the ray's checkpoint entries, the last one written at the end: known before the event that writes it.
+  /// The bins of the ray's checkpoint entries, the last one written at the end: known before the event that writes it.
   void bins(const std::vector<std::uint8_t>&) {}
   /// order: in which the round reads, if it replays from bins.
   void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) {}

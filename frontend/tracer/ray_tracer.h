@@ -32,7 +32,7 @@ class RayTracer {
   RayTracer(const TracedStructure& structure, const TracerOptions& options);
 
   const TracerCounters& counters() const { return state_.counters; }
-  /// Of the ray being traced, for who watches it.
+  /// State and stack of the ray being traced, for who watches it.
   const RayState& state() const { return state_; }
   const TraversalStack& stack() const { return traversal_.stack(); }
   void track_visits(VisitTracker* tracker) { traversal_.track_visits(tracker); }

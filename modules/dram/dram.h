@@ -68,7 +68,7 @@ class Dram final : public ClockedModule {
     ::tlm::tlm_generic_payload* payload = nullptr;
     Cycle due = 0;
   };
-  /// Of a socket.
+  /// What is under way at a socket.
   struct Port {
     unsigned socket = 0;
     ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase

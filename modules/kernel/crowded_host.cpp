@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Of the time, all threads have a core: with less, two are slower than one, which they beat by 1.6 on a quiet host.
+// Share of the time in which all threads have a core: with less, two are slower than one, which they beat by 1.6 on a quiet host.
 constexpr double kTogether = 0.6;
 constexpr auto kLook = 20ms;  // several slices of the host's scheduler
 constexpr auto kFirstRest = 1s;

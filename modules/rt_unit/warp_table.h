@@ -53,7 +53,7 @@ constexpr auto enum_names(WarpWait) {
 }
 inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
 
-/// Of a warp with these lanes.
+/// What a warp waits for whose lanes are in these states.
 constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
                            LaneMask any_hit) {
   if (ready != 0) return WarpWait::ready;

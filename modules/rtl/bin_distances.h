@@ -34,7 +34,7 @@ class BinnedRay {
   void begin_ray(const traces::Ray& ray, std::uint64_t seed);
   void begin_round(std::uint32_t round);
   std::uint32_t enter() const { return enter_; }
-  /// Of the end of the round before.
+  /// t_max at the end of the round before.
   std::uint32_t last_t_max() const { return last_t_max_; }
 
   /// An entry that is handed over: where it must go, and with which t.

@@ -27,7 +27,7 @@ constexpr auto enum_names(WarpActivity) {
   return names_in_order<WarpActivity>({"raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"});
 }
 inline constexpr std::size_t kWarpActivities = kCountOf<WarpActivity>;
-/// Of a warp that executes a phase, or waits for its issue slot.
+/// What a warp does that executes a phase, or waits for its issue slot.
 constexpr WarpActivity activity_of(PhaseKind kind) {
   if (kind == PhaseKind::blend) return WarpActivity::blend;
   if (kind == PhaseKind::any_hit || kind == PhaseKind::intersection) return WarpActivity::any_hit;

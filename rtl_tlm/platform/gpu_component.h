@@ -79,7 +79,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Gpu& gpu() { return *gpu_; }
   MemorySystem& memory() { return *memory_; }
-  /// Of each launch that has ended, in order: the statistics of `grtx sim` but for host.*.
+  /// What each launch gave that has ended, in order: the statistics of `grtx sim` but for host.*.
   const std::vector<SimulationResult>& results() const { return results_; }
 
  private:

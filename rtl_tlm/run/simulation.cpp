@@ -161,7 +161,7 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
 }
 
-/// Of the kernel's own reports, which have a number, and of ours. What is left comes from a user's unit.
+/// The kernel's own reports have a number, and ours are known. What is left comes from a user's unit.
 bool is_of_a_users_unit(const sc_core::sc_report& report) {
   const std::string_view text = report.what();
   const std::size_t severity = text.find(": ");

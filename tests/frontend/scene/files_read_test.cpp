@@ -29,7 +29,7 @@ std::set<std::string> files_in(const std::string& folder) {
   return all;
 }
 
-/// Of a folder of which every file is read for what is at `path`.
+/// Expects that every file of the folder is noted, since all are read for what is at `path`.
 void expect_all_noted(const std::string& folder, const std::string& path, const Read& read) {
   FilesRead files;
   read(path, files);
