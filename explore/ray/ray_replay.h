@@ -24,8 +24,8 @@ struct RayNode {
   traces::NodeKind kind = traces::NodeKind::internal;
   std::uint32_t parent = 0;       ///< number + 1; 0: a root
   std::uint32_t first_child = 0;  ///< number + 1; children follow in slot order; 0: not visited, or a leaf
-  /// Gaussian of an instance or primitive leaf, where it is known. For a leaf of a scene TLAS: the number that its object's
-  /// Gaussians begin with.
+  /// Gaussian of an instance or primitive leaf, where it is known. For a leaf of a scene TLAS: the number that its
+  /// object's Gaussians begin with.
   std::uint32_t gaussian = kNoGaussian;
   // Where the scene is given.
   bool boxed = false;

@@ -18,7 +18,7 @@ namespace grtx::frontend {
 struct WatchedRay {
   traces::Ray ray;
   std::vector<float> t_max;  ///< after each event
-  /// Times of each event, in order. visit_internal: entry t of the children pushed, the next to be popped first, then of
+  /// Each event's times, in order. visit_internal: entry t of the children pushed, the next to be popped first, then of
   /// those checkpointed, in slot order. visit_leaf, but for a miss: t of the hit; NaN where the tracer does not keep
   /// it.
   std::vector<float> times;

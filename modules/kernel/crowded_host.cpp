@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Share of the time in which all threads have a core: with less, two are slower than one, which they beat by 1.6 on a quiet host.
+// Share of time with a core for all threads: with less, two are slower than one, which they beat by 1.6 when quiet.
 constexpr double kTogether = 0.6;
 constexpr auto kLook = 20ms;  // several slices of the host's scheduler
 constexpr auto kFirstRest = 1s;

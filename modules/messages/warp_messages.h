@@ -20,8 +20,8 @@ struct TraceCall {
 };
 
 /// The any-hit shader is invoked for `lanes` of the warp in `slot`; those lanes wait in the RT unit for AnyHitDone.
-/// For a structure of boxes the intersection shader is called, and the any-hit shader only for those lanes that it gives
-/// a hit.
+/// For a structure of boxes the intersection shader is called, and the any-hit shader only for those lanes that it
+/// gives a hit.
 struct AnyHitBatch {
   std::uint16_t slot = 0;
   std::uint32_t round = 0;

@@ -41,7 +41,7 @@ struct PrefetchTriggers {
   bool replayed = false;  ///< also those that are replayed
 };
 
-/// The decisions of several lanes. A queue is asked waits(address) and full(), and told push(kind, address); addresses in bytes.
+/// Those of several lanes. A queue is asked waits(address) and full(), and told push(kind, address), all in bytes.
 class PrefetchDecisions {
  public:
   /// traffic must outlive it.
