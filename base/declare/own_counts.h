@@ -1,5 +1,5 @@
-// Counts of a unit that no table here knows: of somebody else, or one that not every machine has. It names each where it
-// counts; units of one kind add up by name, and what is counted becomes a statistic like any other.
+// Counts of a unit that no table here knows: of somebody else, or one that not every machine has. It names each where
+// it counts; units of one kind add up by name, and what is counted becomes a statistic like any other.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Keys that a unit brings along. Its configuration is registered once, before configurations are read: by a program whose
-// unit it is, or by the source file of a unit that not every machine has. Its keys are then keys of every machine, and its
-// values travel with the machine's.
+// Keys that a unit brings along. Its configuration is registered once, before configurations are read: by a program
+// whose unit it is, or by the source file of a unit that not every machine has. Its keys are then keys of every
+// machine, and its values travel with the machine's.
 #pragma once
 
 #include <map>

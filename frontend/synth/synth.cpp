@@ -25,12 +25,8 @@ struct Preset {
   const char* name;
   SynthWorld (*world)();
 };
-constexpr Preset kPresets[] = {{"hall", hall_world},
-                               {"building", building_world},
-                               {"room", room_world},
-                               {"object", object_world},
-                               {"flat", flat_world},
-                               {"garden", garden_world}};
+constexpr Preset kPresets[] = {{"hall", hall_world},     {"building", building_world}, {"room", room_world},
+                               {"object", object_world}, {"flat", flat_world},         {"garden", garden_world}};
 
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();

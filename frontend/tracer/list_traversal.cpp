@@ -7,9 +7,9 @@ namespace grtx::frontend {
 /// Whether a ray that records nothing can be walked by lists: one level of nodes in the order near first, each visited
 /// when its own t asks for it, and no checkpoints to resume from, which name nodes one by one.
 bool Traversal::can_walk_lists(const TracedStructure& structure) const {
-  return blas_root_ == 0 && structure.world == nullptr && !options_.checkpoint &&
-         options_.tracing == Tracing::multi && options_.child_order == ChildOrder::near_first &&
-         options_.pop_test == PopTest::on && options_.triangle_test == TriangleTest::canonical;
+  return blas_root_ == 0 && structure.world == nullptr && !options_.checkpoint && options_.tracing == Tracing::multi &&
+         options_.child_order == ChildOrder::near_first && options_.pop_test == PopTest::on &&
+         options_.triangle_test == TriangleTest::canonical;
 }
 
 inline void Traversal::take_hit(std::uint32_t link, RayState& state) {

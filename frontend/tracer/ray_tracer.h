@@ -55,7 +55,7 @@ class RayTracer {
   void trace_samples(const TraceRay& ray, Recorder& recorder);
 
   const bool checkpoint_;
-  const unsigned samples_;  ///< stochastic: rounds; 0: rounds go on until the ray ends
+  const unsigned samples_;       ///< stochastic: rounds; 0: rounds go on until the ray ends
   const bool cull_before_;       ///< boxes that end before the last hit blended hold nothing new
   const bool replay_below_kth_;  ///< t_max of a round that begins with a full k-buffer
   RayState state_;

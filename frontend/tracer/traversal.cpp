@@ -259,8 +259,8 @@ void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, Ray
   }
   enter_instance(local_ray(ray, entry), entry.node, state);
   if (walk_blas_) return push_root(memory_.instance(instance_).root, entry.t, entry.node, entry.object);
-  offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_),
-               entry, state, recorder);
+  offer<Order>(leaf_hits_.link_of_instance(local_ray(ray, entry), memory_.instance(instance_), object_, memory_), entry,
+               state, recorder);
 }
 
 inline void Traversal::enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state) {

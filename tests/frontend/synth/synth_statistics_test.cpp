@@ -2,7 +2,6 @@
 // ranges measured on trained scenes, not this generator's values.
 #include <gtest/gtest.h>
 
-
 #include "frontend/synth/scene_statistics.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
