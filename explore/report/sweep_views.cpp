@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "grtx/explore/report/pareto.h"
 #include "grtx/explore/sweep/axis.h"
+#include "grtx/explore/sweep/dominance.h"
 
 namespace grtx::sim {
 namespace {
@@ -116,7 +116,7 @@ void SweepViews::find_varying() {
 void SweepViews::find_fronts() {
   for (std::size_t view = 0; view < views_.size(); ++view) {
     std::vector<std::size_t> members;
-    std::vector<Costs> area, energy;
+    std::vector<std::vector<double>> area, energy;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (points_[i].view != view) continue;
       members.push_back(i);
@@ -124,7 +124,7 @@ void SweepViews::find_fronts() {
       area.push_back({time, value(points_[i], kArea)});
       energy.push_back({time, value(points_[i], kEnergy)});
     }
-    const std::vector<bool> on_area = pareto_front(area), on_energy = pareto_front(energy);
+    const std::vector<bool> on_area = non_dominated(area), on_energy = non_dominated(energy);
     for (std::size_t m = 0; m < members.size(); ++m) {
       points_[members[m]].on_area = on_area[m];
       points_[members[m]].on_energy = on_energy[m];
