@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the tables of README.md and docs/results/README.md from recorded data: readme_tables.py [--check].
+"""Writes the tables of README.md and docs/results/README.md from recorded data, and the headers of folders into their
+READMEs: readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
-docs/results/data. A table whose data are of an older model says `measured with version N` (model_version.py).
+docs/results/data or of the headers below the page. A table whose data are of an older model says `measured with version N` (model_version.py).
 """
 import csv
+import itertools
 import math
 import os
 import re
@@ -33,7 +35,7 @@ def said(top, of):
     return "" if of == model_version.current(top) else f"\n(Measured with version {of} of the model.)\n"
 
 
-def headline(top):
+def headline(top, _page):
     """Geometric means over the public whole scenes of docs/results/readings.md."""
     rows = [row for row in data(top, "readings.csv") if not GENERATED.search(row["scene"]) and row["scene"] not in OBJECTS]
     lines = [["the paper's text (mean of its six scenes)"] + [f"{value:.2f}" for value in PAPER]]
@@ -44,23 +46,46 @@ def headline(top):
     return table(["machine", *DESIGNS, "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines) + said(top, version)
 
 
-def versions(top):
+def versions(top, _page):
     """What changed with each version of the model: docs/results/README.md."""
     return table(["version", "since", "what changed"],
                  [[row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top))])
 
 
-MADE = {"headline": headline, "versions": versions}
-PAGES = ("README.md", "docs/results/README.md")
+def headers(top, page):
+    """Headers below the page's folder that it does not name itself, and that are no nearer to another README."""
+    folder = os.path.join(top, os.path.dirname(page))
+    named = PART.sub("", model_version.read(top, page))
+    rows = []
+    for here, below, files in os.walk(folder):
+        below[:] = sorted(name for name in below if not os.path.exists(os.path.join(here, name, "README.md")))
+        for name in sorted(name for name in files if name.endswith(".h")):
+            path = os.path.relpath(os.path.join(here, name), folder)
+            if f"({path})" not in named:
+                rows.append([f"[{path}]({path})", first_sentence(model_version.read(top, os.path.join(here, name)))])
+    return table(["header", "holds"], rows)
+
+
+def first_sentence(text):
+    lines = itertools.takewhile(lambda line: line.startswith("//"), text.splitlines())
+    said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines))[0]
+    return said.replace("|", "\\|")
+
+
+MADE = {"headline": headline, "versions": versions, "headers": headers}
+FOLDERS = ("apps", "base", "explore", "frontend", "rtl_tlm", "traces",
+           *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "rtl", "simt", "tlm")))
+PAGES = ("README.md", "docs/results/README.md", *(f"{folder}/README.md" for folder in FOLDERS))
 
 
 def renewed(top, page):
-    return PART.sub(lambda part: part.group(1) + "\n" + MADE[part.group(2)](top) + "\n" + part.group(4), model_version.read(top, page))
+    return PART.sub(lambda part: part.group(1) + "\n" + MADE[part.group(2)](top, page) + "\n" + part.group(4), model_version.read(top, page))
 
 
 def renew(top):
     for page in PAGES:
-        model_version.write(top, page, renewed(top, page))
+        if os.path.exists(os.path.join(top, page)):
+            model_version.write(top, page, renewed(top, page))
 
 
 def faults(top):
@@ -69,11 +94,11 @@ def faults(top):
             fresh = renewed(top, page)
             for line, (now, then) in enumerate(zip(text.splitlines(), fresh.splitlines()), 1):
                 if now != then:
-                    yield f"{page}:{line}: is not what scripts/readme_tables.py makes of docs/results/data: {then}"
+                    yield f"{page}:{line}: is not what scripts/readme_tables.py makes of docs/results/data or of headers: {then}"
                     break
             else:
                 if text != fresh:
-                    yield f"{page}:1: is not what scripts/readme_tables.py makes of docs/results/data"
+                    yield f"{page}:1: is not what scripts/readme_tables.py makes of docs/results/data or of headers"
 
 
 def main():

@@ -1,3 +1,4 @@
+// The walk's inner loops in AVX2.
 #pragma once
 
 #include "grtx/frontend/tracer/walk_kernels.h"

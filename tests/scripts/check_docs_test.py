@@ -89,8 +89,15 @@ class CheckDocs(unittest.TestCase):
 
     def test_a_figure_of_readme_that_is_not_the_datas(self):
         [fault] = self.faults(self.results(grtx="4.5"))
-        self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data: "
+        self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data or of headers: "
                                 "| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.50 | 5.00 | 2.00 | 3.00 |")
+
+    def test_a_header_that_its_readme_does_not_name(self):
+        tree = {"base/README.md": "# base\n\n[a.h](a.h)\n\n<!-- generated: scripts/readme_tables.py headers -->\n\n| header | holds |\n"
+                                  "|---|---|\n<!-- end of generated -->\n", "base/a.h": "// One thing. More of it.\n"}
+        self.assertEqual(self.faults(self.results() | tree | {"base/README.md": tree["base/README.md"].replace("<!-- end", "\n<!-- end")}), [])
+        [fault] = self.faults(self.results() | tree | {"base/b/c.h": "// Another: of them.\n#pragma once\n"})
+        self.assertTrue(fault.endswith("of headers: | [b/c.h](b/c.h) | Another |"), fault)
 
     def test_the_next_version_marks_what_is_older(self):
         import model_version
