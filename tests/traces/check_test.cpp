@@ -21,45 +21,34 @@ using ::testing::MatchesRegex;
 using testing::RandomOptions;
 using testing::RandomTrace;
 
-RandomTrace replaying() {
-  RandomOptions options{.seed = 5, .groups = 6, .k = 3, .two_level = true};
-  return testing::random_trace(options);
-}
+RandomTrace replaying() { return testing::random_trace({.seed = 5, .groups = 6, .k = 3, .two_level = true}); }
 /// Three levels: every seed's rays replay nodes of the scene TLAS, of objects and of the BLAS.
 RandomTrace placed() {
-  RandomOptions options{.seed = 5, .groups = 12, .k = 3, .two_level = true, .objects = 2};
-  return testing::random_trace(options);
+  return testing::random_trace({.seed = 5, .groups = 12, .k = 3, .two_level = true, .objects = 2});
 }
 bool in_scene(const Header& header, std::uint32_t address) {
   return address * header.node_sizes().unit() < header.objects_base();
 }
 RandomTrace overflowing() {
-  RandomOptions options{.seed = 6, .groups = 12, .bvh_width = 8, .depth = 4, .k = 2, .capacity = 6};
-  return testing::random_trace(options);
+  return testing::random_trace({.seed = 6, .groups = 12, .bvh_width = 8, .depth = 4, .k = 2, .capacity = 6});
 }
-RandomTrace restarting() {
-  RandomOptions options{.seed = 7, .groups = 6, .k = 3, .checkpoint = false};
-  return testing::random_trace(options);
-}
+RandomTrace restarting() { return testing::random_trace({.seed = 7, .groups = 6, .k = 3, .checkpoint = false}); }
 
 /// Whose children are popped in Vulkan-Sim's order.
 RandomTrace following() {
-  RandomOptions options{.seed = 9, .groups = 6, .k = 3, .checkpoint = false, .child_order = ChildOrder::vulkan_sim};
-  return testing::random_trace(options);
+  return testing::random_trace(
+      {.seed = 9, .groups = 6, .k = 3, .checkpoint = false, .child_order = ChildOrder::vulkan_sim});
 }
 
 RandomTrace single_round() {
-  RandomOptions options{.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::single};
-  return testing::random_trace(options);
+  return testing::random_trace({.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::single});
 }
 RandomTrace list() {
-  RandomOptions options{.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::list};
-  return testing::random_trace(options);
+  return testing::random_trace({.seed = 8, .groups = 6, .k = 4, .checkpoint = false, .tracing = Tracing::list});
 }
 RandomTrace closest_hit() {
-  RandomOptions options{
-      .seed = 9, .groups = 6, .k = 1, .checkpoint = false, .two_level = true, .tracing = Tracing::closest};
-  return testing::random_trace(options);
+  return testing::random_trace(
+      {.seed = 9, .groups = 6, .k = 1, .checkpoint = false, .two_level = true, .tracing = Tracing::closest});
 }
 
 // Where a mutation can bite: an event with the k-buffer's state before it, or a round.
@@ -137,6 +126,20 @@ void set_leaf(Event& event, LeafOutcome outcome, unsigned shifts = 0, bool check
   event.checkpoints = checkpoint ? 1 : 0;
   event.kind_shifts = Event::pack(EventKind::visit_leaf, shifts);
 }
+/// The first leaf of one outcome has another.
+Mutation becomes(LeafOutcome before, LeafOutcome after, unsigned shifts = 0) {
+  return on_event([=](EventPlace p) { return is_leaf(p.event, before) && (set_leaf(p.event, after, shifts), true); });
+}
+bool drop(EventPlace p) {
+  p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
+  --p.round.event_count;
+  return true;
+}
+bool repeat(EventPlace p) {
+  p.ray.events.insert(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index), Event(p.event));
+  ++p.round.event_count;
+  return true;
+}
 bool truncate_to(RoundPlace p) {
   if (p.last || p.round.terminated) return false;
   p.ray.events.resize(p.first_event + p.round.event_count);
@@ -206,16 +209,9 @@ std::vector<Case> cases() {
          p.ray.processed[0].gaussian = static_cast<std::uint32_t>(p.header.gaussians & 0x7FFFFFFF);
          return true;
        })},
-      {"InsertionWithoutRoom", restarting, "an insertion needs room", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::displaced)) return false;
-         set_leaf(p.event, LeafOutcome::inserted);
-         return true;
-       })},
-      {"RejectionWithRoom", restarting, "only a full k-buffer", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
-         set_leaf(p.event, LeafOutcome::rejected);
-         return true;
-       })},
+      {"InsertionWithoutRoom", restarting, "an insertion needs room",
+       becomes(LeafOutcome::displaced, LeafOutcome::inserted)},
+      {"RejectionWithRoom", restarting, "only a full k-buffer", becomes(LeafOutcome::inserted, LeafOutcome::rejected)},
       {"TooManyShifts", restarting, "cannot shift more entries", on_event([](EventPlace p) {
          if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
          set_leaf(p.event, LeafOutcome::inserted, p.occupied + 1);
@@ -226,11 +222,7 @@ std::vector<Case> cases() {
          set_leaf(p.event, LeafOutcome::displaced, p.header.k + 1);
          return true;
        })},
-      {"ShiftsOfAMiss", restarting, "only an insertion shifts", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::miss)) return false;
-         set_leaf(p.event, LeafOutcome::miss, 1);
-         return true;
-       })},
+      {"ShiftsOfAMiss", restarting, "only an insertion shifts", becomes(LeafOutcome::miss, LeafOutcome::miss, 1)},
       {"UnknownOutcome", restarting, "the leaf outcome must be known", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_leaf) return false;
          set_leaf(p.event, static_cast<LeafOutcome>(8));
@@ -261,15 +253,10 @@ std::vector<Case> cases() {
          set_leaf(p.event, LeafOutcome::beyond, 0, true);
          return true;
        })},
-      {"CulledNodeLost", replaying, "may not be dropped", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::cull) return false;
-         p.event.checkpoints = 0;
-         return true;
-       })},
+      {"CulledNodeLost", replaying, "may not be dropped",
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.checkpoints = 0, true); })},
       {"ForwardedNodeLost", replaying, "may not be dropped", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::replay_forward) return false;
-         p.event.checkpoints = 0;
-         return true;
+         return p.event.kind() == EventKind::replay_forward && (p.event.checkpoints = 0, true);
        })},
       {"TwoCheckpointsOfOneNode", replaying, "at most one checkpoint",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.checkpoints = 3); })},
@@ -283,24 +270,15 @@ std::vector<Case> cases() {
       {"ChildThatDoesNotExist", replaying, "exceed the child count",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::visit_internal && (p.event.detail |= 0x80); })},
       {"SourceEntryNotRead", replaying, "every source entry must be read", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::replay_forward || !p.last_in_round) return false;
-         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
-         --p.round.event_count;
-         return true;
+         return p.event.kind() == EventKind::replay_forward && p.last_in_round && drop(p);
        })},
       {"SourceEntryReadTwice", replaying, "no source entry is left to read", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::replay_forward || !p.last_in_round) return false;
-         p.ray.events.insert(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index), Event(p.event));
-         ++p.round.event_count;
-         return true;
+         return p.event.kind() == EventKind::replay_forward && p.last_in_round && repeat(p);
        })},
       {"SourceEntryOutOfOrder", replaying, "must be the next source entry",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::replay_take && ++p.event.node; })},
       {"TransformMissing", replaying, "must follow the take of a node inside an instance", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1) return false;
-         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
-         --p.round.event_count;
-         return true;
+         return p.event.kind() == EventKind::visit_instance && p.event.detail == 1 && drop(p);
        })},
       {"TransformByAnotherInstance", replaying, "through which the node was checkpointed", on_event([](EventPlace p) {
          return p.event.kind() == EventKind::visit_instance && p.event.detail == 1 && ++p.event.node;
@@ -312,17 +290,13 @@ std::vector<Case> cases() {
          if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1 || p.last_in_round) return false;
          const Event& next = p.ray.events[p.index + 1];
          if (next.kind() != EventKind::visit_instance || next.detail != 1) return false;
-         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
-         --p.round.event_count;
-         return true;
+         return drop(p);
        })},
       {"ObjectTransformMissing", placed, "must follow the take of a node inside an instance",
        on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_instance || p.event.detail != 1) return false;
          if (in_scene(p.header, p.event.node)) return false;
-         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
-         --p.round.event_count;
-         return true;
+         return drop(p);
        })},
       {"TransformToAnotherObject", placed, "through which the node was checkpointed", on_event([](EventPlace p) {
          return p.event.kind() == EventKind::visit_instance && p.event.detail == 1 &&
@@ -333,18 +307,10 @@ std::vector<Case> cases() {
          return trace.header.scene_leaves.assign(1, {trace.header.root, 0}), true;
        }},
       // Stack
-      {"StackNotEmptyAtRoundEnd", restarting, "the stack must be empty", on_event([](EventPlace p) {
-         if (!p.last_in_round) return false;
-         p.ray.events.erase(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index));
-         --p.round.event_count;
-         return true;
-       })},
-      {"VisitFromAnEmptyStack", restarting, "the stack is empty", on_event([](EventPlace p) {
-         if (!p.last_in_round) return false;
-         p.ray.events.insert(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.index), Event(p.event));
-         ++p.round.event_count;
-         return true;
-       })},
+      {"StackNotEmptyAtRoundEnd", restarting, "the stack must be empty",
+       on_event([](EventPlace p) { return p.last_in_round && drop(p); })},
+      {"VisitFromAnEmptyStack", restarting, "the stack is empty",
+       on_event([](EventPlace p) { return p.last_in_round && repeat(p); })},
       {"NodeNotOnTop", restarting, "must be on top of the stack",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && ++p.event.node; })},
       {"LowestSlotPopped", following, "must be on top of the stack", on_event([](EventPlace p) {
@@ -356,14 +322,12 @@ std::vector<Case> cases() {
       {"CullWithoutPopTest", restarting, "without pop_test no stack entry holds a t",
        [](RandomTrace& trace) { return (trace.header.pop_test = PopTest::off, true); }},
       {"ReadFromAFullStack", replaying, "the stack is not empty", on_event([](EventPlace p) {
-         if (p.event.kind() != EventKind::cull) return false;
-         p.event.kind_shifts = Event::pack(EventKind::replay_forward);
-         return true;
+         return p.event.kind() == EventKind::cull &&
+                (p.event.kind_shifts = Event::pack(EventKind::replay_forward), true);
        })},
       {"LeafVisitedAsInstance", replaying, "is not an instance leaf", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::miss)) return false;
-         p.event.kind_shifts = Event::pack(EventKind::visit_instance);
-         return true;
+         return is_leaf(p.event, LeafOutcome::miss) &&
+                (p.event.kind_shifts = Event::pack(EventKind::visit_instance), true);
        })},
       {"InstanceVisitedAsLeaf", replaying, "is not a leaf", on_event([](EventPlace p) {
          if (p.event.kind() != EventKind::visit_instance || p.event.detail != 0) return false;
@@ -371,9 +335,8 @@ std::vector<Case> cases() {
          return true;
        })},
       {"InstanceInAMonolithicStructure", restarting, "needs a two-level structure", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::miss)) return false;
-         p.event.kind_shifts = Event::pack(EventKind::visit_instance);
-         return true;
+         return is_leaf(p.event, LeafOutcome::miss) &&
+                (p.event.kind_shifts = Event::pack(EventKind::visit_instance), true);
        })},
       {"UnknownEventKind", restarting, "its top must be visited or culled",
        on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.kind_shifts = 9); })},
@@ -383,26 +346,17 @@ std::vector<Case> cases() {
       {"EventsBehindTheRounds", restarting, "events remain",
        on_round([](RoundPlace p) { return p.ray.events.emplace_back(), true; })},
       // How a round collects hits
-      {"NearestHitInMultiRoundTracing", restarting, "only closest-hit tracing commits", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
-         set_leaf(p.event, LeafOutcome::nearest);
-         return true;
-       })},
-      {"NearestHitInSingleRoundTracing", single_round, "only closest-hit tracing commits", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::inserted)) return false;
-         set_leaf(p.event, LeafOutcome::nearest);
-         return true;
-       })},
+      {"NearestHitInMultiRoundTracing", restarting, "only closest-hit tracing commits",
+       becomes(LeafOutcome::inserted, LeafOutcome::nearest)},
+      {"NearestHitInSingleRoundTracing", single_round, "only closest-hit tracing commits",
+       becomes(LeafOutcome::inserted, LeafOutcome::nearest)},
       {"AnyHitInClosestHitTracing", closest_hit, "calls no any-hit shader", on_event([](EventPlace p) {
          if (!is_leaf(p.event, LeafOutcome::nearest) || p.occupied != 0) return false;
          set_leaf(p.event, LeafOutcome::inserted);
          return true;
        })},
-      {"TieReportedInClosestHitTracing", closest_hit, "calls no any-hit shader", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::behind)) return false;
-         set_leaf(p.event, LeafOutcome::ignored);
-         return true;
-       })},
+      {"TieReportedInClosestHitTracing", closest_hit, "calls no any-hit shader",
+       becomes(LeafOutcome::behind, LeafOutcome::ignored)},
       {"NearestHitLost", closest_hit, "k_count must be", on_round([](RoundPlace p) {
          unsigned found = 0;
          Event* nearest = nullptr;
@@ -420,11 +374,8 @@ std::vector<Case> cases() {
          set_leaf(p.event, LeafOutcome::inserted, 1);
          return true;
        })},
-      {"HeapMovesTooManyEntries", single_round, "at most log2(k)", on_event([](EventPlace p) {
-         if (!is_leaf(p.event, LeafOutcome::displaced)) return false;
-         set_leaf(p.event, LeafOutcome::displaced, 3);
-         return true;
-       })},
+      {"HeapMovesTooManyEntries", single_round, "at most log2(k)",
+       becomes(LeafOutcome::displaced, LeafOutcome::displaced, 3)},
       {"AppendToAListMovesEntries", list, "appends without moving", on_event([](EventPlace p) {
          if (!is_leaf(p.event, LeafOutcome::inserted) || p.occupied == 0 || p.occupied + 1 >= p.header.k) return false;
          set_leaf(p.event, LeafOutcome::inserted, 1);

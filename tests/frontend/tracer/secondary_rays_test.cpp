@@ -50,8 +50,7 @@ Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camer
 
 /// Glass left and mirror right before a scene that surrounds the camera, so that mirrored light finds something.
 Scene surroundings() {
-  test::RandomSceneOptions o{.count = 900, .extent = 4.0, .log_scale_mean = -1.6, .log_scale_sd = 0.6};
-  return test::random_scene(17, o);
+  return test::random_scene(17, {.count = 900, .extent = 4.0, .log_scale_mean = -1.6, .log_scale_sd = 0.6});
 }
 Camera camera(unsigned width = 32, unsigned height = 24) { return test::front_camera(width, height, 1.0); }
 OpticalObjects both() {

@@ -42,13 +42,12 @@ std::string run_all(const traces::testing::RandomTrace& trace, SimtBench::Option
 }
 
 traces::testing::RandomTrace small_trace(unsigned seed, bool checkpoint, std::uint64_t capacity) {
-  traces::testing::RandomOptions options{.seed = seed,
-                                         .groups = 9,
-                                         .warp_size = 32,
-                                         .checkpoint = checkpoint,
-                                         .capacity = capacity,
-                                         .two_level = seed % 2 == 0};
-  return traces::testing::random_trace(options);
+  return traces::testing::random_trace({.seed = seed,
+                                        .groups = 9,
+                                        .warp_size = 32,
+                                        .checkpoint = checkpoint,
+                                        .capacity = capacity,
+                                        .two_level = seed % 2 == 0});
 }
 
 class SimtConservation : public SystemCTest {};

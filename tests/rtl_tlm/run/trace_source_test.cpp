@@ -19,8 +19,7 @@ namespace {
 using traces::testing::TemporaryFile;
 
 traces::testing::RandomTrace random_trace(std::uint64_t groups) {
-  traces::testing::RandomOptions options{.seed = 21, .groups = groups, .warp_size = 16};
-  return traces::testing::random_trace(options);
+  return traces::testing::random_trace({.seed = 21, .groups = groups, .warp_size = 16});
 }
 
 class TraceSourceAhead : public ::testing::TestWithParam<unsigned> {};
