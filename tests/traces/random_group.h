@@ -659,7 +659,7 @@ inline std::vector<RandomOptions> all_random_options() {
   // Lists, likewise.
   for (const bool two_level : {false, true}) {
     for (const unsigned capacity : {1U, 4U, 100U}) {
-      RandomOptions o{.seed = ++seed, .two_level = two_level, .objects = two_level && capacity == 4 ? 2 : 0};
+      RandomOptions o{.seed = ++seed, .two_level = two_level, .objects = two_level && capacity == 4 ? 2u : 0u};
       o.depth = o.objects != 0 ? 2 : 3;
       o.checkpoint = false;
       o.child_order = static_cast<ChildOrder>(o.seed % 3);

@@ -47,7 +47,7 @@ TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
           RandomOptions options{.bvh_width = width,
                                 .layout = layout,
                                 .checkpoint = checkpoint,
-                                .capacity = checkpoint ? 12 : 0,
+                                .capacity = checkpoint ? 12u : 0u,
                                 .two_level = two_level};
           expect_round_trip(options);
         }

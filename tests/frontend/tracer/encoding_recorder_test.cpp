@@ -77,7 +77,7 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     const AccelerationStructure accel(gaussians, {kind, kWidths[variant / 6 % 4], false, variant % 5 == 4 ? 3u : 8u});
     TracerOptions options{.k = 1u << variant % 5,
                           .checkpoint = variant % 7 < 4,
-                          .checkpoint_capacity = variant % 7 == 3 ? 12 : 1024,
+                          .checkpoint_capacity = variant % 7 == 3 ? 12u : 1024u,
                           .checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo};
     if (variant % 2 == 0 && variant % 3 != 2) options.checkpoint_bins = variant % 4 == 0 ? 8 : 2;
     options.below_instance = variant % 10 < 4 ? BelowInstance::finish : BelowInstance::checkpoint;

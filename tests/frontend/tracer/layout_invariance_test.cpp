@@ -45,7 +45,7 @@ class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, N
     for (const unsigned width : {8u, 4u}) {
       const AccelerationStructure other(gaussians, {accel(), width, false, width == 4 ? 5u : 8u, layout()});
       for (unsigned setting = 0; setting < 6; ++setting) {
-        TracerOptions options{.k = setting < 3 ? 8 : 3, .checkpoint = setting % 2 == 1};
+        TracerOptions options{.k = setting < 3 ? 8u : 3u, .checkpoint = setting % 2 == 1};
         if (setting == 3) options.child_order = ChildOrder::slot;
         if (setting == 4) options.walk_blas = false;
         if (setting == 5) options.checkpoint_capacity = 9;  // overflows

@@ -20,9 +20,9 @@ class L1Random : public SystemCTest {
     Random random(seed);
     L1Cache::Config config{.clients = 3,
                            .geometry = {4096, 128, 32, 8},
-                           .mshr_entries = seed % 2 == 0 ? 6 : 64,
+                           .mshr_entries = seed % 2 == 0 ? 6u : 64u,
                            .mshr_merges = 3,
-                           .miss_queue = seed % 4 == 1 ? 3 : 5};
+                           .miss_queue = seed % 4 == 1 ? 3u : 5u};
     if (seed % 4 != 1) config.private_writes.policy = WritePolicy::write_back;
     config.write_back_buffer = static_cast<unsigned>(1 + seed % 2);
     config.private_writes.allocate = seed % 3 != 0;

@@ -20,7 +20,7 @@ traces::Header header_of(bool checkpoint, unsigned k, unsigned warp_size) {
                         .node_image_bytes = 12345 * traces::kNodeUnit,
                         .gaussians = 777,
                         .sh_record_bytes = 108,
-                        .checkpoint_capacity = checkpoint ? 300 : 0};
+                        .checkpoint_capacity = checkpoint ? 300u : 0u};
   return header;
 }
 

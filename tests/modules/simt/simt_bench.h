@@ -30,7 +30,7 @@ struct RoundScript {
 };
 
 inline traces::Processed seen(std::uint32_t gaussian, bool blended) {
-  traces::Processed p{.gaussian = gaussian & 0x7FFFFFFFU, .blended = blended ? 1 : 0};
+  traces::Processed p{.gaussian = gaussian & 0x7FFFFFFFU, .blended = blended ? 1u : 0u};
   return p;
 }
 

@@ -104,7 +104,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     std::mt19937 random(seed);
     const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
     RandomOptions trace{
-        .seed = seed, .groups = 1 + pick(5), .warp_size = pick(3) == 0 ? 32 : 8, .bvh_width = 2 + pick(6)};
+        .seed = seed, .groups = 1 + pick(5), .warp_size = pick(3) == 0 ? 32u : 8u, .bvh_width = 2 + pick(6)};
     trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
     trace.k = 1 + pick(7);
     trace.checkpoint = pick(3) != 0;

@@ -51,7 +51,7 @@ RandomOptions random_options(bool two_level, bool checkpoint) {
                         .groups = 24,
                         .warp_size = 32,
                         .checkpoint = checkpoint,
-                        .capacity = checkpoint ? 200 : 0,
+                        .capacity = checkpoint ? 200u : 0u,
                         .two_level = two_level};
   return options;
 }
