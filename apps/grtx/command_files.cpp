@@ -54,7 +54,8 @@ bool is_filter_of(const std::string& save_file, const std::string& path) {
 }  // namespace
 
 CommandFiles::File CommandFiles::file_of(const std::string& path) {
-  File file{.path = canonical(path)};
+  File file;
+  file.path = canonical(path);
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode)) file.node = {status.st_dev, status.st_ino};
   return file;

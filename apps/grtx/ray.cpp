@@ -112,11 +112,12 @@ int ray(const RayArguments& options, const CommonOptions& common) {
   const traces::Header& header = reader.header();
   std::vector<Chosen> chosen = chosen_rays(reader, options);
 
-  RayPage page{.trace = options.trace,
-               .trace_hash = reader.content_hash(),
-               .header = &header,
-               .scene = options.scene,
-               .timeline = options.timeline};
+  RayPage page;
+  page.trace = options.trace;
+  page.trace_hash = reader.content_hash();
+  page.header = &header;
+  page.scene = options.scene;
+  page.timeline = options.timeline;
   page.title = (options.warp ? fmt::format("Rays of warp {}", *options.warp)
                              : fmt::format("Ray of pixel {},{}", options.pixel[0], options.pixel[1])) +
                " in " + std::filesystem::path(options.trace).filename().string();
@@ -145,11 +146,12 @@ int ray(const RayArguments& options, const CommonOptions& common) {
     if (scene) scene->describe(warp.nodes.nodes());
     for (const RayNode& node : warp.nodes.nodes()) oriented = oriented || node.orientation != 0;
     for (const unsigned lane : chosen[i].lanes) {
-      DrawnRay drawn{.frame = group.frame,
-                     .group = group.index,
-                     .lane = lane,
-                     .pixel = group.rays[lane].pixel,
-                     .kind = group.kind};
+      DrawnRay drawn;
+      drawn.group = group.index;
+      drawn.frame = group.frame;
+      drawn.lane = lane;
+      drawn.pixel = group.rays[lane].pixel;
+      drawn.kind = group.kind;
       std::optional<RayValues> values;
       if (scene) values = scene->trace(group, lane);
       drawn.replayed = replay_ray(header, group, lane, warp.nodes, values ? &*values : nullptr);

@@ -151,9 +151,10 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   }
   if (recorded.processed != watched.ray.processed) throw differs(recorded.rounds.size(), 0);
 
-  RayValues values{.t_max = std::move(watched.t_max),
-                   .times = std::move(watched.times),
-                   .transmittance = std::move(watched.transmittance)};
+  RayValues values;
+  values.t_max = std::move(watched.t_max);
+  values.times = std::move(watched.times);
+  values.transmittance = std::move(watched.transmittance);
   for (const WatchedRay::Start& start : watched.starts) {
     values.start_t_max.push_back(start.t_max);
     auto& hits = values.start_hits.emplace_back();
@@ -194,7 +195,8 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
 }
 
 DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
-  DrawnGaussian drawn{.number = number};
+  DrawnGaussian drawn;
+  drawn.number = number;
   const PlacedObject* const placed = objects_ ? &objects_->world().owner(number) : nullptr;
   const std::uint32_t local = placed != nullptr ? number - placed->first_gaussian : number;
   const Scene& scene = placed != nullptr ? placed->object->scene : view_->scene();

@@ -44,7 +44,8 @@ SampledOptions sampled_options(const SampledCli& cli, SimulationMode mode) {
     if (cli.seed != defaults.seed) refuse("--seed");
     if (cli.engine != defaults.engine) refuse("--sample-engine");
   }
-  SampledOptions options{.share = cli.share};
+  SampledOptions options;
+  options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
   options.engine = cli.engine;

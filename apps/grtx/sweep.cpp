@@ -133,7 +133,8 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
   SweepSession session(with, plan);
   session.run(all, "sweep");
   if (!plan.confirm.empty() && plan.confirm != plan.mode) {
-    SweepPoints front{.traces = all.traces};
+    SweepPoints front;
+    front.traces = all.traces;
     for (const SweepPoint& point : pareto_front(all.points, session.database())) {
       front.points.push_back(in_mode(point, plan.confirm, program_version()));
     }

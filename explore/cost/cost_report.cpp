@@ -116,7 +116,10 @@ std::string human_bytes(std::uint64_t bytes) {
 
 MachineCost machine_cost(const GpuConfig& config, const std::string& design,
                          const std::vector<modules::Inventory>& inventories, const CostOptions& options) {
-  MachineCost cost{.config = config, .design = design, .options = options};
+  MachineCost cost;
+  cost.config = config;
+  cost.design = design;
+  cost.options = options;
   cost.options.clock_mhz = config.core_mhz;
   cost.tree = cost_tree(inventories, cost.options);
   std::vector<modules::Inventory> first_unit;

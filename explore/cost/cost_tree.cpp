@@ -24,10 +24,11 @@ Range leakage(const Range& area_mm2, const Technology& t, const CostOptions& opt
 }
 
 CostItem flip_flops(const modules::Storage& storage, const Technology& t, const CostOptions& options) {
-  CostItem item{.name = storage.name,
-                .kind = "flip-flops",
-                .bits = storage.bits,
-                .gates = kFlipFlopGates * static_cast<double>(storage.bits)};
+  CostItem item;
+  item.name = storage.name;
+  item.kind = "flip-flops";
+  item.bits = storage.bits;
+  item.gates = kFlipFlopGates * static_cast<double>(storage.bits);
   item.area_mm2 = logic_area(item.gates, t, options);
   item.leakage_mw = leakage(item.area_mm2, t, options);
   item.delay_ns = kFlipFlopDelayNs;
@@ -39,8 +40,11 @@ CostItem flip_flops(const modules::Storage& storage, const Technology& t, const 
 
 CostItem memory(const modules::Storage& storage, const Technology& t, const CostOptions& options) {
   if (storage.kind == modules::StorageKind::cache_tags) {
-    CostItem item{
-        .name = storage.name, .kind = "cache", .bits = storage.bits, .estimator = "in the data array's figures"};
+    CostItem item;
+    item.name = storage.name;
+    item.kind = "cache";
+    item.bits = storage.bits;
+    item.estimator = "in the data array's figures";
     return item;
   }
   const unsigned banks = std::max(1u, storage.banks);
@@ -49,7 +53,10 @@ CostItem memory(const modules::Storage& storage, const Technology& t, const Cost
   const bool cache = storage.kind == modules::StorageKind::cache;
   const SramCost sram =
       sram_cost({storage.bits / banks, storage.word_bits, cache, storage.write_ports > 0 && !cache, t.nm});
-  CostItem item{.name = storage.name, .kind = cache ? "cache" : "SRAM", .bits = storage.bits};
+  CostItem item;
+  item.name = storage.name;
+  item.kind = cache ? "cache" : "SRAM";
+  item.bits = storage.bits;
   // Read ports beyond the first are further copies.
   const double copies = cache ? 1.0 : std::max(1u, storage.read_ports);
   item.area_mm2 = sram.area_mm2 * (copies * banks);
@@ -63,10 +70,11 @@ CostItem memory(const modules::Storage& storage, const Technology& t, const Cost
 
 CostItem operators(const modules::Operators& o, const Technology& t, const CostOptions& options) {
   const OperatorCost cost = operator_cost(o.name, o.width);
-  CostItem item{.name = o.name + std::to_string(o.width),
-                .kind = "logic",
-                .count = static_cast<double>(o.count),
-                .gates = cost.gates * static_cast<double>(o.count)};
+  CostItem item;
+  item.name = o.name + std::to_string(o.width);
+  item.kind = "logic";
+  item.count = static_cast<double>(o.count);
+  item.gates = cost.gates * static_cast<double>(o.count);
   item.area_mm2 = logic_area(item.gates, t, options);
   item.leakage_mw = leakage(item.area_mm2, t, options);
   item.delay_ns = cost.delay_ns * t.delay.central;

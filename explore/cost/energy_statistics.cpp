@@ -50,7 +50,8 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
     const auto found = counts.find(name);
     return found == counts.end() ? std::nullopt : std::optional(found->second);
   };
-  CostOptions options{.clock_mhz = config.core_mhz};
+  CostOptions options;
+  options.clock_mhz = config.core_mhz;
   std::vector<EnergyPart> parts = run_energy(value, config, inventories, options, {});
 
   for (const modules::Statistic& s : list.items()) {

@@ -38,7 +38,8 @@ const std::map<Family, std::vector<Point>>& table() {
       const bool cache = cells[0] == "cache";
       if (cache && cells[3] != "16") continue;
       const auto width = static_cast<unsigned>(std::stoul(cells[cache ? 7 : 2]));
-      Point point{.bytes = std::stod(cells[1])};
+      Point point;
+      point.bytes = std::stod(cells[1]);
       for (std::size_t i = 0; i < 5; ++i) point.values[i] = std::stod(cells[8 + i]);
       result[{cache, width, cells[4] == "1R1W", static_cast<unsigned>(std::stoul(cells[5])), cells[6]}].push_back(
           point);

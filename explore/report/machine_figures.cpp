@@ -41,7 +41,8 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
 
 MachineFigures machine_figures(const ordered_json& config, const ordered_json& inputs, const ordered_json& statistics,
                                const std::string& where) {
-  MachineFigures figures{.energy = ordered_json::array()};
+  MachineFigures figures;
+  figures.energy = ordered_json::array();
   try {
     const GpuConfig machine = config_from(config);
     const MachineUse use = machine_of_run(inputs, where);

@@ -52,7 +52,8 @@ bool is_database(const std::string& path) {
 SweepResults read_sweep_results(const std::string& path) {
   check_sweep(path);
   Sqlite database(path, Sqlite::Open::read_only);
-  SweepResults sweep{.file = std::filesystem::path(path).filename().string()};
+  SweepResults sweep;
+  sweep.file = std::filesystem::path(path).filename().string();
   select(database, "SELECT key, value FROM meta ORDER BY key",
          [&](const SqliteStatement& row) { sweep.meta[row.text(0)] = row.text(1); });
 
@@ -66,7 +67,8 @@ SweepResults read_sweep_results(const std::string& path) {
          "SELECT id, key, mode, scene, design, coordinates, config, status, reason, "
          "json_extract(document, '$.inputs') FROM point ORDER BY id",
          [&](const SqliteStatement& row) {
-           ReportedPoint point{.id = row.integer(0)};
+           ReportedPoint point;
+           point.id = row.integer(0);
            const std::string where = "point " + std::to_string(point.id);
            point.key = row.text(1);
            point.mode = row.text(2);

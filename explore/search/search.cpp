@@ -116,7 +116,10 @@ class Search {
     std::vector<Coordinates> unknown;
     for (const Choices& choices : designs) {
       if (!place_.emplace(choices, candidates_.size()).second) continue;
-      Candidate candidate{.choices = choices, .coordinates = coordinates_of(choices), .generation = generation_};
+      Candidate candidate;
+      candidate.choices = choices;
+      candidate.coordinates = coordinates_of(choices);
+      candidate.generation = generation_;
       unknown.push_back(candidate.coordinates);
       candidates_.push_back(std::move(candidate));
     }

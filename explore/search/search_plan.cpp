@@ -156,7 +156,8 @@ class SearchPlanReader {
   }
 
   void read_objective(const toml::table& table) {
-    SearchObjective objective{.place = place_of(table)};
+    SearchObjective objective;
+    objective.place = place_of(table);
     for (const auto& [name, node] : PlanSections::sorted(table)) {
       if (name == "value") {
         objective.value = in_.text(*node, "objective.value");

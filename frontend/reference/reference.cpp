@@ -126,8 +126,11 @@ ReferenceCandidate intersect(const Ray& ray, const Gaussian& g, const std::vecto
       std::min(kMaxAlpha, g.opacity * std::exp(-4.5 * std::pow(d2 / 9.0, 0.5 * options.kernel_degree)));
   if (!(alpha >= kNearAlpha * kMinAlpha)) return miss;
   const Interval inside = proxy_interval(slabs, g.kappa, lo, ld, dt, d2, a);
-  ReferenceCandidate result{
-      .alpha = alpha, .radius = std::sqrt(d2) / g.kappa, .entry = tc + inside.entry, .exit = tc + inside.exit};
+  ReferenceCandidate result;
+  result.alpha = alpha;
+  result.radius = std::sqrt(d2) / g.kappa;
+  result.entry = tc + inside.entry;
+  result.exit = tc + inside.exit;
   result.t = options.sort_by_peak ? tc + dt : result.entry;
   bool ahead = result.entry > 0.0 && result.t > 0.0;
   if (!(result.entry > 0.0) && options.count_inside && result.entry < 0.0 && result.exit > 0.0 && tc + dt > 0.0) {

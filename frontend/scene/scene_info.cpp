@@ -123,12 +123,13 @@ nlohmann::ordered_json to_object(const Percentiles& values) {
 }  // namespace
 
 SceneInfo describe(const Scene& scene) {
-  SceneInfo info{.name = scene.name,
-                 .hash = scene.hash,
-                 .gaussians = scene.size(),
-                 .sh_degree = scene.sh_degree,
-                 .offset = scene.offset,
-                 .report = scene.report};
+  SceneInfo info;
+  info.name = scene.name;
+  info.hash = scene.hash;
+  info.gaussians = scene.size();
+  info.sh_degree = scene.sh_degree;
+  info.offset = scene.offset;
+  info.report = scene.report;
   for (const float opacity : scene.opacity) {
     ++info.opacity_tenths[std::min<std::size_t>(9, static_cast<std::size_t>(static_cast<double>(opacity) * 10.0))];
   }

@@ -56,11 +56,12 @@ unsigned byte_at(std::string_view bytes, std::size_t at) { return static_cast<un
 
 // The 16 bytes that all versions share. Precondition: at least 16 bytes.
 Header parse_header(std::string_view bytes, const std::string& file) {
-  Header header{.version = load<std::uint32_t>(bytes, 4),
-                .points = load<std::uint32_t>(bytes, 8),
-                .sh_degree = byte_at(bytes, 12),
-                .fractional_bits = static_cast<int>(byte_at(bytes, 13)),
-                .flags = byte_at(bytes, 14)};
+  Header header;
+  header.version = load<std::uint32_t>(bytes, 4);
+  header.points = load<std::uint32_t>(bytes, 8);
+  header.sh_degree = byte_at(bytes, 12);
+  header.fractional_bits = static_cast<int>(byte_at(bytes, 13));
+  header.flags = byte_at(bytes, 14);
   if (header.sh_degree > 4) {
     throw Error(file, "header byte 12", "the SH degree must be 0 to 4, not " + std::to_string(header.sh_degree));
   }

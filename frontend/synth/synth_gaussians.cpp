@@ -182,7 +182,9 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
     const auto edge = [&](double sum) {
       return std::min(surface_rows, static_cast<std::uint64_t>(sum * static_cast<double>(surface_rows) + 0.5));
     };
-    Part part{.patch = patches[i], .first = edge(before)};
+    Part part;
+    part.patch = patches[i];
+    part.first = edge(before);
     before += share;
     part.count = (i + 1 == patches.size() ? surface_rows : edge(before)) - part.first;
     const double n = std::max(1.0, static_cast<double>(part.count));

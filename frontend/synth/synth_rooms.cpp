@@ -25,36 +25,38 @@ void wall_face(SynthLayout& layout, const SynthWall& wall, bool flip) {
 }
 
 SynthStatistics indoor_statistics() {
-  SynthStatistics s{.density_sd = 0.65,
-                    .size_mean = -0.08,
-                    .size_sd = 0.46,
-                    .middle_follows = 0.6,
-                    .small_follows = 0.2,
-                    .large_to_middle = {2.17, 0.36},
-                    .middle_to_small = {1.67, 0.90},
-                    .opacity = {0.212, 0.210, 0.135, 0.097, 0.067, 0.053, 0.041, 0.036, 0.033, 0.117},
-                    .opacity_size_correlation = -0.25,
-                    .thickness = 0.45,
-                    .coincident_share = 0.0002,
-                    .haze_share = 0.004};
+  SynthStatistics s;
+  s.density_sd = 0.65;
+  s.size_mean = -0.08;
+  s.size_sd = 0.46;
+  s.thickness = 0.45;
+  s.middle_follows = 0.6;
+  s.small_follows = 0.2;
+  s.large_to_middle = {2.17, 0.36};
+  s.middle_to_small = {1.67, 0.90};
+  s.opacity = {0.212, 0.210, 0.135, 0.097, 0.067, 0.053, 0.041, 0.036, 0.033, 0.117};
+  s.opacity_size_correlation = -0.25;
+  s.coincident_share = 0.0002;
+  s.haze_share = 0.004;
   return s;
 }
 
 SynthStatistics whole_scene_statistics() {
-  SynthStatistics s{.density_sd = 0.25,
-                    .size_mean = -0.35,
-                    .size_sd = 0.58,
-                    .middle_follows = 0.7,
-                    .small_follows = 0.4,
-                    .large_to_middle = {2.0, 0.54},
-                    .middle_to_small = {1.58, 0.71},
-                    .opacity = {0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.10, 0.11, 0.13, 0.27},
-                    .opacity_size_correlation = -0.25,
-                    .thickness = 0.35,
-                    .capture = 1.0,
-                    .rims = true,
-                    .haze_share = 0.001,
-                    .sh_rms = {0.05, 0.12, 0.08, 0.06}};
+  SynthStatistics s;
+  s.density_sd = 0.25;
+  s.size_mean = -0.35;
+  s.size_sd = 0.58;
+  s.thickness = 0.35;
+  s.capture = 1.0;
+  s.rims = true;
+  s.middle_follows = 0.7;
+  s.small_follows = 0.4;
+  s.large_to_middle = {2.0, 0.54};
+  s.middle_to_small = {1.58, 0.71};
+  s.opacity = {0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.10, 0.11, 0.13, 0.27};
+  s.opacity_size_correlation = -0.25;
+  s.haze_share = 0.001;
+  s.sh_rms = {0.05, 0.12, 0.08, 0.06};
   return s;
 }
 

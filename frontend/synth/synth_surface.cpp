@@ -78,9 +78,10 @@ SynthPoint on_leaf(const SynthPatch& patch, std::uint64_t seed, std::uint64_t le
   const glm::dvec3 across = glm::cross(normal, along);
   const SineCosine at = portable_turn(random.uniform());
   const double radius = patch.leaf_radius * shape.uniform(0.6, 1.4) * std::sqrt(random.uniform());
-  SynthPoint point{.position = centre + radius * (at.cosine * along + 0.45 * at.sine * across),
-                   .normal = normal,
-                   .noise = shape.uniform(-1.0, 1.0)};
+  SynthPoint point;
+  point.position = centre + radius * (at.cosine * along + 0.45 * at.sine * across);
+  point.normal = normal;
+  point.noise = shape.uniform(-1.0, 1.0);
   return point;
 }
 

@@ -132,12 +132,13 @@ void TlmToLink::send_sector(Cycle now) {
   if (sending_.empty() || !request->can_push(now)) return;
   const std::uint32_t slot = sending_.front();
   Transaction& transaction = slots_[slot];
-  MemoryRequest sector{.address = transaction.next_sector,
-                       .tag = slot,
-                       .client = config_.client,
-                       .sm = config_.sm,
-                       .region = config_.region,
-                       .write = transaction.write};
+  MemoryRequest sector;
+  sector.address = transaction.next_sector;
+  sector.tag = slot;
+  sector.client = config_.client;
+  sector.sm = config_.sm;
+  sector.region = config_.region;
+  sector.write = transaction.write;
   request->push(now, sector);
   ++sectors_;
   transaction.next_sector += kSectorBytes;

@@ -50,9 +50,10 @@ std::unique_ptr<MemorySystem> build_built_in_memory(Gpu& gpu, const BuildOptions
 MemoryCounters built_in_counters(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& at_end,
                                  const modules::DramCounters& drained,
                                  const std::vector<modules::DramChannelCounters>& drained_channels) {
-  MemoryCounters counters{.model = kBuiltInMemory,
-                          .traffic = traffic_of(drained.channel),
-                          .busy_cycles = busy_core_cycles_of(config, at_end)};
+  MemoryCounters counters;
+  counters.model = kBuiltInMemory;
+  counters.traffic = traffic_of(drained.channel);
+  counters.busy_cycles = busy_core_cycles_of(config, at_end);
   modules::describe(drained, drained_channels, counters.statistics, "gpu.dram");
   return counters;
 }

@@ -59,7 +59,8 @@ EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
 }
 
 GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end) {
-  GpuCounters c{.cycles = gpu.distributor().end_cycle()};
+  GpuCounters c;
+  c.cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
       const modules::RtUnitCounters& at_end = end.rt_of[c.rt_of.size()];
@@ -70,7 +71,7 @@ GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const E
   }
   for (const auto& sm : gpu.sms()) {
     c.simt_of.push_back(sm->simt().counters());
-    c.l1_of.push_back(sm->l1_counters());
+    c.l1_of.push_back(sm->l1().counters());
   }
   for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
   c.crossbar = gpu.crossbar().counters();

@@ -17,8 +17,9 @@ class NoGroups final : public modules::GroupSource {
 
 traces::Header header_of(const MachineUse& use) {
   using traces::AccelKind;
-  traces::Header header{.checkpoint = use.design == "hw" || use.design == "grtx",
-                        .two_level = use.design == "sw" || use.design == "grtx"};
+  traces::Header header;
+  header.two_level = use.design == "sw" || use.design == "grtx";
+  header.checkpoint = use.design == "hw" || use.design == "grtx";
   switch (use.leaves) {
     case LeafTest::triangles:
       header.accel = header.two_level ? AccelKind::tlas_tri20 : AccelKind::tri20;

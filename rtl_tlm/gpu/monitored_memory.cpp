@@ -17,7 +17,9 @@ MonitoredMemory::MonitoredMemory(Gpu& gpu, std::string model, bool check) : mode
       gpu.dram[i].bind(monitors_.back()->target);
       continue;
     }
-    modules::AtProtocolChecker::Config rules{.period_fs = gpu.core().period_fs(), .address_limit = gpu.memory_bytes()};
+    modules::AtProtocolChecker::Config rules;
+    rules.period_fs = gpu.core().period_fs();
+    rules.address_limit = gpu.memory_bytes();
     checkers_.push_back(
         std::make_unique<modules::AtProtocolChecker>(fmt::format("memory_checker{}", i).c_str(), rules));
     gpu.dram[i].bind(checkers_.back()->target);

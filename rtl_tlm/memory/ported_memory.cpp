@@ -6,10 +6,11 @@ namespace grtx::sim {
 
 PortedMemory::PortedMemory(const std::string& model, const PortedDramBuilder& build, Gpu& gpu) : model_(model) {
   const GpuConfig& machine = gpu.config();
-  PortedDramConfig dram{.file = machine.dram_simulator.file,
-                        .interleave = machine.interleave,
-                        .per_slice = machine.dram_simulator.per_slice,
-                        .bytes = gpu.memory_bytes()};
+  PortedDramConfig dram;
+  dram.file = machine.dram_simulator.file;
+  dram.interleave = machine.interleave;
+  dram.per_slice = machine.dram_simulator.per_slice;
+  dram.bytes = gpu.memory_bytes();
   dram.fixed_latency_fs = machine.dram.fixed_latency * modules::ClockDomain::period_fs(machine.memory_mhz);
   dram_ = build(dram);
   for (unsigned i = 0; i < gpu.dram.size(); ++i) gpu.dram[i].bind(dram_->port(i).socket);

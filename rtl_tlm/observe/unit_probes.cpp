@@ -55,7 +55,8 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
   }
   for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
-    Unit unit{.unit = elaborated_part<modules::IntersectionState>(rt, name)};
+    Unit unit;
+    unit.unit = elaborated_part<modules::IntersectionState>(rt, name);
     if (unit.unit == nullptr) continue;
     const std::string prefix = std::string(name) + ".";
     unit.state = add((prefix + "state").c_str(), 2, &unit_states());
@@ -85,7 +86,8 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     }
   }
   for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
-    Rtl rtl{.block = elaborated_part<modules::RtlSignals>(rt, name)};
+    Rtl rtl;
+    rtl.block = elaborated_part<modules::RtlSignals>(rt, name);
     if (rtl.block == nullptr) continue;
     for (const modules::RtlSignal& signal : rtl.block->rtl_signals()) {
       const std::string wire = scope + "." + name + ".rtl." + signal.name;

@@ -192,8 +192,9 @@ void GpuComponent::drain() {
 }
 
 void GpuComponent::end_launch() {
-  FinishedRun finished{.counters = collect_counters(*gpu_, *memory_, launch_->end),
-                       .violations = emptiness_violations(*gpu_, *memory_)};
+  FinishedRun finished;
+  finished.counters = collect_counters(*gpu_, *memory_, launch_->end);
+  finished.violations = emptiness_violations(*gpu_, *memory_);
   for (std::string& violation : memory_->violations()) finished.violations.push_back(std::move(violation));
   finished.inventories = inventory_of(*gpu_, *memory_);
   SimulationResult& result = results_.emplace_back();

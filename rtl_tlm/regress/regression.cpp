@@ -151,7 +151,8 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
 }
 
 RegressionOutcome ended(const RegressionCase& c, ChildProcess& child, const RegressionOptions& options) {
-  RegressionOutcome outcome{.regression_case = c};
+  RegressionOutcome outcome;
+  outcome.regression_case = c;
   try {
     judge(outcome, ordered_json::parse(child.result()), options);
   } catch (const Error& error) {
@@ -219,7 +220,8 @@ std::size_t count(const std::vector<RegressionOutcome>& outcomes, Kind kind) {
 SimulationResult simulate_case(const RegressionCase& regression_case, const GpuConfig& config,
                                const EnergyPricing& price) {
   if (regression_case.mode != SimulationMode::sampled) {
-    SimulationOptions options{.price = price};
+    SimulationOptions options;
+    options.price = price;
     return simulate(regression_case.trace, config, options, regression_case.mode);
   }
   SampledOptions options = regression_case.sampled;

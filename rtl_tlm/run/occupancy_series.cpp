@@ -5,7 +5,8 @@
 namespace grtx::sim {
 
 OccupancySeries::Point OccupancySeries::point(Cycle cycle) const {
-  Point p{.cycle = cycle};
+  Point p;
+  p.cycle = cycle;
   for (const auto& sm : gpu_.sms()) {
     for (const auto& rt : sm->rt_units()) {
       p.rt_warps += rt->warp_cycles_until(cycle);

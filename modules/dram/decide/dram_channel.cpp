@@ -293,7 +293,10 @@ void DramChannel::step_as_told(Cycle now) {
     const auto number = static_cast<std::uint32_t>(std::countr_zero(rest));
     const Bank& bank = banks_[number];
     const Entry& oldest = entries_[bank.oldest];
-    DramBankQueue queue{.bank = number, .oldest = oldest.order, .oldest_since = oldest.enqueued};
+    DramBankQueue queue;
+    queue.bank = number;
+    queue.oldest = oldest.order;
+    queue.oldest_since = oldest.enqueued;
     if (bank.hit != kNone) {
       const Cycle at = column_slot(std::max(column_at(number), now));
       queue.has_hit = true;

@@ -102,10 +102,11 @@ nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
 }
 
 SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
-  SampledEstimate estimate{.log_cycles = json.at("log_cycles").get<double>(),
-                           .whole = json.at("whole").get<bool>(),
-                           .degrees_of_freedom = json.at("degrees_of_freedom").get<double>(),
-                           .bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>()}};
+  SampledEstimate estimate;
+  estimate.log_cycles = json.at("log_cycles").get<double>();
+  estimate.whole = json.at("whole").get<bool>();
+  estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();
+  estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>()};
   for (const auto& e : json.at("evidence")) {
     estimate.evidence.push_back({e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>()});
   }

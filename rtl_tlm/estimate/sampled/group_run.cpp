@@ -29,7 +29,9 @@ std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, con
                                               const GroupRun& run) {
   return std::make_unique<ChildProcess>("sample", [&] {
     Times times(run.groups.size(), config.resident());
-    SimulationOptions options{.groups = run.groups, .observer = &times};
+    SimulationOptions options;
+    options.groups = run.groups;
+    options.observer = &times;
     const SimulationResult result = simulate(trace_path, config, options, run.engine);
     nlohmann::ordered_json json;
     json["cycles"] = result.cycles;

@@ -88,7 +88,9 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
     for (std::size_t i = 0; i < group.rays.size(); ++i) {
       if (r >= group.rays[i].rounds.size()) continue;
       const traces::Round& round = group.rays[i].rounds[r];
-      Lane lane{.event = next[i], .left = round.event_count};
+      Lane lane;
+      lane.event = next[i];
+      lane.left = round.event_count;
       lane.work.far = traffic_.processed * static_cast<float>(round.processed_count);
       next[i] += round.event_count;
       if (lane.left > 0) lanes_.push_back(lane);

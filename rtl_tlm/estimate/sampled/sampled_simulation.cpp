@@ -120,13 +120,18 @@ class SampledRun {
   }
 
   SampledResult finished(const SampledEstimate& estimate, const ConfidenceInterval& interval) const {
-    SampledResult r{.estimate = estimate, .cycles = interval};
+    SampledResult r;
+    r.estimate = estimate;
+    r.cycles = interval;
     r.result.cycles = static_cast<Cycle>(std::llround(interval.value));
     double simulated = 0.0, all = 0.0;
     for (const std::uint64_t group : thinned_.groups) simulated += costs_[group].front();
     for (const GroupCosts& costs : costs_) all += costs.front();
-    WholeRun whole{
-        .cycles = interval.value, .groups = reader_.group_count(), .totals = reader_.totals(), .longest = longest_};
+    WholeRun whole;
+    whole.cycles = interval.value;
+    whole.groups = reader_.group_count();
+    whole.totals = reader_.totals();
+    whole.longest = longest_;
     r.result.statistics = whole_statistics(thinned_.stats, all / std::max(1.0, simulated), whole, config_);
     for (const modules::Statistic& s : r.result.statistics.items()) {
       if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
