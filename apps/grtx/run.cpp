@@ -117,7 +117,8 @@ struct TracedDesigns {
 template <typename Trace, typename Statistics, typename Host>
 TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, const FilesRead& files, bool quiet,
                          Trace&& trace, Statistics&& statistics, Host&& host) {
-  TracedDesigns all{.files_hash = files.hash()};
+  TracedDesigns all;
+  all.files_hash = files.hash();
   for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(options.tracer, quiet);
     render.count_unique = true;
@@ -237,7 +238,9 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
     const std::size_t index = static_cast<std::size_t>(&design - comparison.designs().data());
     running.emplace_back(design.name, std::make_unique<ChildProcess>(design.name, [&, index, name = design.name] {
                            const std::string& trace = traced.at(name).path;
-                           SimulationOptions simulation{.observer = progress.observer(index), .price = describe_energy};
+                           SimulationOptions simulation;
+                           simulation.observer = progress.observer(index);
+                           simulation.price = describe_energy;
                            const SimulationResult result = options.mode == SimulationMode::sampled
                                                                ? simulate_sampled(trace, config, sampled).result
                                                                : simulate(trace, config, simulation, options.mode);
@@ -431,7 +434,8 @@ int run(RunArguments& options, const CommonOptions& common) {
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
   write_file(options.output + "/results.json", results.dump(1) + "\n");
-  ReportOptions report{.inputs = {options.output + "/results.json"}};
+  ReportOptions report;
+  report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
 
   if (common.json) {
